@@ -304,4 +304,5 @@ MODAL_STATEMENTS = (
     ModalStatement("LINEAR_MAX_SPEED", _words(r"LINEAR_MAX_SPEED\s*=")),
 )
 FRAME_NUMBER = _words(r"^(UFRAME_NUM|UTOOL_NUM)\s*=\s*(.*?)\s*$")  # which, and its value
+FRAME_MENTIONED = _words(r"\b(?:UFRAME_NUM|UTOOL_NUM)\b.*=")  # written, whatever else is said
 ASSIGNED_NUMBER = re.compile(r"=\s*(\d+)\s*$")

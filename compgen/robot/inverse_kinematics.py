@@ -26,7 +26,6 @@ from compgen.core.units import DEG
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
-
 STRAIGHT = 1e-6  # [rad] of joint 5
 
 

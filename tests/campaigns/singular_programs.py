@@ -49,8 +49,11 @@ def near(rng: random.Random, kind: str) -> list[float]:
     elif kind == "turn":
         q[rng.choice((3, 5))] = rng.choice((-180, 180)) + off / 100
     elif kind == "elbow":  # full stretch: J2 + J3 turns the forearm's line, with its bend, into the upper arm's
-        q[2] = 90 - math.degrees(math.atan2(170, 1016)) - q[1] + rng.choice((-1, 1)) * math.degrees(
-            math.sqrt(2e-6 * abs(off) * 1.9 / 0.9)
+        q[2] = (
+            90
+            - math.degrees(math.atan2(170, 1016))
+            - q[1]
+            + rng.choice((-1, 1)) * math.degrees(math.sqrt(2e-6 * abs(off) * 1.9 / 0.9))
         )
     elif kind == "shoulder":  # the wrist centre at ``off`` mm from the axis
         a = math.radians(q[2])
@@ -164,7 +167,7 @@ def judged(data: bytes, cell: object) -> tuple[str, str]:
     for one, two in zip(moves, moves[1:]):
         n, k = (int(m.targets[0][2:-1]) for m in (one, two))
         config = told(before[k])[1]
-        if two.letter != "L" or at[n][0].tobytes() == at[n][1].tobytes() and at[k][0].tobytes() == at[k][1].tobytes():
+        if two.letter != "L" or (at[n][0].tobytes() == at[n][1].tobytes() and at[k][0].tobytes() == at[k][1].tobytes()):
             continue
         if config is None or told(before[n])[1] != config:
             continue

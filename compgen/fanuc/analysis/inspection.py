@@ -13,6 +13,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.called_programs import called_programs
+from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.surroundings import Surroundings
@@ -65,6 +66,7 @@ def inspect(
     mark = mark_of(program, poses, traversal, scope.free)
     number = p.number[poses.row]
     unsafe = [*scope.unsafe, *_unknown_frames(program, poses)]
+    unsafe += contradictions(program, traversal, around.called.motionless)
     mentioned = [int(n) for _, text in other_statements(program) for n in POSITION.findall(text) if n]
     read = np.isin(defined, used) | np.isin(defined, mentioned)
     return {

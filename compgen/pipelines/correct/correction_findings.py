@@ -10,6 +10,7 @@ from compgen.core.number_text import beyond_text
 from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
+from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.poses import NONE
 from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
 from compgen.fanuc.analysis.stations import chains
@@ -173,6 +174,11 @@ def _scope_findings(result: Correction) -> list[Finding]:
         findings.append(
             Finding(Level.WARNING, "correction.unsafe", f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
         )
+    found = contradictions(result.plan.program, result.plan.drive, result.around.called.motionless)
+    if found:
+        lines = sorted({u.line for u in found})
+        message = f"the program contradicts itself at {_lines(lines)}; first: {found[0].text}: {found[0].reason}"
+        findings.append(Finding(Level.WARNING, "program.contradiction", message))
     reasons: dict[str, list[int]] = {}
     for station, reason in result.plan.stations.held:
         reasons.setdefault(reason, []).append(_line_of(result, station))

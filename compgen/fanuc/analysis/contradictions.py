@@ -1,0 +1,102 @@
+"""Where a program contradicts itself: a controller would stop there, or run on where nobody meant.
+
+A motion to a position in another user frame or tool than is set, along every way to it; a label that stands twice; a
+jump to one that stands nowhere.
+"""
+
+from collections.abc import Collection
+
+import numpy as np
+
+from compgen.core.arrays import IntArray
+from compgen.fanuc.analysis.control_flow import Flow, read_flow
+from compgen.fanuc.analysis.flow_graph import Node, arrivals, link_nodes, read_nodes
+from compgen.fanuc.analysis.traversal import Traversal
+from compgen.fanuc.analysis.unsafe_statements import Unsafe
+from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.vocabulary import CALL, FRAME_MENTIONED, FRAME_NUMBER, LABEL, LABEL_ALONE, may_move_arm
+
+Active = tuple[int, int]  # numbers of the user frame and the tool that are set; NO_NUMBER where it is not known
+_NAMES = ("UFRAME_NUM", "UTOOL_NUM")
+
+
+def contradictions(program: LsProgram, traversal: Traversal, motionless: Collection[str] = ()) -> list[Unsafe]:
+    """What contradicts itself, in order of line.
+
+    Args:
+        program: Any program.
+        traversal: Its stations.
+        motionless: Programs, in capitals, of which it is known that they do not move the arm.
+    """
+    flow = read_flow(program)
+    found = [*_labels(program, flow), *_frames(program, flow, traversal.motion, motionless)]
+    return sorted(set(found), key=lambda u: (u.line, u.reason))
+
+
+def _labels(program: LsProgram, flow: Flow) -> list[Unsafe]:
+    defined: dict[int, int] = {}  # line of each number
+    found = []
+    mentions: list[tuple[int, str]] = []
+    for s, text in flow.text.items():
+        line, alone = int(flow.line[s]), LABEL_ALONE.match(text)
+        if alone is None:
+            mentions.append((line, text))
+        elif alone[1] and (first := defined.setdefault(int(alone[1]), line)) != line:
+            reason = f"LBL[{alone[1]}] stands twice, on line {first} too: where a jump leads is not told; remove one"
+            found.append(Unsafe(line, text[:60], reason))
+    m = program.motions
+    mentions += [
+        (int(m.line[i]), " ".join(program.text(m.span[i]).split()))
+        for i, (options, off) in enumerate(zip(m.options, m.disabled.tolist()))
+        if not off and LABEL.search(options)
+    ]
+    for line, text in mentions:
+        absent = dict.fromkeys(n for n in LABEL.findall(text) if n and int(n) not in defined)
+        found += [
+            Unsafe(line, text[:60], f"LBL[{n}] stands nowhere: a jump to it stops; add the label") for n in absent
+        ]
+    return found
+
+
+def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collection[str]) -> list[Unsafe]:
+    nodes = read_nodes(program, flow, motion, motionless, lambda text: bool(FRAME_MENTIONED.search(text)))
+    if not link_nodes(nodes):
+        return []
+    p, m = program.positions, program.motions
+    first = np.flatnonzero(p.group <= 1)
+    row_of = dict(zip(p.number[first].tolist(), first.tolist()))
+    last = np.append(motion[1:] != motion[:-1], True)  # a C names two positions
+    found = []
+    states = arrivals(nodes, (NO_NUMBER, NO_NUMBER), _leave, _meet)
+    for node, active in zip(nodes, states):
+        if node.stations is None or active is None or active == (NO_NUMBER, NO_NUMBER):
+            continue
+        for s in range(node.stations[0], node.stations[1] + 1):
+            i = int(motion[s])
+            row = row_of.get(m.position[i][-1 if last[s] else 0])
+            if row is None:
+                continue
+            for name, number, of_position in zip(_NAMES, active, (int(p.uframe[row]), int(p.utool[row]))):
+                if NO_NUMBER not in (number, of_position) and number != of_position:
+                    reason = (
+                        f"P[{p.number[row]}] is told in {name[:-4].lower()} {of_position}, and {name}={number} is set"
+                    )
+                    text = " ".join(program.text(m.span[i]).split())
+                    found.append(Unsafe(int(m.line[i]), text[:60], f"{reason}: a controller stops there"))
+    return found
+
+
+def _leave(node: Node, active: Active) -> Active:
+    """What is set behind a node."""
+    text = node.text or node.options
+    if node.moves or CALL.search(text) or (node.text and may_move_arm(text)):
+        return NO_NUMBER, NO_NUMBER
+    if match := FRAME_NUMBER.match(text):
+        number = int(match[2]) if match[2].isdigit() else NO_NUMBER
+        return (number, active[1]) if match[1].upper() == _NAMES[0] else (active[0], number)
+    return (NO_NUMBER, NO_NUMBER) if FRAME_MENTIONED.search(text) else active
+
+
+def _meet(a: Active, b: Active) -> Active:
+    return a[0] if a[0] == b[0] else NO_NUMBER, a[1] if a[1] == b[1] else NO_NUMBER
