@@ -20,12 +20,11 @@ from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.unlikely import unlikely_values
 from compgen.fanuc.extended_axes import ExtendedAxis, extended_axes
-from compgen.fanuc.pose_table import pose_of, pose_values, read_controller_table
+from compgen.fanuc.pose_table import pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
 _ENTRY = re.compile(r"\[1,\s*([0-9]{1,3})\]\s*=([^\[]*)")
-_COORDINATE = re.compile(r"\b([XYZWPR]):\s*([-+]?\d*\.?\d+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,14 +84,14 @@ def _from_backup(text: str, path: str) -> Frames:
     tables: dict[str, dict[int, Pose]] = {"FRAME": {}, "TOOL": {}}
     records = _RECORD.findall(text.replace("\r\n", "\n").replace("\n    [", "\n     ["))
     for kind, body in records:
-        for number, entry in _ENTRY.findall(body):
-            values = {axis: float(v) for axis, v in _COORDINATE.findall(entry)}
-            if any(not abs(v) < 1e5 for v in values.values()):
-                raise InputError(
-                    f"{path}: $MNU{kind}[1,{number}]: a coordinate is beyond 100000; export the backup anew"
-                )
-            if set(values) == set("XYZWPR"):
-                tables[kind][int(number)] = pose_of([values[a] for a in "XYZWPR"])
+        for number, entry in _ENTRY.findall(unnamed(body)):
+            key = f"$MNU{kind}[1,{number}]"
+            values = printed_coordinates(entry, key, path)
+            if values is None:
+                continue
+            if int(number) in tables[kind]:
+                raise InputError(f"{path}: {key} is there twice; give one controller's backup")
+            tables[kind][int(number)] = pose_of(values)
     if not records:
         raise InputError(f"{path}: no $MNUFRAME or $MNUTOOL in it; give SYSFRAME.VA of a backup")
     return Frames(tables["FRAME"], tables["TOOL"])

@@ -1,5 +1,6 @@
 """A pose as a table of a TOML file: x_mm, y_mm, z_mm, w_deg, p_deg, r_deg."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,6 +15,10 @@ from compgen.core.units import DEG, MM
 
 KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 LARGEST = 1e5  # [mm] or [deg]
+_NAME = re.compile(r"'[^'\n]*'")  # it may say anything
+_GROUP = re.compile(r"\bGroup:")
+_COORDINATE = re.compile(r"\b([XYZWPR]):[ \t]*(\S*)")
+_PRINTED = re.compile(r"[-+]?\d*\.(\d+)")
 
 
 def read_controller_table(path: str, kind: str, backup: str) -> str:
@@ -27,6 +32,31 @@ def read_controller_table(path: str, kind: str, backup: str) -> str:
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         raise InputError(f"{path}: cannot be read: {reason}; give a {kind} table (.toml or {backup})") from None
+
+
+def unnamed(text: str) -> str:
+    """A controller's own backup without the names that were given to its entries."""
+    return _NAME.sub("", text)
+
+
+def printed_coordinates(entry: str, key: str, path: str) -> tuple[float, ...] | None:
+    """X Y Z [mm], W P R [deg] of an entry of a controller's own backup, of its first group; None where it has none.
+
+    Raises:
+        InputError: They are not six numbers with a point and as many decimals each; names file and entry.
+    """
+    found = _COORDINATE.findall(_GROUP.split(entry, maxsplit=2)[1] if _GROUP.search(entry) else entry)
+    if not found:
+        return None
+    numbers = [_PRINTED.fullmatch(text) for _, text in found]
+    decimals = {len(number[1]) for number in numbers if number}
+    if [axis for axis, _ in found] != list("XYZWPR") or not all(numbers) or len(decimals) != 1:
+        said = " ".join(f"{axis}: {text}" for axis, text in found)
+        raise InputError(f"{path}: {key}: '{said:.80}' is not X Y Z W P R as a controller prints them; export it anew")
+    values = tuple(float(text) for _, text in found)
+    if any(not abs(v) < LARGEST for v in values):
+        raise InputError(f"{path}: {key}: a coordinate is beyond 100000; export the backup anew")
+    return values
 
 
 def pose_values(table: Any, key: str, path: str, also: Sequence[str] = ()) -> list[float]:

@@ -15,12 +15,11 @@ import tomllib
 from dataclasses import dataclass
 
 from compgen.core.exceptions import InputError
-from compgen.fanuc.pose_table import LARGEST, pose_values, read_controller_table
+from compgen.fanuc.pose_table import pose_values, printed_coordinates, read_controller_table, unnamed
 
 CARTESIAN, JOINT, EITHER = "cartesian", "joint", ""  # forms of a register; EITHER where a program leaves it open
 _RECORD = re.compile(r"^\[\*POSREG\*\]\$POSREG\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
 _ENTRY = re.compile(r"^\s*\[1,\s*([0-9]{1,4})\]\s*=((?:(?!^\s*\[\d).*\n?)*)", re.MULTILINE)
-_COORDINATE = re.compile(r"\b([XYZWPR]):\s*([-+]?\d*\.?\d+)")
 _JOINT = re.compile(r"\bJ[1-6]\s*=")
 
 
@@ -63,13 +62,13 @@ def _from_backup(text: str, path: str) -> dict[int, Register]:
     if not records:
         raise InputError(f"{path}: no $POSREG in it; give POSREG.VA of a backup")
     registers = {}
-    for number, entry in _ENTRY.findall("".join(records)):
-        entry = re.sub(r"'[^'\n]*'", "", entry)  # a name may say anything
-        values = {axis: float(v) for axis, v in _COORDINATE.findall(entry)}
-        if any(not abs(v) < LARGEST for v in values.values()):
-            raise InputError(f"{path}: $POSREG[1,{number}]: a coordinate is beyond 100000; export the backup anew")
-        if set(values) == set("XYZWPR"):
-            registers[int(number)] = Register(CARTESIAN, tuple(values[axis] for axis in "XYZWPR"))
+    for number, entry in _ENTRY.findall(unnamed("".join(records))):
+        key = f"$POSREG[1,{number}]"
+        values = printed_coordinates(entry, key, path)
+        if int(number) in registers:
+            raise InputError(f"{path}: {key} is there twice; give one controller's backup")
+        if values is not None:
+            registers[int(number)] = Register(CARTESIAN, values)
         elif _JOINT.search(entry):
             registers[int(number)] = Register(JOINT)
     return registers

@@ -257,6 +257,38 @@ def test_frames_of_a_controllers_backup(tmp_path, ends):
     assert_allclose(frames.utool[3].rotation @ [0, 0, 1], [1, 0, 0], atol=1e-15)
 
 
+def test_names_of_a_backup_may_say_anything(tmp_path):
+    text = BACKUP.replace("'spindle'", "'X: 7.000 [1,4] = Y:'").replace("[1,1] =", "[1,1] = 'P[2] W: 90.000'")
+    (tmp_path / "SYSFRAME.VA").write_text(text)
+    frames = load_frames(str(tmp_path / "SYSFRAME.VA"))
+    assert (set(frames.uframe), set(frames.utool)) == ({0, 1}, {0, 3})
+    assert_allclose(frames.utool[3].position, [0, 0, 0.25])
+    assert_allclose(frames.uframe[1].position, [1.2, -0.03, 0.0005])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        ("1200.000", "1.200E+03", "$MNUFRAME[1,1]: 'X: 1.200E+03 Y: -30.000"),
+        ("1200.000", "1,200.000", "is not X Y Z W P R as a controller prints them"),
+        ("1200.000", "1200,000", "is not X Y Z W P R"),
+        ("1200.000", "********", "is not X Y Z W P R"),
+        ("1200.000", "1200000.000", "beyond 100000"),
+        ("  Z:   250.000", "", "$MNUTOOL[1,3]"),
+        ("90.000   R:     0.000\n", "90.000   R:     0.0", "$MNUTOOL[1,3]"),  # cut off in a number
+        ("90.000   R:     0.000\n", "90.000   R:     0", "$MNUTOOL[1,3]"),
+        ("[1,2] = 'part' Uninitialized", "[1,1] =\n  X: 0.000 Y: 0.000 Z: 0.000 W: 0.000 P: 0.000 R: 0.000", "twice"),
+    ],
+)
+def test_a_backup_whose_numbers_are_not_a_controllers_is_refused(old, new, word, tmp_path):
+    assert old in BACKUP
+    (tmp_path / "SYSFRAME.VA").write_text(BACKUP.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        load_frames(str(tmp_path / "SYSFRAME.VA"))
+    assert word in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path / "SYSFRAME.VA"))
+
+
 @pytest.mark.parametrize(
     ("text", "word"),
     [("[uframe.0]\n", "uframe.0"), ("[uframe.1]\nx_mm=1\n", "uframe.1.y_mm: missing"),
