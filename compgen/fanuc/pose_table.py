@@ -18,7 +18,7 @@ LARGEST = 1e5  # [mm] or [deg]
 _NAME = re.compile(r"'[^'\n]*'")  # it may say anything
 _GROUP = re.compile(r"\bGroup:")
 _COORDINATE = re.compile(r"\b([XYZWPR]):[ \t]*(\S*)")
-_PRINTED = re.compile(r"[-+]?\d*\.(\d+)")
+_PRINTED = re.compile(r"[-+]?(?:\d+|\d*\.(\d+))")
 
 
 def read_controller_table(path: str, kind: str, backup: str) -> str:
@@ -49,14 +49,13 @@ def printed_coordinates(entry: str, key: str, path: str) -> tuple[float, ...] | 
     if not found:
         return None
     numbers = [_PRINTED.fullmatch(text) for _, text in found]
-    decimals = {len(number[1]) for number in numbers if number}
-    if [axis for axis, _ in found] != list("XYZWPR") or not all(numbers) or len(decimals) != 1:
+    if any(number and not abs(float(number[0])) < LARGEST for number in numbers):
+        raise InputError(f"{path}: {key}: a coordinate is beyond 100000; export the backup anew")
+    decimals = {len(number[1] or "") for number in numbers if number}
+    if [axis for axis, _ in found] != list("XYZWPR") or not all(numbers) or len(decimals) != 1 or 0 in decimals:
         said = " ".join(f"{axis}: {text}" for axis, text in found)
         raise InputError(f"{path}: {key}: '{said:.80}' is not X Y Z W P R as a controller prints them; export it anew")
-    values = tuple(float(text) for _, text in found)
-    if any(not abs(v) < LARGEST for v in values):
-        raise InputError(f"{path}: {key}: a coordinate is beyond 100000; export the backup anew")
-    return values
+    return tuple(float(text) for _, text in found)
 
 
 def pose_values(table: Any, key: str, path: str, also: Sequence[str] = ()) -> list[float]:

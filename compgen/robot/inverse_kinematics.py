@@ -23,7 +23,6 @@ from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
-from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 STRAIGHT = 1e-6  # [rad] of joint 5
@@ -106,10 +105,20 @@ def solve_flange(robot: Robot, flange: Pose, posture: Posture) -> BranchSolution
     straight = np.flatnonzero((np.abs(theta[:, 4]) < STRAIGHT) & (margin[:, 0] >= 0))
     if len(straight):  # only rounding tells joint 4 from joint 6: joint 4 stays, joint 6 takes what is left
         theta = np.array(theta)
-        left = np.swapaxes(flange_pose(robot, theta[straight]).rotation, 1, 2) @ flange[straight].rotation
-        joint6 = theta[straight, 5] + np.round(np.cos(robot.alpha[5])) * np.arctan2(left[:, 1, 0], left[:, 0, 0])
-        theta[straight, 5] = np.pi - np.mod(np.pi - joint6, 2 * np.pi)
+        theta[straight, 5] = _last_joint(theta[straight], flange.rotation[straight])
     return BranchSolution(theta, margin[:, 0])
+
+
+def _last_joint(theta: Array, rotation: Array) -> Array:
+    """Joint 6 of flanges, (N,) [rad], from the other five: by the flange's x axis in the frame that joint 6 turns in."""
+    c1, s1, c4, s4, c5, s5 = (f(theta[:, i]) for i in (0, 3, 4) for f in (np.cos, np.sin))
+    forearm = theta[:, 2] - theta[:, 1] - np.pi / 2  # elevation
+    cf, sf = np.cos(forearm), np.sin(forearm)
+    x3, z3 = np.column_stack([-c1 * sf, -s1 * sf, cf]), np.column_stack([-c1 * cf, -s1 * cf, -sf])
+    y3, x = np.cross(z3, x3), rotation[:, :, 0]
+    x_in_3, y_in_3, z_in_3 = ((axis * x).sum(axis=1) for axis in (x3, y3, z3))
+    along = c5 * (c4 * x_in_3 + s4 * y_in_3) + s5 * z_in_3
+    return np.asarray(np.arctan2(c4 * y_in_3 - s4 * x_in_3, along))
 
 
 def solve_tool(robot: Robot, pose: Pose, tool: Pose, posture: Posture) -> BranchSolution:
