@@ -110,7 +110,7 @@ def solve_flange(robot: Robot, flange: Pose, posture: Posture) -> BranchSolution
 
 
 def _last_joint(theta: Array, rotation: Array) -> Array:
-    """Joint 6 of flanges, (N,) [rad], from the other five: by the x axis of the flange in the frame that it turns in."""
+    """Joint 6 of flanges, (N,) [rad], from the others: by the x axis of the flange in the frame that it turns in."""
     c1, s1, c4, s4, c5, s5 = (f(theta[:, i]) for i in (0, 3, 4) for f in (np.cos, np.sin))
     forearm = theta[:, 2] - theta[:, 1] - np.pi / 2  # elevation
     cf, sf = np.cos(forearm), np.sin(forearm)
