@@ -280,7 +280,12 @@ def test_what_generate_writes_is_refused_and_its_planned_program_is_not():
 
 @pytest.mark.parametrize("options", [{}, {"split": True, "insert": 1e-6}])
 def test_the_planned_program_comes_back_to_the_byte(options, hot):
-    for data in (many(), many(2), many().replace(b"\n", b"\r"), many().replace(b"/ATTR\n", b"/ATTR\nnotes \xff\x00 here\n")):
+    for data in (
+        many(),
+        many(2),
+        many().replace(b"\n", b"\r"),
+        many().replace(b"/ATTR\n", b"/ATTR\nnotes \xff\x00 here\n"),
+    ):
         result = corrected(data, hot, **options)
         assert result.text != data
         assert restore_planned(provenance_json(result), result.text, "p") == data
