@@ -69,6 +69,7 @@ def lay_out(cells: Cells, loosest: Array, pace: Array, first: IntArray, periods:
     rounding = 0.0
     if periods is not None:
         one, rounding = periods.length * np.where(pace == 1, 1.0, pace * (1 - WORD_STEP)), periods.rounding
+        one = np.where(one > rounding, one, np.inf)  # so slow that digits hide a period: it does not matter there
     stretch = (1 + cells.stretch).ravel()
     unit = np.repeat(one, C)
     # next to a stretch of shorter lines none is longer than one period

@@ -75,6 +75,25 @@ def test_a_share_of_the_feed_is_counted_in_its_slowest_word():
     assert lengths[0] < 10 * 0.5 * 0.995 * ONE
 
 
+@given(
+    pieces=st.lists(
+        st.tuples(st.sampled_from([1.0, 0.5, 5e-4, 1e-3, 1.12e-3, 1.2e-3, 2e-2]), st.floats(0.2e-3, 12e-3)),
+        min_size=1,
+        max_size=5,
+    ),
+    length=st.floats(1e-3, 0.6),
+)
+def test_a_pace_at_which_digits_hide_a_period_leaves_lines_on_the_way(pieces, length):
+    pace, spacing = np.array(pieces).T
+    lengths, per_chain = laid(np.repeat(spacing, C).reshape(-1, C), length, np.arange(len(pieces)), pace)
+    ends = np.cumsum(lengths)[np.cumsum(per_chain) - 1]
+    assert_allclose(ends, length * np.arange(1, len(pieces) + 1) / len(pieces), rtol=1e-9)
+    assert np.all(lengths > 0)
+    assert lengths.max() <= spacing.max() * (1 + 1e-9)
+    for slow, limit, lines in zip(pace * ONE <= ROUNDING, spacing, per_chain.tolist()):
+        assert not slow or lines == ceil(length / len(pieces) / limit - 1e-6)  # as the spacing asks
+
+
 def speed_and_length(corrected):
     """Of the lines of the text, by a reader of our own [m/s], [m]."""
     text = fanuc.compose(corrected.program).decode()
