@@ -172,7 +172,7 @@ def files_of_earlier_run(manifest: Path) -> set[str]:
         try:
             if not file.is_symlink() and sha256(read_regular(file)).hexdigest() == checksum:
                 names.add(file.name)
-        except OSError:
+        except (OSError, ValueError):
             continue
     return names
 

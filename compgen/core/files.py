@@ -38,9 +38,11 @@ def read_regular(source: str | Path, most: int = MOST_BYTES) -> bytes:
         if not stat.S_ISREG(mode):
             raise OSError(EINVAL, "it is a pipe or a device", str(source))
         with open(descriptor, "rb", closefd=False) as file:
-            content = file.read(most + 1)
+            content: bytes | None = file.read(most + 1)
     finally:
         os.close(descriptor)
+    if content is None:  # a file of the system's own, which would be waited for
+        raise OSError(EINVAL, "it is a pipe or a device", str(source))
     if len(content) > most:
         raise OSError(EFBIG, f"it is larger than {most / MB:g} MB", str(source))
     return content

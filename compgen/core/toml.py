@@ -206,6 +206,8 @@ def _reason(error: ErrorDetails) -> str:
 
 def brief_value(value: object) -> str:
     """A value for a message, whatever it holds and however deep."""
+    if value is None:  # of JSON
+        return "null"
     try:
         text = _REPR.repr(value)
     except ValueError:  # more digits than Python writes, before 3.14

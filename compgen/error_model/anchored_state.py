@@ -125,7 +125,11 @@ def parse_state(content: bytes, source: str) -> AnchoredState:
     Raises:
         InputError: Anything wrong in it, naming the key.
     """
-    file = check(StateFile, tomllib.loads(content.decode("utf-8")), source)
+    try:
+        tables = tomllib.loads(content.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as failure:
+        raise InputError(f"{source}: not TOML: {failure}; {_MEND}") from None
+    file = check(StateFile, tables, source)
     warmth, base, drifting = file.rise, file.base, file.drifting or ()
     for key in ("K", "sigma_K"):
         count = len(getattr(warmth, key))

@@ -1,6 +1,8 @@
 """Files that are no regular ones are refused at once, by whoever reads them."""
 
 import os
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 from command_line import refused, run
@@ -32,6 +34,14 @@ def test_what_may_never_end_or_cannot_be_held_is_refused(tmp_path, pipe):
         assert reason in caught.value.strerror
     with pytest.raises(OSError, match="larger than 1 MB"):
         read_regular(tmp_path / "sparse", 1_000_000)
+
+
+def test_a_file_of_the_system_that_would_be_waited_for_is_refused(tmp_path, monkeypatch):
+    """As /proc/kmsg is: a regular file by its mode, and reading it finds nothing yet."""
+    (tmp_path / "kmsg").write_bytes(b"")
+    monkeypatch.setattr("builtins.open", lambda *a, **k: nullcontext(SimpleNamespace(read=lambda most: None)))
+    with pytest.raises(OSError, match="it is a pipe or a device"):
+        read_regular(tmp_path / "kmsg")
 
 
 @pytest.mark.parametrize("read", [lambda f: read_toml(f, "paths"), lambda f: load_frames(str(f))])

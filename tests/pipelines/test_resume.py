@@ -1,6 +1,7 @@
 """The rest of a job, corrected anew: against jobs that knew from the beginning, and by hand."""
 
 import json
+import shutil
 from dataclasses import replace
 from hashlib import sha256
 
@@ -368,6 +369,77 @@ def test_a_job_that_it_did_not_write_is_refused(copy, spoil, word):
         later(copy, 3, 600.0)
     assert len(str(refusal.value)) <= 400
     assert "\n" not in str(refusal.value)
+
+
+def edit(folder, value, *keys):
+    file = folder / "OPTIC_RASTER.pages.json"
+    record = table = json.loads(file.read_bytes())
+    for key in keys[:-1]:
+        table = table[key]
+    table[keys[-1]] = value
+    file.write_text(json.dumps(record))
+
+
+def replaced_once(made, folder):
+    """A copy whose manifest says that its pages were replaced from the second on."""
+    shutil.copytree(made, folder)
+    first = read_written_job(folder).pages[1].first
+    edit(folder, [{"from_page": 2, "first_waypoint": first, "clock_s": 1.0, "state": [1.0] * 5}], "resumed")
+    return folder
+
+
+OTHER_TYPES = (None, "x", 1.5, True, -1, [], {}, [None], {"a": None}, 10**30, float("nan"))
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        ("job",), ("job", "path_file"), ("job", "robot_file"), ("job", "overrides"), ("main",), ("main", "file"),
+        ("main", "sha256"), ("pages",), ("pages", 0), ("pages", 1, "order"), ("pages", 1, "file"), ("pages", 1, "name"),
+        ("pages", 1, "sha256"), ("pages", 2, "first_position"), ("pages", 2, "last_position"), ("controller",),
+        ("resumed",), ("resumed", 0), ("resumed", 0, "from_page"), ("resumed", 0, "state"),
+        ("resumed", 0, "first_waypoint"), ("resumed", 0, "clock_s"), ("resumed", 0, "join"), ("resumed", 0, "loaded"),
+        ("resumed", 0, "done"), ("resumed", 0, "state_toml"), ("resumed", 0, "state_time_s"), ("schema",),
+        ("inputs_sha256",),
+    ],
+    ids=lambda keys: ".".join(map(str, keys)),
+)  # fmt: skip
+def test_a_manifest_with_a_value_of_another_type_is_refused_in_one_line(made, tmp_path, keys):
+    folder = replaced_once(made, tmp_path / "out")
+    for value in OTHER_TYPES:
+        edited = shutil.copytree(folder, tmp_path / "edited", dirs_exist_ok=True)
+        edit(edited, value, *keys)
+        try:
+            pages = read_written_job(edited).pages  # what is of the type that is written is taken
+        except InputError as refusal:
+            message = str(refusal).replace(str(edited), "out")
+            assert len(message) <= 300
+            assert "\n" not in message
+        else:
+            assert all(page.is_as_written or page.file.endswith("_02.LS") for page in pages)
+
+
+@pytest.mark.parametrize(
+    ("value", "keys", "words"),
+    [
+        (None, ("job",), "job: null must be a table; it was edited since"),
+        (None, ("resumed",), "resumed: null"),
+        (99, ("resumed", 0, "from_page"), "from_page: 99, and there are"),
+        (7, ("resumed", 0, "first_waypoint"), "first_waypoint: 7, and page 2 begins at"),
+        (
+            10**8,
+            ("pages", 2, "first_position"),
+            r"pages\.1: it goes from .* begins at 100000000;",
+        ),
+        (float("nan"), ("pages", 0, "bytes"), "NaN is no number"),
+    ],
+)
+def test_an_edited_manifest_names_the_key(made, tmp_path, value, keys, words):
+    folder = replaced_once(made, tmp_path / "out")
+    assert read_written_job(folder).resumed
+    edit(folder, value, *keys)
+    with pytest.raises(InputError, match=words):
+        read_written_job(folder)
 
 
 def rewrite(folder, **changes):

@@ -9,7 +9,7 @@ from typing import Any
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.pipelines.comparison.strict_json import read_json
+from compgen.core.strict_json import read_json
 
 SCHEMA = 1
 RECORDS = ("report.json", "whatif.json", "heat.json")

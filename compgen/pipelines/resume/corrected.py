@@ -172,6 +172,8 @@ def resume_corrected(
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
     if earlier:
         start = np.array(earlier[-1]["start_state"])
+        if len(start) != len(cell.heat.rate):
+            raise InputError(f"{written.manifest_file}: resumed: start_state is of another thermal model; {_ANEW}")
         old = _corrected(job, _beginning(cell, start), (), progress)
     active = np.flatnonzero(~loads(job.planned).motions.disabled) if old.added == 0 else None
     stations = _page_stations(old, written, active)
@@ -249,6 +251,11 @@ def _page_stations(old: Correction, written: WrittenJob, active: Any) -> list[in
     """The first station of each page."""
     drive = old.plan.drive
     moves = np.unique(drive.motion) if active is None else active
+    if written.pages[-1].last >= len(moves):
+        raise InputError(
+            f"{written.manifest_file}: its pages have {written.pages[-1].last + 1} motions, the corrected program "
+            f"{len(moves)}; {_ANEW}"
+        )
     return [int(np.searchsorted(drive.motion, moves[page.first])) for page in written.pages]
 
 

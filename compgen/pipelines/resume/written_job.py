@@ -1,19 +1,22 @@
 """A job in pages as it stands in a folder: what wrote it, its pages byte for byte, and what was replaced since."""
 
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, TableError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.strict_json import read_json
+from compgen.core.toml import check
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.resume.manifest_schema import JobManifest, ProgramManifest
 
 WRITTEN = "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into"
+EDITED = "it was edited since: put the file back as it was written, or write the pages anew"
 CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
 
 
@@ -73,30 +76,21 @@ def read_written_job(folder: Path) -> WrittenJob:
         InputError: There is none, or a file that its manifest names is missing or no page of this package.
     """
     manifest = _manifest_of(folder)
-    try:
-        record = json.loads(read_regular(manifest, MOST_TABLE_BYTES))
-        entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
-        facts = [
-            (int(e["order"]), str(e["name"]), _plain(e["file"]), str(e["sha256"]), _first(record, e), e)
-            for e in entries
-        ]
-        main_file, main_sha = _plain(record["main"]["file"]), str(record["main"]["sha256"])
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise InputError(f"{manifest}: it is not a manifest of pages; {WRITTEN}") from None
-    if record.get("schema") != SCHEMA:
-        given = repr(record.get("schema"))[:20]
-        raise InputError(f"{manifest}: schema {given}, and this compgen reads {SCHEMA}; generate the job anew")
-    if [n for n, *_ in facts] != list(range(1, len(facts) + 1)) or not facts:
+    record = _record_of(manifest)
+    entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
+    if [entry["order"] for entry in entries] != list(range(1, len(entries) + 1)):
         raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
-    if any(first is None for *_, first, _ in facts) or not ({"job", CORRECTED} & {*record}):
-        raise InputError(f"{manifest}: it does not say which path file and robot file made these pages; {WRITTEN}")
     pages = tuple(
         WrittenPage(
-            n, name, file, checksum, int(first) - 1, int(entry.get("last_position", entry["motions"][1])) - 1,
-            _content(folder, file, manifest.name),
+            entry["order"], entry["name"], entry["file"], entry["sha256"], first - 1, last - 1,
+            _content(folder, entry["file"], manifest.name),
         )
-        for n, name, file, checksum, first, entry in facts
+        for entry in entries
+        for first, last in [_extent(record, entry)]
     )  # fmt: skip
+    _check_row(manifest, pages)
+    _check_replaced(manifest, record, pages)
+    main_file, main_sha = record["main"]["file"], record["main"]["sha256"]
     main = _content(folder, main_file, manifest.name)
     if sha256(main).hexdigest() != main_sha:
         raise InputError(f"{folder / main_file}: it is not the main program that {manifest.name} names; write it anew")
@@ -118,16 +112,55 @@ def _manifest_of(folder: Path) -> Path:
     return manifests[0]
 
 
-def _first(record: Mapping[str, Any], entry: Mapping[str, Any]) -> Any:
-    """The first position of a page, or the first motion of one whose program was corrected; None: nobody says."""
-    return entry["motions"][0] if CORRECTED in record else entry.get("first_position")
+def _record_of(manifest: Path) -> dict[str, Any]:
+    """What a manifest says, with all that is relied on in it of the type that it is written in."""
+    try:
+        record = read_json(read_regular(manifest, MOST_TABLE_BYTES))
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise InputError(f"{manifest}: it is not a manifest of pages: {reason}; {WRITTEN}") from None
+    if not isinstance(record, dict) or not {"main", "pages"} <= {*record}:
+        raise InputError(f"{manifest}: it is not a manifest of pages; {WRITTEN}")
+    if record.get("schema") != SCHEMA:
+        given = repr(record.get("schema"))[:20]
+        raise InputError(f"{manifest}: schema {given}, and this compgen reads {SCHEMA}; generate the job anew")
+    if not {"job", CORRECTED} & {*record}:
+        raise InputError(f"{manifest}: it does not say which path file and robot file made these pages; {WRITTEN}")
+    try:
+        check(ProgramManifest if CORRECTED in record else JobManifest, record, str(manifest))
+    except TableError as failure:
+        raise InputError(f"{failure}; {EDITED}") from None
+    return record
 
 
-def _plain(name: Any) -> str:
-    """A file's name that leads out of no folder."""
-    if not isinstance(name, str) or Path(name).name != name:
-        raise ValueError("name")
-    return name
+def _check_row(manifest: Path, pages: Sequence[WrittenPage]) -> None:
+    """Raises InputError where pages do not follow each other; those of a planned job share the position between."""
+    for page, after in zip(pages, [*pages[1:], None]):
+        if page.last < page.first or (after is not None and after.first - page.last not in (0, 1)):
+            raise InputError(
+                f"{manifest}: pages.{page.number - 1}: it goes from {page.first + 1} to {page.last + 1}"
+                + (f", and the next one begins at {after.first + 1}" if after else "")
+                + f"; {EDITED}"
+            )
+
+
+def _check_replaced(manifest: Path, record: Mapping[str, Any], pages: Sequence[WrittenPage]) -> None:
+    """Raises InputError where what was replaced since is of pages that are not there."""
+    for i, entry in enumerate(record.get("resumed", [])):
+        where, page = f"{manifest}: resumed.{i}", entry["from_page"]
+        if page > len(pages):
+            raise InputError(f"{where}.from_page: {page}, and there are {len(pages)} pages; {EDITED}")
+        first = pages[page - 1].first
+        if entry.get("first_waypoint", first) != first:
+            raise InputError(
+                f"{where}.first_waypoint: {entry['first_waypoint']}, and page {page} begins at {first}; {EDITED}"
+            )
+
+
+def _extent(record: Mapping[str, Any], entry: Mapping[str, Any]) -> tuple[int, int]:
+    """The first and the last position of a page; of one whose program was corrected its motions."""
+    first, last = entry["motions"] if CORRECTED in record else (entry["first_position"], entry["last_position"])
+    return int(first), int(last)
 
 
 def _content(folder: Path, file: str, manifest: str) -> bytes:
