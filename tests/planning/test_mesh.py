@@ -177,3 +177,30 @@ def test_what_no_tool_can_follow_is_refused(height, half, tool_radius, words):
         laid_raster(mesh, tool_radius)
     assert words in str(refusal.value)
     assert len(str(refusal.value)) <= 300
+
+
+def bump(x, y):
+    return 0.02 - (x * x + y * y) / 2
+
+
+def test_triangles_that_face_down_are_told_and_not_that_the_mesh_is_elsewhere():
+    corners = grid_mesh(bump)
+    laid_raster(Mesh.of_corners(corners))
+    with pytest.raises(InputError, match=r"100 % of the path lie over triangles that face down.*turn its normals"):
+        laid_raster(Mesh.of_corners(corners[:, ::-1]))
+    half = corners.copy()
+    half[::2] = half[::2, ::-1]
+    with pytest.raises(InputError, match="% of the path lie over triangles that face down"):
+        laid_raster(Mesh.of_corners(half))
+
+
+def test_a_body_that_is_inside_out_is_told():
+    body = box((-0.1, -0.1, -0.05), (0.1, 0.1, 0.0))
+    laid_raster(Mesh.of_corners(body))
+    with pytest.raises(InputError, match=r"part\.stl: it is inside out.*turn its normals"):
+        laid_raster(Mesh.of_corners(body[:, ::-1]))
+
+
+def test_a_skin_over_its_own_underside_is_no_fault():
+    lower = grid_mesh(lambda x, y: bump(x, y) - 0.01)[:, ::-1]
+    laid_raster(Mesh.of_corners(np.concatenate([grid_mesh(bump), lower])))

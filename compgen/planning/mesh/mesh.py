@@ -62,6 +62,16 @@ class Mesh:
         count = np.searchsorted(rising, back, side="right") - first
         return np.asarray(ends[count != 1])
 
+    def turned(self) -> "Mesh":
+        """The same with its facets' other sides outside."""
+        return Mesh(self.vertex, self.facet[:, ::-1], -self.normal)
+
+    def is_inside_out(self) -> bool:
+        """Whether it encloses a body, and its facets face into it."""
+        a, b, c = (self.vertex[self.facet[:, k]] for k in range(3))
+        volume = float((a * np.cross(b, c)).sum())
+        return volume < 0 and not len(self.open_edges())
+
     def edge_length(self) -> float:
         """The median length of an edge [m]."""
         a, b = self.facet[:, 0], self.facet[:, 1]

@@ -22,6 +22,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.mesh.facing import refuse_facing_down
 from compgen.planning.mesh.mesh import Mesh, Over
 from compgen.planning.own_points.given import GivenPoints
 
@@ -64,6 +65,7 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     under = over.facet >= 0
     touching = pattern.working[piece] & boundary.contains(place) & (height <= 0)
     on = touching & under
+    refuse_facing_down(mesh, xy[touching & ~under], int(touching.sum()), source)
     if not on.any():
         raise InputError(f"{source}: {_elsewhere(mesh, xy)}")
     _refuse_creases(mesh, over, on, xy, source)

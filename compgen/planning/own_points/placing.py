@@ -14,6 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
+from compgen.planning.mesh.facing import refuse_facing_down
 from compgen.planning.mesh.mesh import Mesh
 from compgen.planning.own_points.given import MAX_TILT, GivenPoints
 from compgen.planning.own_points.space_curve import LocalPoints
@@ -61,6 +62,7 @@ def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> GivenPoints:
     xy = points.position[:, :2] + shift[:2]
     over = mesh.over(xy)
     off = np.flatnonzero(over.facet < 0)
+    refuse_facing_down(mesh, xy[off], len(xy), "surface.file")
     if len(off):
         x, y = xy[off[0]] / MM
         raise InputError(
