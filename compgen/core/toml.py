@@ -98,8 +98,9 @@ def override(data: dict[str, Any], assignment: str, option: str) -> None:
     *parents, last = key.strip().split(".")
     table: Any = data
     try:
-        for step in parents:
-            table = _entry(table, step) if isinstance(table, list) else table.setdefault(step, {})
+        for step, following in zip(parents, [*parents[1:], last]):
+            rows: Any = [] if following.isdigit() else {}
+            table = _entry(table, step) if isinstance(table, list) else table.setdefault(step, rows)
         if isinstance(table, list):
             _entry(table, last)
             table[int(last)] = value
@@ -208,6 +209,10 @@ def brief_value(value: object) -> str:
     """A value for a message, whatever it holds and however deep."""
     if value is None:  # of JSON
         return "null"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        return "a list of tables"
     try:
         text = _REPR.repr(value)
     except ValueError:  # more digits than Python writes, before 3.14

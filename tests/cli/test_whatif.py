@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import sys
 from types import ModuleType
 
@@ -115,3 +116,17 @@ def test_a_list_that_names_a_key_twice_is_refused(tmp_path):
     (tmp_path / "l.csv").write_text("feed,process.feed_mm_s\n20,40\n")
     refused(whatif(tmp_path, "--list", "l.csv", "-q"), 2, "l.csv", "process.feed_mm_s stands twice")
     assert [p.name for p in tmp_path.iterdir()] == ["l.csv"]
+
+
+def test_a_stretch_that_the_file_does_not_have_is_refused_before_any_scenario(tmp_path):
+    """As warmup_h on a path whose warmth is from a log."""
+    rows = "\n".join(f"{60 * k},20,{20 + k / 10}" for k in range(60))
+    (tmp_path / "log.csv").write_text(f"time_s,ambient_degC,j2_degC\n{rows}\n")
+    text = (ROOT / "paths/line_y.toml").read_text()
+    (tmp_path / "p.toml").write_text(re.sub(r"\[\[before\]\][^\[]*", '[log]\nfile = "log.csv"\n\n', text))
+    result = run("whatif", "p.toml", "--vary", "warmup_h=0:6:3", "--no-live", "-o", "out", cwd=tmp_path)
+    refused(result, 2, "--vary before.0.duration_h: p.toml: before.0.state: missing", "no such [[before]] to vary")
+    assert "{" not in result.stderr
+    assert not (tmp_path / "out").exists()
+    both = ("--vary", "before.0.state=idle,off", "--vary", "warmup_h=1", "--no-live", "-q", "-o", "out")
+    assert run("whatif", "p.toml", *both, cwd=tmp_path).returncode == 0

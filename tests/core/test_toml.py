@@ -215,6 +215,7 @@ def test_deep_keys_of_a_file_are_one_line(tmp_path):
         ("rows.0.k=[1, 2]", {"a": {"b": 1}, "rows": [{"k": [1, 2]}]}),
         ("rows.1.k=2", {"a": {"b": 1}, "rows": [{"k": 1}, {"k": 2}]}),
         ("new.table.key=1.5", {"a": {"b": 1}, "rows": [{"k": 1}], "new": {"table": {"key": 1.5}}}),
+        ("more.0.k=2", {"a": {"b": 1}, "rows": [{"k": 1}], "more": [{"k": 2}]}),
     ],
 )
 def test_an_override_sets_one_key(assignment, expected):

@@ -21,6 +21,7 @@ MOST = 100_000
 _NUMBERS_WITH_COLONS = re.compile(r"[\s\d.+\-eE]+(:[\s\d.+\-eE]*)+")
 _RANGE = re.compile(r"[^:]+:[^:]+:\s*\+?\d+\s*")
 _GAP, _QUOTED = re.compile(r"^\s*,|,\s*,"), re.compile(r"[\"'\[{]")
+_ROW = re.compile(r"(\w+)\.\d+\.")  # of a key, the table of a list that it is in
 #: short names of keys that studies vary most
 SHORT = {
     "feed": "process.feed_mm_s",
@@ -176,10 +177,26 @@ def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Se
             except CompgenError as failure:
                 message = str(failure)
                 if any(
-                    words in message for words in ("unknown key", "there is no", "no such file", "nested more than")
+                    words in message
+                    for words in ("unknown key", "there is no", "no such file", "nested more than", "must be a table")
                 ):
                     hint = suggest(key, list(SHORT)) if "." not in key and "did you mean" not in message else ""
                     raise InputError(f"--vary {key}: {message}{hint}") from None
+                row = _ROW.match(key)
+                if row and ": missing" in message and ": missing" in _reason(path, robot, base, scenario):
+                    raise InputError(
+                        f"--vary {key}: {message.removesuffix('; add it')}: the file has no such [[{row[1]}]] to "
+                        "vary; write it there, or give what is missing with --set"
+                    ) from None
+
+
+def _reason(path: str, robot: str | None, base: Sequence[str], scenario: Scenario) -> str:
+    """Why a scenario is none; empty where it is one."""
+    try:
+        load_job(path, robot, [*base, *scenario.overrides()])
+    except CompgenError as failure:
+        return str(failure)
+    return ""
 
 
 def _check_values(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:
