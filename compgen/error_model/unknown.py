@@ -35,6 +35,8 @@ class Unknown:
     until: str  # source of the budget that ends it
 
 
+NOT_LOOKED_AT = "not looked at here"  # where a size would be from
+
 #: of a file that says nothing of what it does not know
 NOT_KNOWN = (
     Unknown("cold geometry", None, "", "geometry"),

@@ -72,7 +72,7 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool 
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = _plan(job, progress, date, pages, alone=True)
+    planned = _plan(job, progress, date, pages)
     progress("twin before", 0.0)
     off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
@@ -85,25 +85,20 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool 
     return replace(planned, findings=tuple(findings), band=band_along(planned.driven(planned.theta, planned.motion)))
 
 
-def _plan(job: Job, progress: Progress, date: str, pages: bool, alone: bool = False) -> Planned:
-    """What ``predict`` gives, with the twin still driving the uncorrected text on another thread.
-
-    The controller's motion is looked at where no correction follows: there it is looked at on the written text.
-    """
+def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
+    """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
     with job_findings.asking_units(job):
         plan = plan_motion(job.plan, job.cell, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
     rise = averaging.planned_rises(job, plan.joint_motion)
 
-    touching = touching_segments(path) if alone else None
-
     def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
         program = planned_program(job, path, theta, trajectory, date)
         prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
         if job.ensemble is not None:
             prepared = prepared.with_rise(rise)
-        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching)
+        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching_segments(path))
         return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
     progress("twin before", 0.0)
@@ -183,7 +178,7 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),
         *delivery.size_findings(job, delivered, planned.page_stops),
         *job_findings.clocks_apart(trajectory, written),
-        *motion_predistortion.findings(job, prepared, path, written, deviation),
+        *motion_predistortion.findings(planned, prepared, written, deviation),
         *times_apart(job.robot.controller, written),
         *over_periods(job.robot.controller, path, text, planned.feed),
         *job_findings.joints_asked(job, text, written),

@@ -21,6 +21,7 @@ from compgen.planning.toolpath import ToolPath
 from compgen.thermal import Ambient, Duty
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
+from compgen.verification.motion_effect import MotionEffect
 from compgen.verification.twin import Execution, Twin, execute
 from compgen.verification.verdict import Verdict, verdict_of
 from compgen.verification.written_motion import WrittenMotion
@@ -65,6 +66,10 @@ class Planned:
     def written(self) -> WrittenMotion:
         """Of the uncorrected text; waits as well."""
         return self.twin_result.result()[1]
+
+    def effect(self, written: WrittenMotion) -> MotionEffect | None:
+        """Of the controller's motion on a text that came of the plan: known there, else one size for all its texts."""
+        return written.effect if self.job.robot.motion is not None else self.written().effect
 
     def band_of_plan(self) -> Band:
         """What the files leave open while nothing is corrected."""

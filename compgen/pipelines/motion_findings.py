@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.arrays import BoolArray
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MM, MS, PERCENT, UM
-from compgen.error_model.unknown import Unknown
+from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.motion_effect import HALF, MotionEffect
@@ -86,10 +86,10 @@ def motion_of_a_listing(motion: ControllerMotion | None) -> Finding:
 def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tuple[Unknown, ...]:
     """What is not known, with the controller's motion as large as it could be on this path.
 
-    It is no longer there once a log of this robot has been accepted.
+    It is no longer there once a log of this robot has been accepted. Without an effect it is said to be not looked at.
     """
     if effect is None:
-        return tuple(unknown)
+        return tuple(replace(row, size=None, origin=NOT_LOOKED_AT) if row.what == WHAT else row for row in unknown)
     evidence = effect.motion.evidence
     if effect.known and evidence is not None and evidence.accepted:
         return tuple(row for row in unknown if row.what != WHAT)

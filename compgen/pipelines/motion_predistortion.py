@@ -10,7 +10,6 @@ from compgen.compensation.solution import Solution
 from compgen.core.arrays import frozen, row_norms
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
 from compgen.pipelines.lead_findings import lead_findings
 from compgen.pipelines.motion_findings import motion_findings, touching_segments
@@ -49,9 +48,10 @@ def from_targets(solution: Solution, problem: Problem, path: ToolPath) -> Soluti
 
 
 def findings(
-    job: Job, prepared: PreparedProgram, path: ToolPath, written: WrittenMotion, deviation: Deviation
+    planned: Planned, prepared: PreparedProgram, written: WrittenMotion, deviation: Deviation
 ) -> list[Finding]:
     """What the controller's motion does to a written program; of one made against it, what half the override leaves."""
+    job, path = planned.job, planned.path
     motion, at_half = job.robot.motion, None
     if motion is not None and motion.may_predistort and job.ensemble is None:
         at_half = error_at_half_override(prepared, deviation.error, touching_segments(path))
@@ -59,4 +59,4 @@ def findings(
     if motion is not None and motion.may_predistort:
         error = np.maximum.reduceat(row_norms(deviation.error), prepared.first_samples()[:-1])
     short = lead_findings(written.effect, path, job, error)
-    return [*motion_findings(written.effect, job.bounds, at_half), *short]
+    return [*motion_findings(planned.effect(written), job.bounds, at_half), *short]

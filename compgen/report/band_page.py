@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import UM
+from compgen.error_model.unknown import NOT_LOOKED_AT
 from compgen.report.band_words import known_words, rounded, unknown_words
 from compgen.report.figure import GREY, Figure, axis, figure, spans, trace
 from compgen.report.figure_rows import Row
@@ -58,8 +59,10 @@ def band_explained(record: dict[str, Any]) -> str:
     rows.append(["<b>all that this file knows</b>", f"<b>{whole}</b>", ""])
     for row in record["unknown"]:
         size = row["size_um"]
-        extent = "nobody said" if size is None else f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
-        rows.append([_explained(f"not known: {row['what']}", row["from"]), extent, ""])
+        nothing = row["from"] if row["from"] == NOT_LOOKED_AT else "nobody said"
+        extent = nothing if size is None else f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
+        origin = "" if extent == row["from"] else row["from"]
+        rows.append([_explained(f"not known: {row['what']}", origin), extent, ""])
     return text + table(["source", "largest on the part [&micro;m]", "rms [&micro;m]"], rows)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from compgen.core.units import UM
-from compgen.error_model.unknown import Unknown
+from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
 from compgen.pipelines.draws import FlownDraws
 from compgen.verification.band import Band
 
@@ -47,7 +47,7 @@ def known_words(record: dict[str, Any]) -> str:
 
 def unknown_words(record: dict[str, Any]) -> str:
     """What the band leaves out: ``cold geometry (300 to 746 um), play (55 to 175 um)``; empty where nothing is."""
-    return ", ".join(row["what"] + _size(row["size_um"]) for row in record["unknown"])
+    return ", ".join(row["what"] + _size(row) for row in record["unknown"])
 
 
 def band_sentence(largest_um: float, record: dict[str, Any], of: str = "of arithmetic") -> str:
@@ -69,8 +69,11 @@ def rounded(um: float) -> str:
     return f"{um:.0f}" if um >= 9.95 else f"{um:.1f}"
 
 
-def _size(size: list[float] | None) -> str:
-    return "" if size is None else f" ({rounded(size[0]) if size[0] else '0'} to {rounded(size[1])} um)"
+def _size(row: dict[str, Any]) -> str:
+    size = row["size_um"]
+    if size is None:
+        return f" ({NOT_LOOKED_AT})" if row["from"] == NOT_LOOKED_AT else ""
+    return f" ({rounded(size[0]) if size[0] else '0'} to {rounded(size[1])} um)"
 
 
 def _um(value: float) -> float:

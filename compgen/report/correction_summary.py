@@ -9,6 +9,7 @@ from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.proof import PoseErrors
+from compgen.pipelines.motion_findings import with_motion
 from compgen.report.averaged import served_record
 from compgen.report.band_words import band_record
 from compgen.report.provenance import SCHEMA, correction_inputs, provenance
@@ -51,7 +52,9 @@ def correction_summary(result: Correction) -> dict[str, Any]:
 
 def band_of_correction(result: Correction) -> dict[str, Any] | None:
     """What the robot file leaves open at the corrected stations; None where nothing is corrected."""
-    return None if result.band is None else band_record(result.band, not_known(result.cell, result.band))
+    if result.band is None:
+        return None
+    return band_record(result.band, with_motion(not_known(result.cell, result.band), None))
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:

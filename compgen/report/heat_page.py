@@ -1,6 +1,7 @@
 """The temperatures of a job's day, and the error of each run: as a page, CSV tables, JSON and sentences."""
 
 from html import escape
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from compgen.core.units import HOUR, UM
 from compgen.pipelines.averaging_findings import ensemble_words
 from compgen.pipelines.band import not_known
 from compgen.pipelines.job import Job
+from compgen.pipelines.motion_findings import with_motion
 from compgen.pipelines.study import Timeline
 from compgen.report.band_page import LEFT_OPEN, band_facts
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
@@ -57,9 +59,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
             "error_max_um": float(day.error.max() / UM),
             "residual_max_um": float(day.residual.max() / UM),
         },
-        "band": {
-            name: band_record(band, not_known(job.cell, band)) for name, band in zip(("first", "largest"), day.band)
-        },
+        "band": dict(zip(("first", "largest"), _bands(job, day))),
         "provenance": {
             "compgen": __version__,
             **made_from(job),
@@ -80,7 +80,7 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
             f"{len(day.run)} runs: error {day.error.min() / UM:.1f} to {day.error.max() / UM:.1f} um uncorrected; "
             f"{_file_of(job)} is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
         )
-    first, largest = (band_record(band, not_known(job.cell, band)) for band in day.band)
+    first, largest = _bands(job, day)
     by_model = f"by the model; on top of it {known_words(first)}"
     if len(day.run) > 1:
         worst = int(np.argmax(day.error)) + 1
@@ -115,7 +115,7 @@ def _opening(job: Job, day: Timeline, max_um: float | None) -> str:
     if max_um is not None:
         kind = "inside" if left <= max_um else "outside"
         judged = f"<b>{kind.capitalize()} its bound.</b> "
-    first, largest = (band_record(band, not_known(job.cell, band)) for band in day.band)
+    first, largest = _bands(job, day)
     facts = [] if max_um is None else [("bound", f"{max_um:g} &micro;m for one file in every run")]
     for name, words in band_facts(first):
         if name == LEFT_OPEN and len(day.run) > 1:
@@ -129,6 +129,11 @@ def _opening(job: Job, day: Timeline, max_um: float | None) -> str:
         warmth = f"{parts} K warmer than the cold robot" if np.abs(rises).max() >= COLD else "the robot is cold"
         facts.append((when, f"after {hours:.1f} h: {warmth}"))
     return verdict(kind, f"{judged}{text}.", facts)
+
+
+def _bands(job: Job, day: Timeline) -> list[dict[str, Any]]:
+    """What the files leave open in the first run and in the one that errs most; no text is written here and flown."""
+    return [band_record(band, with_motion(not_known(job.cell, band), None)) for band in day.band]
 
 
 def _rises(job: Job, day: Timeline) -> Figure:

@@ -46,7 +46,9 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         },
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
         "band": band_record(
-            band, with_motion(not_known(job.cell, band), written.effect), corrected.draws if corrected else None
+            band,
+            with_motion(not_known(job.cell, band), planned.written().effect),
+            corrected.draws if corrected else None,
         ),
         "bounds": {
             key: value
@@ -62,7 +64,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             if value is not None
         },
         "findings": [f.record() for f in findings],
-        "motion": motion_record(written.effect),
+        "motion": motion_record(planned.effect(written)),
         "path": {
             "waypoints": len(path.arc),
             "left_out": int(planned.rows[-1]) + 1 - len(path.arc),

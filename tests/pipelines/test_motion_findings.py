@@ -1,5 +1,7 @@
 """What a job says of the controller's motion: unknown, known, and commanded against."""
 
+import json
+
 import pytest
 from shipped import path_file, quiet
 
@@ -7,6 +9,8 @@ from compgen.core.findings import Level
 from compgen.pipelines import generate
 from compgen.pipelines.motion_findings import WHAT, motion_of_a_listing
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study import timeline
+from compgen.report.heat_page import heat_json, heat_sentences
 from compgen.report.job_summary import job_summary
 from compgen.robot.motion import ControllerMotion
 
@@ -69,3 +73,25 @@ def test_a_program_made_against_the_motion_says_for_which_override():
 def test_a_program_that_exists_is_told_that_its_motion_is_not_looked_at():
     assert motion_of_a_listing(None).code == "motion.unknown"
     assert "200 and 100 ms" in motion_of_a_listing(ControllerMotion(moving_averages=(0.2, 0.1))).message
+
+
+@pytest.mark.parametrize("name", ["line_x", "circle_1300"])
+def test_one_path_has_one_size_of_it_whichever_command_says_it(name):
+    job = load_job(path_file(name))
+    predicted = job_summary(generate.predict(job, quiet), None)
+    generated = job_summary(*generate.generate(job, quiet))
+    assert row(predicted) == row(generated) != []
+    assert predicted["motion"] == generated["motion"]
+    told = [
+        [f["message"] for f in summary["findings"] if f["code"] == "motion.unknown"]
+        for summary in (predicted, generated)
+    ]
+    assert told[0] == told[1] != []
+
+
+def test_where_no_text_is_flown_it_is_said_not_to_be_looked_at():
+    job = load_job(path_file("circle_1300"))
+    day = timeline(job)
+    for band in json.loads(heat_json(job, day))["band"].values():
+        assert row({"band": band}) == [{"what": WHAT, "size_um": None, "from": "not looked at here"}]
+    assert f"{WHAT} (not looked at here)" in " ".join(heat_sentences(job, day))

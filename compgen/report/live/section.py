@@ -14,6 +14,7 @@ import numpy as np
 from compgen.core.findings import Level, first_message
 from compgen.core.units import UM
 from compgen.pipelines.band import not_known
+from compgen.pipelines.motion_findings import with_motion
 from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import LiveJob
 from compgen.pipelines.study.live_check import BOUND, Agreement
@@ -225,7 +226,9 @@ def _band(live_job: LiveJob) -> str:
         for n, name in enumerate(sources_of(live_job.band))
     ]
     rows.append(["<b>all that the files know</b>", f'<b><span id="live-band">{rounded(shown.largest / UM)}</span></b>'])
-    record = band_record(live_job.planned.band_of_plan(), not_known(job.cell, live_job.planned.band_of_plan()))
+    planned = live_job.planned
+    band = planned.band_of_plan()
+    record = band_record(band, with_motion(not_known(job.cell, band), planned.written().effect))
     unknown = unknown_words(record)
     words = "<p>What the files leave open beside the numbers above, in this state: on 95 of 100 robots and days that "
     words += "they may be talking of, the tool stays within it of where it is said to be.</p>"
