@@ -1,12 +1,14 @@
 """A robot file from a URDF file: what that knows of the arm, and conservative guesses of the rest, each marked."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
+from compgen.pipelines.robot_file import arm_of
 from compgen.robot.urdf import UrdfArm, read_urdf
 
 TIME_TO_SPEED = 0.875  # [s] that full speed takes, as assumed for the shipped arms
@@ -44,11 +46,21 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
         for key, value in zip(("lower", "upper", "velocity"), limits.tolist()):
             if np.isnan(value) or (key == "velocity" and value <= 0):
                 raise InputError(f"{source}: joint '{joint[:40]}': limit {key}: missing; add it from the data sheet")
+        lower, upper = limits[:2].tolist()
+        if lower >= upper:
+            raise InputError(
+                f"{source}: joint '{joint[:40]}': limit lower {lower:g} is not below upper {upper:g}; mend them"
+            )
     if coupled and (arm.sign[1] < 0 or arm.sign[2] < 0):
         raise InputError(
             f"{source}: joints 2 and 3 do not count as FANUC's do, whose joint 3 is J2 + J3; say --j3 alone"
         )
-    return name, _text(read, name, Path(source).name, coupled)
+    text = _text(read, name, Path(source).name, coupled)
+    try:
+        arm_of(tomllib.loads(text), text, "its robot file")  # one that would not load is refused here
+    except InputError as failure:
+        raise InputError(f"{source}: {failure}") from None
+    return name, text
 
 
 def _text(read: UrdfArm, name: str, source: str, coupled: bool) -> str:

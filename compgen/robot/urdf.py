@@ -15,6 +15,7 @@ from compgen.core.units import MM
 from compgen.robot.arm_geometry import Axes, ClassArm, class_arm, spread_joints
 
 MATCH = 1e-5  # m and rad over 1,000 poses
+MOST_LENGTH = 10.0  # [m] of a link, along an axis of its joint
 TIPS = ("flange", "tool0")  # names of an arm's end, the better one last
 TURNS = ("revolute", "continuous")
 
@@ -29,6 +30,7 @@ class UrdfJoint(NamedTuple):
     place: Pose  # in its parent
     axis: Array  # (3,) unit
     limits: tuple[float, float, float]  # [rad], [rad], [rad/s]; NaN: not given
+    mimics: str | None  # the joint that it follows; None: it moves by itself
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,6 +58,10 @@ def read_urdf(source: str) -> UrdfArm:
     """
     joints = _chain(source, _joints(source))
     turning = [joint for joint in joints if joint.kind != "fixed"]
+    after = joints[joints.index(turning[0]) + 1 :]
+    longest = max(float(np.abs(joint.place.position).max()) for joint in after)
+    if longest > MOST_LENGTH:
+        raise InputError(f"{source}: a link of {longest:g} m; a URDF file is in metres: is it in mm? export it anew")
     line, point = _lines(joints)
     try:
         arm = class_arm(Axes(line, point, _poses(joints, np.zeros((1, 6)))[0]))
@@ -122,7 +128,7 @@ def _joint(source: str, element: ElementTree.Element) -> UrdfJoint:
     parent, child = part("parent").get("link", ""), part("child").get("link", "")
     return UrdfJoint(
         name, element.get("type", ""), parent, child, place, axis / np.linalg.norm(axis),
-        (limits[0], limits[1], limits[2]),
+        (limits[0], limits[1], limits[2]), None if element.find("mimic") is None else part("mimic").get("joint", ""),
     )  # fmt: skip
 
 
@@ -152,6 +158,12 @@ def _chain(source: str, joints: list[UrdfJoint]) -> list[UrdfJoint]:
     other = next((j for j in best if j.kind not in (*TURNS, "fixed")), None)
     if other is not None:
         raise InputError(f"{source}: joint '{other.name[:40]}' is {other.kind[:20]}; the six joints of an arm turn")
+    follower = next((j for j in best if j.mimics is not None), None)
+    if follower is not None:
+        raise InputError(
+            f"{source}: joint '{follower.name[:40]}' mimics '{str(follower.mimics)[:40]}': it does not move by itself, "
+            "as each of an arm's six joints does; give a file without <mimic>"
+        )
     return best
 
 

@@ -1,5 +1,7 @@
 """URDF files to robot files: drawn arms of the class, with any zero and any signs, and one line for what is refused."""
 
+import re
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -114,6 +116,10 @@ def test_an_arm_of_another_class_is_refused(tmp_path, changes, words):
     assert not (tmp_path / "robots" / "drawn.toml").exists()
 
 
+def in_mm(text):
+    return re.sub(r'xyz="([^"]*)" rpy', lambda m: f'xyz="{numbers(1e3 * np.array(m[1].split(), float))}" rpy', text)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -133,12 +139,21 @@ def test_an_arm_of_another_class_is_refused(tmp_path, changes, words):
         (lambda t: t.replace('rpy="1 2 3"', 'rpy="1 2"'), "joint 'end': origin rpy: '1 2' is not 3 numbers"),
         (lambda t: t.replace('xyz="', 'xyz="nan ', 1), "is not 3 numbers"),
         (lambda t: "", "not XML"),
+        (lambda t: t.replace('lower="-2"', 'lower="3"', 1), "joint 'joint_1': limit lower 3 is not below upper 2"),
+        (lambda t: t.replace('lower="-2"', 'lower="-200"', 1), "limits.j1_deg"),
+        (lambda t: t.replace('velocity="', 'velocity="1e9', 1), "limits.speed_deg_s"),
+        (in_mm, "a URDF file is in metres: is it in mm?"),
+        (
+            lambda t: t.replace("<limit", '<mimic joint="joint_1"/><limit', 3),
+            "mimics 'joint_1': it does not move by itself",
+        ),
     ],
 )
 def test_a_bad_file_is_refused_in_one_line(tmp_path, change, words):
     text, *_ = drawn_urdf(1)
     (tmp_path / "drawn.urdf").write_text(change(text))
     refused(run("init", "--urdf", tmp_path / "drawn.urdf", tmp_path), 2, words)
+    assert not (tmp_path / "robots" / "drawn.toml").exists()
 
 
 def test_signs_that_are_not_fanucs_ask_for_j3_alone_and_a_file_is_not_replaced(tmp_path):
