@@ -4,11 +4,16 @@ MOST_CHARACTERS = 300
 _ENDING = 100  # characters kept of the end, where the mend stands
 
 
+def printable(text: str) -> str:
+    """A text whose characters that control a terminal or a page, or are no letters, stand as escapes."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def one_line(message: str) -> str:
     """A message in one line of printable characters, at most ``MOST_CHARACTERS``; a longer one loses its middle."""
-    line = " ".join(message.split())
-    if not line.isprintable():
-        line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    line = printable(" ".join(message.split()))
     if len(line) <= MOST_CHARACTERS:
         return line
     mark = " ... "

@@ -21,6 +21,8 @@ DEEPEST = 20  # levels of tables and lists in each other; a thousand of them wou
 
 _REPR = Repr()  # of values in messages
 _REPR.maxlevel, _REPR.maxstring = 2, 60
+#: C0 and C1 but for tab and line feed, line and paragraph separators, marks that turn the direction of writing
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff]")
 _MANY_DIGITS = "a number of thousands of digits"
 _LONG_INTEGER = re.compile(r"<int instance with roughly \d+ digits [^>]*>")  # since Python 3.14, with its address
 
@@ -144,11 +146,29 @@ def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
     deep = next((key for key, value in data.items() if _is_deeper(value, DEEPEST)), None)
     if deep is not None:
         raise InputError(f"{where}: {_short(deep)}: nested more than {DEEPEST} deep; remove it, no key here needs that")
+    control = _control_character(data)
+    if control is not None:
+        raise TableError(f"{where}: {control}: it holds a control character or a mark of direction; remove it")
     try:
         return model.model_validate(data)
     except ValidationError as failure:
         errors = failure.errors(include_url=False)
     raise TableError(f"{where}: {_message(model, data, errors)}")
+
+
+def _control_character(value: Any, key: str = "") -> str | None:
+    """Key and text of the first that would steer a terminal or a page that shows it; None where there is none."""
+    if isinstance(value, str):
+        return f"{key}: {_short(value)}" if _CONTROL.search(value) else None
+    if isinstance(value, dict):
+        named = next((name for name in value if _CONTROL.search(name)), None)
+        if named is not None:
+            return f"{key}{'.' if key else ''}{_short(named)}"
+        entries: Any = value.items()
+    else:
+        entries = enumerate(value) if isinstance(value, list) else ()
+    found = (_control_character(entry, f"{key}.{_short(str(k))}" if key else _short(str(k))) for k, entry in entries)
+    return next((text for text in found if text is not None), None)
 
 
 def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[ErrorDetails]) -> str:

@@ -90,3 +90,12 @@ def test_a_reader_that_has_seen_enough_is_no_failure(arguments):
     )  # fmt: skip
     os.close(writing)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("value", ["x", "", "-1"])
+def test_variables_that_only_libraries_read_end_no_command(value):
+    """Numpy reads SOURCE_DATE_EPOCH as a number, OpenMP says what it thinks of OMP_NUM_THREADS."""
+    variables = {"SOURCE_DATE_EPOCH": value, "OMP_NUM_THREADS": value}
+    command = [sys.executable, "-m", "compgen", "check", "paths/line_y.toml", "-q"]
+    result = subprocess.run(command, env={**ENVIRONMENT, **variables}, cwd=ROOT, capture_output=True, text=True)
+    assert (result.returncode, result.stderr) == (0, "")

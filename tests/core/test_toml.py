@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, FiniteFloat
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, TableError
 from compgen.core.toml import Table, check, override, read_toml
 from compgen.fanuc.frames import load_frames
 
@@ -249,3 +249,28 @@ def test_a_number_of_thousands_of_digits_is_refused_without_pythons_advice(tmp_p
         with pytest.raises(InputError, match="5000 digits") as caught:
             read()
         assert "sys." not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "character", ["\x1b", "\x07", "\r", "\x00", "\x7f", "\x9b", "\u202e", "\u2066", "\u200f", "\u2028"]
+)
+def test_what_would_steer_a_terminal_or_a_page_is_refused_by_its_key(character):
+    class Row(Table):
+        text: str
+
+    class Titled(Table):
+        title: str = ""
+        rows: tuple[Row, ...] = ()
+
+    for data, key in (
+        ({"title": f"a{character}[31mb"}, "title"),
+        ({"rows": [{"text": "b"}, {"text": character}]}, "rows.1.text"),
+        ({"rows": [{f"n{character}": "x"}]}, "rows.0."),
+    ):
+        with pytest.raises(
+            TableError, match="it holds a control character or a mark of direction; remove it"
+        ) as caught:
+            check(Titled, data, "f.toml")
+        assert str(caught.value).startswith(f"f.toml: {key}")
+        assert str(caught.value).isprintable()
+    assert check(Titled, {"title": "Größe\t日本 שלום\n"}, "f.toml").title == "Größe\t日本 שלום\n"

@@ -453,3 +453,14 @@ def test_a_position_of_another_group_alone_is_listed():
     data = head + b"P[2]{" + second.replace(b"GP1", b"GP2")
     unsafe = inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), default_frames())["unsafe"]
     assert [u["reason"] for u in unsafe] == ["its position has no numbers of group 1"]
+
+
+def test_what_would_steer_a_terminal_stands_as_escapes_and_is_no_name():
+    evil = b"\x1b[31m\x07\x9b"
+    listed = b"/PROG A\n/MN\n   1:L P[1] 100mm/sec FINE " + evil + b" ;\n/POS\n/END\n"
+    unsafe = unsafe_statements(fanuc.loads(listed))
+    assert any("\\x1b[31m\\x07\\x9b" in row.text for row in unsafe)
+    assert all(row.text.isprintable() and row.reason.isprintable() for row in unsafe)
+    for name in (b"A\x1b[31mB", b"../A", b"A\x07"):
+        with pytest.raises(InputError, match=r"line 1: its name .* is none"):
+            fanuc.loads(listed.replace(b"PROG A", b"PROG " + name))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from compgen.core.one_line import printable
 from compgen.fanuc.analysis.placements import Placements
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
@@ -26,6 +27,10 @@ class Unsafe:
     line: int
     text: str
     reason: str
+
+    def __post_init__(self) -> None:
+        for field in ("text", "reason"):
+            object.__setattr__(self, field, printable(getattr(self, field)))
 
 
 def unsafe_statements(program: LsProgram, placements: Placements = AS_LISTED) -> tuple[Unsafe, ...]:

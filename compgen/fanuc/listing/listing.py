@@ -74,9 +74,12 @@ def loads(data: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
     )
     motions, statements, place, remarks = read_motions(data, *sections["MN"], few_texts)
     positions = read_positions(data, *sections["POS"], few_texts)
+    name = name_line.group(1).decode("latin-1") if name_line else ""
+    if not name.isprintable() or "/" in name:
+        raise InputError(f"program: line 1: its name {name[:40]!r} is none; it has letters, digits, - and _; mend it")
     return LsProgram(
         data=data,
-        name=name_line.group(1).decode("latin-1") if name_line else "",
+        name=name,
         subtype=name_line.group(2).decode("latin-1").strip() if name_line else "",
         attributes=attributes,
         remarks=remarks,

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from compgen.core.one_line import one_line
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number
 
 Numbers = dict[str, Any]
@@ -51,7 +52,10 @@ def program_of(output: Output) -> Numbers:
 def findings_of(output: Output) -> list[tuple[str, str, str]]:
     """Level, code and message of each finding."""
     with naming_damage(output):
-        return [(str(f["level"]), str(f["code"]), str(f["message"])) for f in output.record.get("findings", [])]
+        return [
+            (one_line(str(f["level"])), one_line(str(f["code"])), one_line(str(f["message"])))
+            for f in output.record.get("findings", [])
+        ]
 
 
 def final_error(output: Output) -> float | None:
