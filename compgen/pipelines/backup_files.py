@@ -76,9 +76,9 @@ def _pages(main: Path) -> list[Path]:
         return []
     try:
         names = [str(page["file"]) for page in json.loads(read_regular(manifest))["pages"]]
+        return [main.with_name(Path(name).name) for name in names]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise InputError(f"{manifest}: it is no manifest of pages; give the folder that cgen wrote") from None
-    return [main.with_name(Path(name).name) for name in names]
 
 
 def _is_binary(path: Path) -> bool:

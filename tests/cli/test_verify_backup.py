@@ -104,3 +104,5 @@ def test_what_cannot_be_compared_is_refused(written, tmp_path):
     shutil.copy(written / "paged" / "LINE_Y.LS", tmp_path / "LINE_Y.LS")
     (tmp_path / "LINE_Y.pages.json").write_text("{}")
     refused(run("verify-backup", tmp_path / "LINE_Y.LS", back), 2, "LINE_Y.pages.json", "no manifest")
+    (tmp_path / "LINE_Y.pages.json").write_text('{"pages": [{"file": ""}]}')
+    refused(run("verify-backup", tmp_path / "LINE_Y.LS", back), 2, "LINE_Y.pages.json", "no manifest")
