@@ -163,7 +163,7 @@ def test_points_without_normals_stand_on_the_mesh(tmp_path):
 def test_points_on_a_mesh_that_faces_down_are_told_so(tmp_path):
     (tmp_path / "row.csv").write_text("x_mm,y_mm,z_mm\n" + "".join(f"{x},0,0\n" for x in range(-40, 41, 5)))
     corners = grid_mesh(bowl, n=81)[:, ::-1]
-    with pytest.raises(InputError, match="100 % of the path lie over triangles that face down"):
+    with pytest.raises(InputError, match="inside out: the triangle on top at x -40.0"):
         mesh_job(tmp_path, corners, 'pattern = "points"\nfile = "row.csv"', "open = true")
 
 
@@ -273,3 +273,23 @@ def test_a_written_program_is_judged_by_the_file_too(tmp_path):
     (tmp_path / "cam.nc").write_text(TRIANGLE.replace("Y60", "Y60.1"))
     moved = fly_written(load_job(str(tmp_path / "own.toml")), text, lambda name: None, quiet)
     assert code_of(moved.findings, "bounds.max_um").level is Level.OUTSIDE
+
+
+def test_the_size_of_a_mesh_and_where_the_tool_meets_it_are_told(tmp_path):
+    """A mesh in inches, or upside down, is as good a mesh; only its size tells."""
+    notes = [f for f in mesh_job(tmp_path, grid_mesh(bowl, n=81), RASTER, SKIN).unlikely if f.code == "surface.mesh"]
+    assert "the mesh is 200.0 x 200.0 mm, z 0.0 to" in notes[0].message
+    assert "the tool is on it at z 0.0 to" in notes[0].message
+    assert [f.level.name for f in notes if "is not over the mesh" in f.message] == []
+    job = mesh_job(tmp_path, grid_mesh(bowl, n=81) / 4, RASTER, SKIN)
+    off = next(f for f in job.unlikely if "is not over the mesh" in f.message)
+    assert off.level.name == "WARNING"
+
+
+@pytest.mark.parametrize("path", [RASTER, 'pattern = "points"\nfile = "dish.csv"'])
+def test_a_mesh_that_is_inside_out_is_refused(tmp_path, path):
+    (tmp_path / "dish.csv").write_text("x_mm,y_mm,z_mm\n0,0,0\n10,0,0\n20,0,0\n")
+    top = grid_mesh(bowl, n=21)
+    closed = np.concatenate([top[:, ::-1], top - [0, 0, 0.05]])
+    with pytest.raises(InputError, match="inside out"):
+        mesh_job(tmp_path, closed, path, SKIN)

@@ -65,6 +65,18 @@ def test_a_binary_file_may_begin_with_solid(tmp_path):
         (text(np.full((1, 3, 3), np.nan)), "facet 1: a coordinate is not a number"),
         (binary(np.full((1, 3, 3), 1e3)), "facet 1: a coordinate is not a number, or beyond 100000 mm"),
         (b"solid part\nendsolid part\n", "no facets"),
+        (
+            b"x".ljust(80) + struct.pack("<I", 7) + binary(box((0, 0, 0), (1, 1, 1)))[84:],
+            "its count says 7 facets, and it has room for 5 more",
+        ),
+        (
+            text(box((0, 0, 0), (1, 1, 1))).replace(b" endloop", b"  vertex 0 0 0\n endloop"),
+            "line 8: a facet with 4 vertices",
+        ),
+        (
+            text(box((0, 0, 0), (1, 1, 1))).replace(b"outer loop\n  ", b"outer loop "),
+            "line 6: a facet with 2 vertices",
+        ),
     ],
 )
 def test_a_bad_file_is_refused_in_one_line(tmp_path, content, words):
@@ -186,21 +198,50 @@ def bump(x, y):
 def test_triangles_that_face_down_are_told_and_not_that_the_mesh_is_elsewhere():
     corners = grid_mesh(bump)
     laid_raster(Mesh.of_corners(corners))
-    with pytest.raises(InputError, match=r"100 % of the path lie over triangles that face down.*turn its normals"):
+    with pytest.raises(InputError, match=r"inside out: the triangle on top at x .* faces down .*turn its normals"):
         laid_raster(Mesh.of_corners(corners[:, ::-1]))
     half = corners.copy()
     half[::2] = half[::2, ::-1]
-    with pytest.raises(InputError, match="% of the path lie over triangles that face down"):
+    with pytest.raises(InputError, match="inside out: the triangle on top"):
         laid_raster(Mesh.of_corners(half))
 
 
 def test_a_body_that_is_inside_out_is_told():
     body = box((-0.1, -0.1, -0.05), (0.1, 0.1, 0.0))
     laid_raster(Mesh.of_corners(body))
-    with pytest.raises(InputError, match=r"part\.stl: it is inside out.*turn its normals"):
+    with pytest.raises(InputError, match=r"part\.stl: inside out: .*turn its normals"):
         laid_raster(Mesh.of_corners(body[:, ::-1]))
 
 
 def test_a_skin_over_its_own_underside_is_no_fault():
     lower = grid_mesh(lambda x, y: bump(x, y) - 0.01)[:, ::-1]
     laid_raster(Mesh.of_corners(np.concatenate([grid_mesh(bump), lower])))
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_part_that_is_inside_out_is_refused_and_not_driven_through(mirrored):
+    """Its facets that face up are those of its bottom: the tool would go there, through the part."""
+    top = grid_mesh(lambda x, y: 0 * x)
+    part = np.concatenate([top, top[:, ::-1] - [0, 0, 0.1]])
+    laid = laid_raster(Mesh.of_corners(part))
+    assert_allclose(laid.points.position[laid.points.contact, 2], 0, atol=1e-12)
+    turned = part * [-1, 1, 1] if mirrored else part[:, ::-1]
+    with pytest.raises(InputError, match=r"part\.stl: inside out: the triangle on top at x .* faces down"):
+        laid_raster(Mesh.of_corners(turned))
+
+
+def test_facets_that_are_turned_are_no_hole():
+    corners = grid_mesh(lambda x, y: 0 * x)
+    turned = (np.abs(corners.mean(axis=1)[:, :2]) < 0.02).all(axis=1)
+    corners[turned] = corners[turned, ::-1]
+    with pytest.raises(InputError, match="inside out"):
+        laid_raster(Mesh.of_corners(corners))
+
+
+def test_an_overhang_and_a_knife_edge_are_not_inside_out():
+    """A bracket over a plate: its lower side faces down, below its upper one."""
+    plate, bracket = box((-0.1, -0.1, -0.1), (0.1, 0.1, 0.0)), box((-0.2, -0.2, 0.05), (0.2, 0.2, 0.06))
+    assert laid_raster(Mesh.of_corners(np.concatenate([plate, bracket]))).on_mesh == 1
+    a, b, c, d = np.array([[-0.2, -0.2, 0], [0.2, -0.2, 0], [0.0, 0.2, 0], [0, 0, -0.1]])
+    wedge = np.array([[a, b, c], [a, d, b], [b, d, c], [c, d, a]])
+    assert laid_raster(Mesh.of_corners(wedge)).on_mesh > 0.5

@@ -1,30 +1,30 @@
-"""Meshes whose triangles face the wrong way: from the tool, they are not there."""
+"""Meshes whose triangles face the wrong way: the tool would go through what is on top, or find nothing under it."""
 
-from compgen.core.arrays import Array
+from collections.abc import Callable
+
+from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
-from compgen.planning.mesh.mesh import Mesh
-
-LEAST = 0.01  # of the path, over triangles that face down: less is an edge's rounding
-_MEND = "turn its normals (flip, or reorient faces) where it was made, and export it again"
+from compgen.core.units import MM
+from compgen.planning.mesh.mesh import Mesh, Over
 
 
-def refuse_facing_down(mesh: Mesh, bare: Array, count: int, source: str) -> None:
-    """Refuse a mesh that faces away from the tool: nothing else says why it would not be under the path.
+def refuse_facing_down(mesh: Mesh, xy: Array, over: Over, rows: IntArray, where: Callable[[int], str]) -> None:
+    """Refuse a mesh that is inside out, or upside down, under a path.
 
     Args:
         mesh: In the frame of the part.
-        bare: Places over which no triangle faces up, (M, 2) [m].
-        count: Places in all.
-        source: The mesh's file, for the message.
+        xy: Places, (M, 2) [m].
+        over: The mesh over them.
+        rows: Of those that the tool touches.
+        where: Names the file, and the line where it has one, of a row.
 
     Raises:
-        InputError: Triangles face into the body that they enclose, or down where none above faces up.
+        InputError: What is on top at one of them faces down.
     """
-    if mesh.is_inside_out():
-        raise InputError(f"{source}: it is inside out: its triangles face into the body; {_MEND}")
-    share = float((mesh.turned().over(bare).facet >= 0).sum() / count) if len(bare) else 0.0
-    if share > LEAST and len(mesh.open_edges()):
+    bad = rows[mesh.faces_down(xy[rows], over.height[rows])]
+    if len(bad):
+        x, y = xy[bad[0]] / MM
         raise InputError(
-            f"{source}: {100 * share:.0f} % of the path lie over triangles that face down, off the tool; {_MEND}, "
-            "or turn the part over"
+            f"{where(int(bad[0]))}: inside out: the triangle on top at x {x:.1f}, y {y:.1f} mm faces down (mirrored, "
+            "or upside down?); turn its normals (flip, or reorient faces) and export it again, or turn the part over"
         )

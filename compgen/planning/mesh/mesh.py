@@ -14,6 +14,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_n
 
 UPWARDS = 1e-3  # least z of a normal that counts as facing up: a wall is met by no place
 INSIDE = 1e-9  # relative, that a place may lie outside a facet's edge
+SAME_HEIGHT = 1e-6  # [m] by which a face below may seem to stand above the edge that it ends at
 PER_FACET = 4  # entries of the grid at most, in the mean
 
 
@@ -66,12 +67,6 @@ class Mesh:
         """The same with its facets' other sides outside."""
         return Mesh(self.vertex, self.facet[:, ::-1], -self.normal)
 
-    def is_inside_out(self) -> bool:
-        """Whether it encloses a body, and its facets face into it."""
-        a, b, c = (self.vertex[self.facet[:, k]] for k in range(3))
-        volume = float((a * np.cross(b, c)).sum())
-        return volume < 0 and not len(self.open_edges())
-
     def edge_length(self) -> float:
         """The median length of an edge [m]."""
         a, b = self.facet[:, 0], self.facet[:, 1]
@@ -104,6 +99,10 @@ class Mesh:
         there = facet_over >= 0
         normal[there] /= row_norms(normal[there])[:, None]
         return Over(np.where(there, height, np.nan), normal, facet_over)
+
+    def faces_down(self, xy: Array, height: Array) -> BoolArray:
+        """Whether what is on top at places (M, 2) [m] faces down, (M,): above a height (M,) [m] that faces up, or NaN."""
+        return np.asarray(self.turned().over(xy).height > np.nan_to_num(height, nan=-np.inf) + SAME_HEIGHT)
 
     def _weights(self, facet: IntArray, xy: Array) -> tuple[Array, BoolArray]:
         """Barycentric weights of places in facets' projections, (M, 3), and whether they are inside."""

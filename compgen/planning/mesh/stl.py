@@ -20,7 +20,8 @@ def read_stl(source: str | Path) -> Array:
     """The corners of T triangles, (T, 3, 3) [m], in the file's order and axes; its normals are not looked at.
 
     Raises:
-        InputError: Not readable, cut off, a coordinate that is no number or beyond 100 m, or no triangle.
+        InputError: Not readable, cut off, longer than its count says, a facet that is no triangle, a coordinate that is
+            no number or beyond 100 m, or no triangle.
     """
     name = str(source)
     try:
@@ -57,6 +58,9 @@ def _binary(name: str, content: bytes) -> Array:
         )
     if not count:
         raise InputError(f"{name}: no facets; export the surface of the part")
+    more = (len(content) - needed) // RECORD.itemsize
+    if more:  # a count that is too small leaves a hole where the rest of the part is
+        raise InputError(f"{name}: its count says {count} facets, and it has room for {more} more; export it again")
     return np.frombuffer(content, RECORD, count, COUNT)["corner"].astype(float)
 
 
@@ -71,9 +75,26 @@ def _ascii(name: str, content: bytes) -> Array:
         numbers = np.zeros(0)
     if len(numbers) != 3 * len(vertices):
         raise InputError(f"{name}: line {_first_bad(lines)}: a vertex has three numbers; export it again")
+    _check_triangles(name, lines)
     if len(vertices) % 3 or not any(row.strip().lower().startswith(b"endsolid") for row in lines[-3:]):
         raise InputError(f"{name}: cut off after line {len(lines)}: no endsolid; export it again")
     return numbers.reshape(-1, 3, 3)
+
+
+def _check_triangles(name: str, lines: list[bytes]) -> None:
+    """Raises InputError where a loop has other than three lines with a vertex."""
+    count = 0
+    for n, row in enumerate(lines, 1):
+        word = row.lstrip()[:7].lower()
+        if word[:6] == VERTEX:
+            count += 1
+        elif word == b"endloop":
+            if count != 3:
+                raise InputError(
+                    f"{name}: line {n}: a facet with {count} vertices on lines of their own; export triangles, each "
+                    "vertex on its line"
+                )
+            count = 0
 
 
 def _first_bad(lines: list[bytes]) -> int:

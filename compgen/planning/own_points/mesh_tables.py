@@ -22,6 +22,7 @@ from compgen.planning.own_points.space_curve import Tolerance, space_curve
 from compgen.planning.surfaces import plane
 
 CORNER = 25 * DEG  # from where a turn of the path is a corner
+MOSTLY = 0.5  # share of the path that a part is under; less is a mistake as likely as a wish
 TOLERANCE_UM, TOLERANCE_MDEG = 10.0, 200.0
 
 
@@ -95,15 +96,32 @@ def pattern_on_mesh(
     place, tilt = table.tolerance_um or TOLERANCE_UM, table.tolerance_mdeg or TOLERANCE_MDEG
     local = place_points(laid.points, plane(np.zeros(3)), spin, 1.0)
     curve = space_curve(local, Tolerance(place * UM, tilt * MDEG, CORNER, False)).curve
-    return OnMesh(curve, tuple(Finding(Level.NOTE, "surface.mesh", text) for text in _words(table, laid, place)))
+    notes = [Finding(Level.NOTE, "surface.mesh", text) for text in (_size(mesh, laid), *_words(table, laid, place))]
+    if laid.on_mesh < 1:
+        level = Level.NOTE if laid.on_mesh > MOSTLY else Level.WARNING
+        off = 100 * (1 - laid.on_mesh)
+        notes.append(
+            Finding(
+                level, "surface.mesh", f"{off:.2g} % of the path inside the edge is not over the mesh: no contact there"
+            )
+        )
+    return OnMesh(curve, tuple(notes))
+
+
+def _size(mesh: Mesh, laid: Laid) -> str:
+    """How large the mesh is and where the tool meets it: no file says its unit, nor which way is up."""
+    low, high = mesh.vertex.min(axis=0) / MM, mesh.vertex.max(axis=0) / MM
+    x, y, _ = high - low
+    met = laid.points.position[laid.points.contact, 2] / MM
+    return (
+        f"the mesh is {x:.1f} x {y:.1f} mm, z {low[2]:.1f} to {high[2]:.1f}; the tool is on it at z {met.min():.1f} to "
+        f"{met.max():.1f}, from above: compare with the drawing"
+    )
 
 
 def _words(table: MeshTable, laid: Laid, tolerance_um: float) -> list[str]:
     """What a user should know of the mesh under the path."""
     words = []
-    if laid.on_mesh < 1:
-        off = 100 * (1 - laid.on_mesh)
-        words.append(f"{off:.2g} % of the path inside the edge is not over the mesh: no contact there")
     if laid.facets > tolerance_um * UM:
         words.append(
             f"the mesh's facets stand some {laid.facets / UM:.0f} um off a smooth surface, and the path follows them "

@@ -54,8 +54,8 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
         tool_radius: Of the tool's working face [m]; 0: not to be looked at.
 
     Raises:
-        InputError: The mesh is nowhere under the pattern, has a sharp edge or a hollow sharper than the tool under it,
-            or the pattern needs too many points.
+        InputError: The mesh is nowhere under the pattern, is inside out there, has a sharp edge or a hollow sharper
+            than the tool under it, or the pattern needs too many points.
     """
     step = float(np.clip(mesh.edge_length() / PER_EDGE, FINEST, COARSEST))
     piece, t, first = _samples(pattern, step, source)
@@ -65,7 +65,7 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     under = over.facet >= 0
     touching = pattern.working[piece] & boundary.contains(place) & (height <= 0)
     on = touching & under
-    refuse_facing_down(mesh, xy[touching & ~under], int(touching.sum()), source)
+    refuse_facing_down(mesh, xy, over, np.flatnonzero(touching), lambda row: source)
     if not on.any():
         raise InputError(f"{source}: {_elsewhere(mesh, xy)}")
     _refuse_creases(mesh, over, on, xy, source)

@@ -57,12 +57,12 @@ def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> GivenPoints:
         shift: Of the points in it, (3,) [m].
 
     Raises:
-        InputError: A point that the mesh is nowhere under.
+        InputError: A point that the mesh is nowhere under, or where it is inside out.
     """
     xy = points.position[:, :2] + shift[:2]
     over = mesh.over(xy)
+    refuse_facing_down(mesh, xy, over, np.arange(len(xy)), lambda row: f"{points.where(row)}: the mesh (surface.file)")
     off = np.flatnonzero(over.facet < 0)
-    refuse_facing_down(mesh, xy[off], len(xy), "surface.file")
     if len(off):
         x, y = xy[off[0]] / MM
         raise InputError(
