@@ -13,6 +13,7 @@ from compgen.robot.urdf import UrdfArm, read_urdf
 
 TIME_TO_SPEED = 0.875  # [s] that full speed takes, as assumed for the shipped arms
 TIME_TO_ACCELERATION = 0.2  # [s]
+LARGEST = 30.0  # [rad], [rad/s]: no joint turns so far or so fast, and degrees are more
 NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,30}")
 CONTROLLER = """# Settings of your controller: set them from its status screen. [assumed]
 [controller]
@@ -35,7 +36,8 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
         coupled: Whether the file's joint 3 is the pendant's J2 + J3, as ROS-Industrial's of FANUC arms is.
 
     Raises:
-        InputError: What ``read_urdf`` refuses; a joint without limits or speed; a name that no robot can have.
+        InputError: What ``read_urdf`` refuses; a joint without limits or speed, or with them in degrees; a name
+            that no robot can have.
     """
     read = read_urdf(source)
     arm = read.arm
@@ -51,6 +53,7 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
             raise InputError(
                 f"{source}: joint '{joint[:40]}': limit lower {lower:g} is not below upper {upper:g}; mend them"
             )
+    _check_radians(source, read)
     if coupled and (arm.sign[1] < 0 or arm.sign[2] < 0):
         raise InputError(
             f"{source}: joints 2 and 3 do not count as FANUC's do, whose joint 3 is J2 + J3; say --j3 alone"
@@ -61,6 +64,19 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
     except InputError as failure:
         raise InputError(f"{source}: {failure}") from None
     return name, text
+
+
+def _check_radians(source: str, read: UrdfArm) -> None:
+    """Raises InputError where a limit can only be in degrees."""
+    joint, k = np.unravel_index(int(np.abs(read.limits).argmax()), read.limits.shape)
+    value = float(read.limits[joint, k])
+    if abs(value) > LARGEST:
+        key, unit = (("lower", "rad"), ("upper", "rad"), ("velocity", "rad/s"))[int(k)]
+        name = read.joints[int(joint)][:40]
+        raise InputError(
+            f"{source}: joint '{name}': limit {key}: {value:g} {unit} is beyond {LARGEST:g}; is it in degrees? a URDF "
+            "has radians"
+        )
 
 
 def _text(read: UrdfArm, name: str, source: str, coupled: bool) -> str:

@@ -146,15 +146,28 @@ def _chain(source: str, joints: list[UrdfJoint]) -> list[UrdfJoint]:
         return turning(path), TIPS.index(path[-1].child) if path and path[-1].child in TIPS else -1
 
     best: list[UrdfJoint] = []
+    arms = list[str]()  # the sixth turning joint of each chain of six
     stack: list[list[UrdfJoint]] = [[j] for name in by_parent if name not in children for j in by_parent[name]]
     while stack:
         path = stack.pop()
         if rank(path) > rank(best):
             best = path
+        if turning(path) == 6 and path[-1].kind != "fixed":
+            arms.append(path[-1].name)
         if len(path) <= len(joints):
             stack += [[*path, joint] for joint in by_parent.get(path[-1].child, [])]
     if turning(best) != 6:
         raise InputError(f"{source}: {turning(best)} moving joints in a row, not six; give one six-axis arm's file")
+    if len(arms) > 1:
+        ends = ", ".join(name[:40] for name in arms[:3])
+        raise InputError(f"{source}: {len(arms)} chains of six moving joints, ending in {ends}; give one arm's file")
+    behind = [joint.child for joint in by_parent.get(best[-1].child, [])]
+    if behind and best[-1].child not in TIPS:
+        links = ", ".join(name[:40] for name in behind[:3])
+        raise InputError(
+            f"{source}: no link is named tool0 or flange, and behind '{best[-1].child[:40]}' come {links}: which is "
+            "the flange? name it tool0"
+        )
     other = next((j for j in best if j.kind not in (*TURNS, "fixed")), None)
     if other is not None:
         raise InputError(f"{source}: joint '{other.name[:40]}' is {other.kind[:20]}; the six joints of an arm turn")

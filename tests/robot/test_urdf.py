@@ -69,6 +69,12 @@ def drawn_urdf(seed, sizes=None, zero=None, sign=None, tip=None, beside=0.0, wri
     return "<robot name='drawn'>\n" + "\n".join(rows) + "\n</robot>\n", base, sizes, sign
 
 
+def second_arm(text):
+    """The joints and links of an arm, under other names."""
+    inner = text.partition("\n")[2].replace("</robot>", "")
+    return re.sub(r'(name|link)="', r'\1="left_', inner)
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_a_drawn_arm_is_found_with_its_signs_and_its_zero(tmp_path, seed):
     text, base, sizes, _ = drawn_urdf(seed)
@@ -140,13 +146,18 @@ def in_mm(text):
         (lambda t: t.replace('xyz="', 'xyz="nan ', 1), "is not 3 numbers"),
         (lambda t: "", "not XML"),
         (lambda t: t.replace('lower="-2"', 'lower="3"', 1), "joint 'joint_1': limit lower 3 is not below upper 2"),
-        (lambda t: t.replace('lower="-2"', 'lower="-200"', 1), "limits.j1_deg"),
-        (lambda t: t.replace('velocity="', 'velocity="1e9', 1), "limits.speed_deg_s"),
         (in_mm, "a URDF file is in metres: is it in mm?"),
         (
             lambda t: t.replace("<limit", '<mimic joint="joint_1"/><limit', 3),
             "mimics 'joint_1': it does not move by itself",
         ),
+        (
+            lambda t: t.replace('lower="-2"', 'lower="-170"', 1),
+            "'joint_1': limit lower: -170 rad is beyond 30; is it in deg",
+        ),
+        (lambda t: t.replace('velocity="5"', 'velocity="285"'), "'joint_3': limit velocity: 285 rad/s is beyond 30"),
+        (lambda t: t.replace('"tool0"', '"tcp"'), "no link is named tool0 or flange, and behind 'l6' come tcp"),
+        (lambda t: t.replace("</robot>", second_arm(t) + "</robot>"), "2 chains of six moving joints, ending in"),
     ],
 )
 def test_a_bad_file_is_refused_in_one_line(tmp_path, change, words):

@@ -101,7 +101,7 @@ class Mesh:
         return Over(np.where(there, height, np.nan), normal, facet_over)
 
     def faces_down(self, xy: Array, height: Array) -> BoolArray:
-        """Whether what is on top at places (M, 2) [m] faces down, (M,): above a height (M,) [m] that faces up, or NaN."""
+        """Whether what is on top at places (M, 2) [m] faces down, (M,): above heights (M,) [m] that face up, or NaN."""
         return np.asarray(self.turned().over(xy).height > np.nan_to_num(height, nan=-np.inf) + SAME_HEIGHT)
 
     def _weights(self, facet: IntArray, xy: Array) -> tuple[Array, BoolArray]:
