@@ -24,6 +24,7 @@ PLACE = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 NORMAL = ("nx", "ny", "nz")
 KNOWN = ("time_s", "target", *PLACE, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
 CERTIFIED_AT = 20.0  # degC
+LEAST_CTE = 0.1  # um/m/K: of no material but 0; glass ceramics have less and are given as 0
 UNIT = 1e-3  # of the length of a direction
 OTHER = 0.01  # share by which a length may differ from the distance of its spheres' places
 UNITS = {"metres": 1e3, "inches": 25.4}  # in millimetres
@@ -97,6 +98,7 @@ def read_artefact(source: str) -> Artefact:
     """
     mend = "--artefact names the file that says what was touched"
     file = check(ArtefactFile, read_toml(Path(source), "paths", mend), source)
+    _check_growth(source, file)
     grown = 1 + file.artefact.cte_um_m_K * UM * (file.artefact.temperature_degC - CERTIFIED_AT)
     places = []
     for i, sphere in enumerate(file.sphere):
@@ -147,6 +149,21 @@ def read_artefact(source: str) -> Artefact:
         np.array([p.sigma_um * UM for p in file.plane]),
         None if file.artefact.taught is None else dict(file.artefact.taught.rise_K),
     )
+
+
+def _check_growth(source: str, file: ArtefactFile) -> None:
+    """Raises InputError where an expansion is missing, or of no material in um/m/K."""
+    cte, given = file.artefact.cte_um_m_K, file.artefact.model_fields_set
+    if 0 < cte < LEAST_CTE:
+        raise InputError(
+            f"{source}: artefact.cte_um_m_K: {cte:g} is below {LEAST_CTE:g}: is it in 1/K or mm/m/K? steel has 11.5; "
+            "what does not grow has 0"
+        )
+    if "temperature_degC" in given and "cte_um_m_K" not in given and file.artefact.temperature_degC != CERTIFIED_AT:
+        raise InputError(
+            f"{source}: artefact.cte_um_m_K: missing, so that temperature_degC moves nothing; give the artefact's "
+            "expansion, 0 if it has none"
+        )
 
 
 def _check_lengths(source: str, file: ArtefactFile, names: tuple[str, ...], place: Array, grown: float) -> None:

@@ -90,3 +90,19 @@ def test_a_touch_that_stands_twice_is_refused_and_a_repeated_one_is_not(tmp_path
     assert len(touches(tmp_path, row, row.replace("7", "8", 1)).target) == 2
     with pytest.raises(InputError, match="line 4: the same touch at the same time_s as in line 2; keep one"):
         touches(tmp_path, row, "9,a,1200,100,200,180,0,0", row)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ("cte_um_m_K = 1.15e-5", "1.15e-05 is below 0.1: is it in 1/K"),
+        ("cte_um_m_K = 0.0115", "0.0115 is below 0.1"),
+        ("temperature_degC = 25", "cte_um_m_K: missing, so that temperature_degC moves nothing"),
+    ],
+)
+def test_an_artefact_that_would_not_grow_is_refused(tmp_path, lines, words):
+    """41 um on the path of a robot that touched a steel artefact at 25 degC."""
+    with pytest.raises(InputError, match=f"artefact.toml: artefact.cte_um_m_K: .*{words}|{words}"):
+        artefact(tmp_path, ARTEFACT.replace("[artefact]", f"[artefact]\n{lines}"))
+    grown = artefact(tmp_path, ARTEFACT.replace("[artefact]", "[artefact]\ncte_um_m_K = 0\ntemperature_degC = 25"))
+    assert grown.place.tolist() == [[1.2, 0.1, 0.2]]

@@ -341,3 +341,11 @@ def test_a_deflected_probe_met_its_target_before(tmp_path):
     pushed = touched(day.artefact, deflected, WORLD, forecast)
     assert_allclose(pushed.actual - still.actual, -0.2 * MM * day.touches.normal, atol=1e-12)
     assert_allclose(pushed.y - still.y, 0.2 * MM, atol=2 * UM)  # its ball was that much farther from the sphere
+
+
+def test_a_direction_out_of_the_target_is_refused(tmp_path):
+    """With a deflection it would count twice, to the wrong side."""
+    day = drawn_day(0, tmp_path, sided=True)
+    anchored(day)
+    with pytest.raises(InputError, match=r"line 2, columns nx, ny, nz: the direction points out .* at 8 of 8 touches"):
+        anchored(replace(day, touches=replace(day.touches, normal=-day.touches.normal)))

@@ -25,7 +25,7 @@ from compgen.error_model.model import build_error_model
 from compgen.identification.touches import Artefact, Touches, probing_directions
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Innovation
-from compgen.pipelines.anchor.mistakes import check_touches
+from compgen.pipelines.anchor.mistakes import check_directions, check_touches
 from compgen.pipelines.anchor.unknowns import Unknowns
 
 SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
@@ -82,13 +82,16 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
     coordinates = int(np.where(sided | on_plane, 1, 3).sum())
     largest = float(np.abs(cell.robot.to_pendant(theta)).max())
     check_touches(artefact, touches, nominal, place, reach, coordinates, largest)
+    normal = frame.rotation @ artefact.normal.T if len(artefact.normal) else np.zeros((3, 0))
     target, taught = place[touches.target], None
+    inwards = target - nominal
+    inwards[on_plane] = -normal.T[touches.target[on_plane] - S]
+    check_directions(touches, inwards)
     if artefact.taught is not None:
         taught = taught_rises(artefact, cell.heat.names)
         then = model.actual_pose(theta, np.broadcast_to(taught, rise.shape), motion).position - pushed
         target = target + then - nominal
     rows, along, y = [], [], []
-    normal = frame.rotation @ artefact.normal.T if len(artefact.normal) else np.zeros((3, 0))
     for n in range(N):
         gap = target[n] - actual[n]
         if on_plane[n]:
