@@ -76,7 +76,7 @@ class _State(Table):
 
 class _Warmth(Table):
     node: Annotated[list[str], Field(min_length=1, max_length=200)]
-    K: list[Number]
+    K: list[Annotated[FiniteFloat, Field(ge=-80, le=80)]]
     sigma_K: list[Number]
     modal: list[FiniteFloat] | None = None
 
@@ -135,6 +135,9 @@ def parse_state(content: bytes, source: str) -> AnchoredState:
         count = len(getattr(warmth, key))
         if count != len(warmth.node):
             raise InputError(f"{source}: rise.{key}: {count} values of {len(warmth.node)} nodes; {_MEND}")
+    twice = next((n for n in warmth.node if warmth.node.count(n) > 1), None)
+    if twice is not None:
+        raise InputError(f"{source}: rise.node: '{twice[:32]}' stands twice; {_MEND}")
     units = np.concatenate([np.ones(len(warmth.node)), np.repeat([UM, MDEG], 3), np.ones(len(drifting))])
     sigma = np.array([*warmth.sigma_K, *base.sigma_um, *base.sigma_mdeg, *(d.sigma for d in drifting)]) * units
     names = [*warmth.node, *"xyzwpr", *(d.parameter for d in drifting)]

@@ -198,6 +198,8 @@ def test_a_damaged_state_is_refused(hot, tmp_path):
         ("  [0, 1],\n", "  [1.5, 1],\n", "must be -1 to 1"),
         ("window_s = ", "window_min = ", "unknown key"),
         ("sigma_um = [", "sigma_um = [-", "below zero"),
+        ('"j3"', '"j2"', "rise.node: 'j2' stands twice"),
+        ("K = [", "K = [99", "must be less than or equal to 80"),
     ):
         file = tmp_path / "damaged.toml"
         file.write_text(text.replace(old, new, 1).replace("-0.0", "-1.0", 1))
