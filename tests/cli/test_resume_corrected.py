@@ -9,6 +9,7 @@ from command_line import refused, run
 from ls_text import cartesian, program
 
 from compgen import fanuc as ls
+from compgen.fanuc.paging.manifest import with_checksum
 
 SHIFT = ("--before", "moving 200mm/s 5h")
 PAGES = ("--robot", "m710ic50", "--set", "controller.max_lines=40", "-q")
@@ -95,7 +96,7 @@ def test_a_page_edited_by_hand_and_a_record_that_is_none_are_refused(job):
     (job / "LONG_01.LS").write_bytes(page)
     record = json.loads((job / "LONG.pages.json").read_bytes())
     record["corrected_from"]["planned_zlib_b85"] = "x"
-    (job / "LONG.pages.json").write_text(json.dumps(record))
+    (job / "LONG.pages.json").write_bytes(with_checksum(record))
     refused(run("resume", job, "--from-page", "2", *RESUME), 2, "cgen correct")
 
 

@@ -16,7 +16,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.fanuc.paging.join_check import JoinError
-from compgen.fanuc.paging.manifest import check_manifest
+from compgen.fanuc.paging.manifest import CHECKSUM, check_manifest, with_checksum
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.resume.beginning import begin_at, begin_late, known_state
@@ -445,4 +445,40 @@ def test_an_edited_manifest_names_the_key(made, tmp_path, value, keys, words):
 def rewrite(folder, **changes):
     file = folder / "OPTIC_RASTER.pages.json"
     record = {**json.loads(file.read_bytes()), **changes}
-    file.write_text(json.dumps({k: v for k, v in record.items() if v is not None}))
+    file.write_bytes(with_checksum({k: v for k, v in record.items() if v is not None}))
+
+
+@pytest.fixture(scope="module")
+def late(made, tmp_path_factory):
+    """A job of which the pages from the third on were written anew."""
+    folder = tmp_path_factory.mktemp("late")
+    for file in made.iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    put(folder, later(folder, 3, 1200.0))
+    return folder
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda record: record["resumed"][0].update(state=[x + 5 for x in record["resumed"][0]["state"]]),
+        lambda record: record["resumed"][0].update(first_waypoint=10),
+        lambda record: record["resumed"][0].update(clock_s=record["resumed"][0]["clock_s"] + 3600),
+        lambda record: record["pages"][1].update(rise_K={}),
+        lambda record: record.pop("resumed"),
+        lambda record: record.pop(CHECKSUM),
+    ],
+)
+def test_a_manifest_edited_by_hand_is_refused(late, tmp_path, edit):
+    """Its state of the robot was taken for the truth: 5 K more in it were 5 K of heat in all pages, inside."""
+    for file in late.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    manifest = tmp_path / "OPTIC_RASTER.pages.json"
+    record = json.loads(manifest.read_bytes())
+    manifest.write_text(json.dumps(record))  # its layout does not count
+    read_written_job(tmp_path)
+    edit(record)
+    manifest.write_text(json.dumps(record))
+    with pytest.raises(InputError, match=r"OPTIC_RASTER\.pages\.json: record_sha256: .* edited since") as refusal:
+        read_written_job(tmp_path)
+    assert len(str(refusal.value)) <= 300 + len(str(tmp_path))

@@ -1,6 +1,7 @@
 """The manifest of a program in pages: the order in which they are loaded, and the checksum of each.
 
-JSON, so that whoever loads the pages, a person or a program, can check them before they run.
+JSON, so that whoever loads the pages, a person or a program, can check them before they run. What ``resume`` takes from
+it (which pages have run, how warm the robot was) no other file says again: its last key is the checksum of the rest.
 """
 
 import json
@@ -16,6 +17,7 @@ from compgen.fanuc.paging.split import PagedProgram
 
 SCHEMA = 1
 MANIFEST_SUFFIX = ".pages.json"  # behind the program's name
+CHECKSUM = "record_sha256"  # of a manifest without this key
 
 
 def manifest_json(
@@ -64,7 +66,21 @@ def manifest_json(
         "largest_load_kB": round(max(memory) / KB, 3),
         "pages": pages,
     }
-    return json_text(data)
+    return with_checksum(data)
+
+
+def with_checksum(record: Mapping[str, Any]) -> bytes:
+    """The text of a manifest, with the checksum of everything in it."""
+    rest = {key: value for key, value in record.items() if key != CHECKSUM}
+    return json_text({**rest, CHECKSUM: sha256(json_text(rest)).hexdigest()})
+
+
+def is_as_written(record: Mapping[str, Any]) -> bool:
+    """Whether a manifest still says what it said when it was written, or is older than this; its layout is free."""
+    try:
+        return CHECKSUM not in record or json_text(record) == with_checksum(record)
+    except ValueError:  # NaN, which none has
+        return False
 
 
 def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict[str, bytes]]:

@@ -25,7 +25,6 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.findings import Finding, Progress
-from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, HOUR, KB, MM, UM
@@ -36,6 +35,7 @@ from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.editing.remark import marking_remark
 from compgen.fanuc.frames import Frames, default_frames
 from compgen.fanuc.paging.capacity import Capacity
+from compgen.fanuc.paging.manifest import with_checksum
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
@@ -337,7 +337,7 @@ def _manifest(
             entry["pages"].append({"name": line["name"], "old_sha256": line["sha256"], "new_sha256": checksum, **sizes})
             line.update(sha256=checksum, bytes=len(data))
     record["resumed"] = [*record.get("resumed", []), entry]
-    return json_text(record)
+    return with_checksum(record)
 
 
 def words_of(resumed: ResumedProgram) -> list[str]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compgen.core.json_text import json_text
+from compgen.fanuc.paging.manifest import with_checksum
 from compgen.pipelines.delivery import page_facts
 
 if TYPE_CHECKING:
@@ -56,4 +56,4 @@ def manifest_anew(resumed: "Resumed", date: str, loaded: int = 0, done: int = 0)
         "pages": replaced,
     }
     record["resumed"] = [*record.get("resumed", []), entry]
-    return json_text(record)
+    return with_checksum(record)

@@ -10,7 +10,7 @@ from compgen.core.exceptions import InputError, TableError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.strict_json import read_json
 from compgen.core.toml import check
-from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.resume.manifest_schema import JobManifest, ProgramManifest
@@ -80,6 +80,11 @@ def read_written_job(folder: Path) -> WrittenJob:
     entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
     if [entry["order"] for entry in entries] != list(range(1, len(entries) + 1)):
         raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
+    if not is_as_written(record):
+        raise InputError(
+            f"{manifest}: record_sha256: not that of the rest: what it says of heat and pages that ran is not known to "
+            f"be true; {EDITED}"
+        )
     pages = tuple(
         WrittenPage(
             entry["order"], entry["name"], entry["file"], entry["sha256"], first - 1, last - 1,
