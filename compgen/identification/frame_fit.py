@@ -21,7 +21,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix, rotation_matrix
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.touches import Artefact, Touches
+from compgen.identification.touches import Artefact, Touches, check_directions
 
 PROBE = 0.5e-3  # [m] how far the probe may be from where the file has it
 FREE = 1.0  # [rad], [m] of one step of the frame: it damps, and does not bias
@@ -170,6 +170,7 @@ def _fit(artefact: Artefact, touches: Touches, position: Array, rotation: Array,
         sphere = sphere + step[9:].reshape(S, 3)
         if np.abs(step[3:]).max() < CONVERGED:
             break
+    check_directions(touches, np.where(kept[:, None], toward, 0.0))
     measured = int(3 * rows_c.sum() + rows_s.sum())
     if measured < 7:
         raise InputError(f"{touches.label[0]}: {measured} measured numbers are too few for a frame; touch more")

@@ -238,6 +238,21 @@ def _check_doubled(table: CsvTable) -> None:
         raise InputError(f"{table.location(doubled)}: the same touch at the same time_s as in line {line}; keep one")
 
 
+def check_directions(touches: Touches, inwards: Array) -> None:
+    """Raises InputError where a probe would have moved away from what it touched.
+
+    Args:
+        touches: N of them; those without a direction are not judged.
+        inwards: From the probe's centre into each target, (N, 3).
+    """
+    away = np.flatnonzero((touches.normal * inwards).sum(axis=1) < 0)
+    if len(away):
+        raise InputError(
+            f"{touches.label[int(away[0])]}, columns nx, ny, nz: the direction points out of the target, at "
+            f"{len(away)} of {len(inwards)} touches; give the one in which the probe moved, towards the material"
+        )
+
+
 def unit_of(place: Array, known: Array) -> str:
     """The unit in which a place (3,) "in millimetres" is at one of some known ones, (S, 3) [m]; "" where it is none."""
     if (np.linalg.norm(place - known, axis=1) < NEARBY).any():

@@ -186,3 +186,11 @@ def test_a_certified_length_that_the_arm_has_otherwise_is_said(tmp_path, arm, si
 def test_an_artefact_that_is_not_there_is_asked_for(tmp_path):
     with pytest.raises(InputError, match=r"artefact\.toml: no such file; --artefact names the file"):
         read_artefact(str(tmp_path / "artefact.toml"))
+
+
+def test_directions_out_of_the_spheres_are_refused(tmp_path, arm):
+    """Their deflections would count to the other side: 1.4 mm of 0.7 mm."""
+    target, pose, normal = commanded(np.random.default_rng(2), sides=True, overtravel=0.7 * MM)
+    text = touches_text(arm, target, pose, -normal, 0.7 * MM)
+    with pytest.raises(InputError, match="nx, ny, nz: the direction points out of the target"):
+        fitted(tmp_path, arm, artefact_text(), text)

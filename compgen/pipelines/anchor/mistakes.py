@@ -67,18 +67,3 @@ def check_touches(
             )
     mend = "joints are in radians, not degrees" if largest < RADIANS else "mend its place, artefact.frame, or the probe"
     raise InputError(f"{touches.label[n]}: touched {gap / MM:.0f} mm from where sphere '{named}' is; {mend}")
-
-
-def check_directions(touches: Touches, inwards: Array) -> None:
-    """Raises InputError where a probe would have moved away from what it touched.
-
-    Args:
-        touches: N of them; those without a direction are not judged.
-        inwards: From the probe's centre into each target, (N, 3).
-    """
-    away = np.flatnonzero((touches.normal * inwards).sum(axis=1) < 0)
-    if len(away):
-        raise InputError(
-            f"{touches.label[int(away[0])]}, columns nx, ny, nz: the direction points out of the target, at "
-            f"{len(away)} of {len(inwards)} touches; give the one in which the probe moved, towards the material"
-        )

@@ -22,10 +22,10 @@ from compgen.core.toml import suggest
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, reversal_widths
 from compgen.error_model.model import build_error_model
-from compgen.identification.touches import Artefact, Touches, probing_directions
+from compgen.identification.touches import Artefact, Touches, check_directions, probing_directions
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Innovation
-from compgen.pipelines.anchor.mistakes import check_directions, check_touches
+from compgen.pipelines.anchor.mistakes import check_touches
 from compgen.pipelines.anchor.unknowns import Unknowns
 
 SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
