@@ -128,7 +128,7 @@ def test_an_edited_manifest_is_refused_and_names_the_key(job, keys, value, words
     for key in keys[:-1]:
         table = table[key]
     table[keys[-1]] = value
-    (job / "LONG.pages.json").write_text(json.dumps(record))
+    (job / "LONG.pages.json").write_bytes(with_checksum(record))
     before = contents(job)
     refused(run("resume", job, "--from-page", "2", *RESUME), 2, words)
     assert contents(job) == before

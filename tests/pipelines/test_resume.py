@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 from hashlib import sha256
 
+import naive_files
 import numpy as np
 import pytest
 import states
@@ -384,7 +385,7 @@ def replaced_once(made, folder):
     """A copy whose manifest says that its pages were replaced from the second on."""
     shutil.copytree(made, folder)
     first = read_written_job(folder).pages[1].first
-    edit(folder, [{"from_page": 2, "first_waypoint": first, "clock_s": 1.0, "state": [1.0] * 5}], "resumed")
+    rewrite(folder, resumed=[{"from_page": 2, "first_waypoint": first, "clock_s": 1.0, "state": [1.0] * 5}])
     return folder
 
 
@@ -458,7 +459,7 @@ def late(made, tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize(
+EDITS = pytest.mark.parametrize(
     "edit",
     [
         lambda record: record["resumed"][0].update(state=[x + 5 for x in record["resumed"][0]["state"]]),
@@ -466,9 +467,21 @@ def late(made, tmp_path_factory):
         lambda record: record["resumed"][0].update(clock_s=record["resumed"][0]["clock_s"] + 3600),
         lambda record: record["pages"][1].update(rise_K={}),
         lambda record: record.pop("resumed"),
-        lambda record: record.pop(CHECKSUM),
     ],
 )
+
+
+def test_a_manifest_of_an_earlier_version_has_no_checksum(late, tmp_path):
+    for file in late.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    manifest = tmp_path / "OPTIC_RASTER.pages.json"
+    record = json.loads(manifest.read_bytes())
+    del record[CHECKSUM]
+    manifest.write_text(json.dumps(record))
+    assert len(read_written_job(tmp_path).pages) > 2
+
+
+@EDITS
 def test_a_manifest_edited_by_hand_is_refused(late, tmp_path, edit):
     """Its state of the robot was taken for the truth: 5 K more in it were 5 K of heat in all pages, inside."""
     for file in late.iterdir():
@@ -479,6 +492,13 @@ def test_a_manifest_edited_by_hand_is_refused(late, tmp_path, edit):
     read_written_job(tmp_path)
     edit(record)
     manifest.write_text(json.dumps(record))
-    with pytest.raises(InputError, match=r"OPTIC_RASTER\.pages\.json: record_sha256: .* edited since") as refusal:
+    with pytest.raises(InputError, match=r"OPTIC_RASTER\.pages\.json: (record_sha256|resumed\.0\.first_waypoint): .* edited since") as refusal:
         read_written_job(tmp_path)
     assert len(str(refusal.value)) <= 300 + len(str(tmp_path))
+
+
+def test_a_second_reader_finds_the_manifest_whole(made, late):
+    for folder in (made, late):
+        files = {file.name: file.read_bytes() for file in folder.iterdir()}
+        record = naive_files.manifest(files["OPTIC_RASTER.pages.json"], files)
+        assert ("resumed" in record) == (folder == late)

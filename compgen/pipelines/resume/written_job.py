@@ -80,11 +80,6 @@ def read_written_job(folder: Path) -> WrittenJob:
     entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
     if [entry["order"] for entry in entries] != list(range(1, len(entries) + 1)):
         raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
-    if not is_as_written(record):
-        raise InputError(
-            f"{manifest}: record_sha256: not that of the rest: what it says of heat and pages that ran is not known to "
-            f"be true; {EDITED}"
-        )
     pages = tuple(
         WrittenPage(
             entry["order"], entry["name"], entry["file"], entry["sha256"], first - 1, last - 1,
@@ -95,6 +90,11 @@ def read_written_job(folder: Path) -> WrittenJob:
     )  # fmt: skip
     _check_row(manifest, pages)
     _check_replaced(manifest, record, pages)
+    if not is_as_written(record):
+        raise InputError(
+            f"{manifest}: record_sha256: not that of the rest: what it says of heat and pages that ran is not known to "
+            f"be true; {EDITED}"
+        )
     main_file, main_sha = record["main"]["file"], record["main"]["sha256"]
     main = _content(folder, main_file, manifest.name)
     if sha256(main).hexdigest() != main_sha:
