@@ -45,9 +45,9 @@ def finish_replacing(folder: Path) -> None:
     Raises:
         InputError: The folder cannot be written.
     """
-    target = folder.resolve()
-    if not target.is_dir():
+    if not folder.is_dir():  # none, or a link that leads round in a circle
         return
+    target = folder.resolve()
     try:
         with alone_in(target):
             _clear_up(target)

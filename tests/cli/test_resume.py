@@ -151,6 +151,8 @@ def test_bad_calls_are_refused_and_change_nothing(job, arguments, words):
 def test_a_folder_that_is_none_and_one_without_pages_are_refused(tmp_path):
     refused(run("resume", tmp_path / "no", *RESUME), 2, "no such folder")
     refused(run("resume", tmp_path, *RESUME), 2, "holds no pages")
+    (tmp_path / "loop").symlink_to("loop")
+    refused(run("resume", tmp_path / "loop", *RESUME), 2, "no such folder")
 
 
 @pytest.mark.parametrize(("text", "seconds"), [("35min", 2100), ("1h30min", 5400), ("90s", 90), ("1.5h", 5400)])
