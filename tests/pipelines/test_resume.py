@@ -492,7 +492,8 @@ def test_a_manifest_edited_by_hand_is_refused(late, tmp_path, edit):
     read_written_job(tmp_path)
     edit(record)
     manifest.write_text(json.dumps(record))
-    with pytest.raises(InputError, match=r"OPTIC_RASTER\.pages\.json: (record_sha256|resumed\.0\.first_waypoint): .* edited since") as refusal:
+    words = r"OPTIC_RASTER\.pages\.json: (record_sha256|resumed\.0\.first_waypoint): .* edited since"
+    with pytest.raises(InputError, match=words) as refusal:
         read_written_job(tmp_path)
     assert len(str(refusal.value)) <= 300 + len(str(tmp_path))
 
