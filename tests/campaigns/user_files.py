@@ -124,7 +124,7 @@ def _stl_text(mm, normals, change, rng):
 
 
 #: changes that the package still takes for what they are not
-OPEN = ("a mimic joint", "lower above upper")
+OPEN: tuple[str, ...] = ()
 URDF = {
     "a rail": lambda t: t.replace("</robot>", _joint("rail", "prismatic", "w", "base") + "</robot>"),
     "a gripper": lambda t: t.replace("</robot>", _joint("grip", "prismatic", "l6", "finger") + "</robot>"),
