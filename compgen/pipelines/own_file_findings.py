@@ -38,9 +38,9 @@ def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Fi
     found = distance_from_file(file, (place + error)[rows])
     allowed = job.plan.path.tolerance + deviation.extents["total"].max + ALLOWED
     off, line = max((found.off, found.off_line), (found.missed, found.missed_line))
-    kept = f"its lines to {found.off / UM:.3g} um and " if file.joined else ""
+    lines = f"its lines are kept to {found.off / UM:.2g} um, " if file.joined else ""
     if off <= allowed:
-        message = f"read a second time, {file.source} is kept: {kept}its places to {found.missed / UM:.3g} um"
+        message = f"judged by {file.source} itself, read a second time: {lines}its places to {found.missed / UM:.2g} um"
         return [Finding(Level.NOTE, OWN_FILE, message)]
     message = (
         f"{file.source}: line {line}: read a second time, the tool is {off / UM:.0f} um off it, where the path's "
