@@ -30,8 +30,7 @@ class OwnPointsTable(Table):
     """What every path of own points has."""
 
     through: Literal["tolerance", "points", "lines"] | None = None
-    """Smooth curve within the tolerance of every point or exactly through every one, or the lines and arcs of the file
-    with their corners rounded within the tolerance; default: lines of APT and G-code, tolerance of CSV."""
+    """Curve within the tolerance of points or exactly through them, or the lines; default: CSV tolerance, else lines."""
     tolerance_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 2.0
     """Largest distance of a point, or of a rounded corner, from the path."""
     tolerance_mdeg: Annotated[FiniteFloat, Field(ge=0.01, le=5000)] = 10.0
