@@ -30,7 +30,7 @@ class OwnPointsTable(Table):
     """What every path of own points has."""
 
     through: Literal["tolerance", "points", "lines"] | None = None
-    """Curve within the tolerance of points or exactly through them, or the lines; default: CSV tolerance, else lines."""
+    """Curve within a tolerance of points or exactly through them, or the lines; default: CSV tolerance, else lines."""
     tolerance_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 2.0
     """Largest distance of a point, or of a rounded corner, from the path."""
     tolerance_mdeg: Annotated[FiniteFloat, Field(ge=0.01, le=5000)] = 10.0
