@@ -61,6 +61,7 @@ class RiseFilter:
     law: Array  # (K,) [K] L
     start: Array  # (K,) [K] standard deviation of m at the beginning
     sensors: float  # [K] standard deviation of s
+    night: float = 0.0  # [K] standard deviation of what all m have in common at the beginning
 
     def __post_init__(self) -> None:
         own(self, lag=("K",), law=("K",), start=("K",))
@@ -68,7 +69,9 @@ class RiseFilter:
     def begin(self) -> Miss:
         """Before any reading."""
         sigma = np.concatenate([self.start, self.law, [self.sensors]])
-        return Miss(np.zeros(len(sigma)), np.diag(sigma**2))
+        covariance = np.diag(sigma**2)
+        covariance[: len(self.start), : len(self.start)] += self.night**2
+        return Miss(np.zeros(len(sigma)), covariance)
 
     def ahead(self, miss: Miss, time: float) -> Miss:
         """So much later [s], without a reading."""
@@ -95,17 +98,18 @@ class RiseFilter:
         return Miss(miss.mean + gain @ (readings - H @ miss.mean), covariance)
 
 
-def filter_of(warmth: ThermalUncertainty, start: float, sensors: float) -> RiseFilter:
+def filter_of(warmth: ThermalUncertainty, start: float, sensors: float, night: float = 0.0) -> RiseFilter:
     """The filter of a robot file.
 
     Args:
         warmth: How well it knows its warmth.
         start: Standard deviation of the rises at the beginning, beside the law's [K].
         sensors: Of the offset that all sensors share [K].
+        night: By which the whole arm may be warmer than planned, as its air is [K].
     """
     K = len(warmth.lag)
     law = steady_miss(warmth, np.full(K, warmth.law))
-    return RiseFilter(warmth.lag, law, np.full(K, np.hypot(warmth.law, start)), sensors)
+    return RiseFilter(warmth.lag, law, np.full(K, np.hypot(warmth.law, start)), sensors, night)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

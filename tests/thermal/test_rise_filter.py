@@ -128,3 +128,12 @@ def test_a_loose_contact_is_left_out_and_a_warm_up_is_not():
     assert [r.step for r in steadied(loose)] == [k for k in range(200) if k != 50]
     later = [*ramp[:10], reading(100, 20.0)]  # after a long gap nothing is known
     assert len(steadied(later)) == 11
+
+
+def test_a_cold_morning_is_of_the_arm_and_not_of_its_sensors():
+    true = -6.0 * np.exp(-np.arange(20)[:, None] * STEP / LAG)
+    rows = [Readings(step, np.arange(2), true[step], np.full(2, 0.1)) for step in range(20)]
+    for night, least, most in ((6.0, 0.0, 0.1), (0.0, 1.0, 6.0)):
+        cold = RiseFilter(LAG, np.array([0.9, 0.6]), np.array([1.2, 0.8]), 0.5, night)
+        off = misses(cold, rows, np.zeros((20, 2)), 0)[-1].rise - true[-1]
+        assert least <= np.abs(off).max() < most  # K

@@ -29,6 +29,7 @@ from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, fi
 from compgen.thermal.temperature_log import Reference
 
 FROM_START = 0.05  # [K] that sensors are off together where their rises count from the log's beginning
+NIGHT = 3.0  # [K] the same of all rises together where the log has no air [assumed]
 START = 1.0  # [K] that the rises at the planned start may be off, beside the law [assumed]
 
 
@@ -101,14 +102,16 @@ def look_at(
         anchored = None
     course = model_course(whole, times, air, now)
     sensors = FROM_START if reference == "start" else job.cell.warmth.sensors
-    rise_filter = filter_of(job.cell.warmth, START, sensors)
+    planned_air = float(job.history.air.at(np.array([job.history.clock]))[0])
+    apart = float(air.at(np.array([times.planned]))[0]) - planned_air
+    night = NIGHT if log.readings.ambient is None else abs(apart)
+    rise_filter = filter_of(job.cell.warmth, START, sensors, night)
     names = job.heat.names
     readings = steps_of_readings(names, rises.readings, rises.time, course.first)
     forecast = course.states @ job.heat.outputs.T
     expected = None
     if anchored is None:
         moments = np.array((course.first + np.arange(len(forecast))) * STEP, dtype=float)
-        apart = float(air.at(times.planned + np.zeros(1))[0] - job.history.air.at(np.array([job.history.clock]))[0])
         expected = Expected(moments, np.array(forecast, dtype=float), apart)
     zero = reference if isinstance(reference, float) else tables.ambient.reference_degC
     judged = _since(rises, times.planned)
