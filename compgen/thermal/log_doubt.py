@@ -6,16 +6,17 @@ The readings y (medians over stretches of the log) are what the law expects, plu
 
 with a column of Phi for each of
 
-- the work: by its history, a part of the rise that it has caused (``SCALE``); without one, heat of any size, nearly in
-  the proportions that the law has from slow to fast, before the log and in each block of it;
+- the work: by its history, a part of the rise that it has caused (``SCALE``); without one, heat between standing and
+  full duty, nearly in the proportions that the law has from slow to fast, before the log, all along it and in each
+  block of it;
 - the air: a robot that was in balance with other air (``NIGHT``, and half of the way from the air of the plan to that
   of the log), air at the arm other than at its sensor (``DRAUGHT``);
 - the law: each node by itself, ``thermal.uncertainty.law_K`` and ``LAW`` of its rise, in proportion to the warmth;
 - the sensors: the offset ``sensors_K`` that all share, and half of it each;
 
-and in R the scatter of the readings, and ``MISFIT`` of the law from stretch to stretch. A lie is a known course h of
-unknown size d: a sensor that is off from some moment on, or runs away from it, or all of them. By generalised least
-squares (Aitken 1935)
+and in R the scatter of the readings, what their last digit hides, and ``MISFIT`` of the law from stretch to stretch. A
+lie is a known course h of unknown size d: a sensor that is off from some moment on, or runs away from it, or all of
+them. By generalised least squares (Aitken 1935)
 
     d = h^T S^-1 y / h^T S^-1 h,    z = d / sqrt(1 / h^T S^-1 h + FLOOR^2)
 
@@ -40,8 +41,8 @@ from compgen.thermal.node_model import NodeModel
 from compgen.thermal.temperature_log import Temperatures
 from compgen.thermal.uncertainty import ThermalUncertainty
 
-SIGMAS = 4.0
-STRETCHES = 20  # of the log, of which the medians are judged
+SIGMAS = 3.3
+STRETCHES = (6, 20)  # least and most of the log, of which the medians are judged
 RECENT = (5 * MINUTE, 10 * MINUTE, 20 * MINUTE)  # before the log's end, where stretches end as well
 BLOCKS = 6  # within the log, each with work of its own
 WORK = 0.5  # of full duty: how far it may be from nothing known
@@ -53,6 +54,7 @@ UNMEASURED = 6.0  # [K] the same where the log has no air
 DRAUGHT = 1.0  # [K]
 HALL = 20.0  # [K] from the reference that the air of a hall is within
 MISFIT = 0.15  # [K]
+ROUNDING = 12**-0.5  # of the last digit
 FLOOR = 0.4  # [K] of any lie: below what the band covers, a law is never known so well
 EACH = 0.5  # of the sensors' offset that each has by itself
 LONGEST = 30 * DAY  # that a log may take
@@ -177,33 +179,29 @@ def _likeliest(
         z = y / np.sqrt(np.diag(S))
         k = int(np.argmax(np.abs(z)))
         return _Lie(float(z[k]), float(y[k]), 0, float(medians.time[k]))
-    inverse = np.linalg.inv(S)
-    best = _Lie(0.0, 0.0, -1, 0.0)
-    for sensor, h in _courses(medians, len(names)):
-        weight = inverse @ h
-        power = float(h @ weight)
-        if power <= 0:
-            continue
-        size = float(weight @ y) / power
-        z = size / np.hypot(FLOOR, power**-0.5)
-        if abs(z) > abs(best.z):
-            last = int(np.argmax(np.where(h != 0, medians.time, -np.inf)))
-            best = _Lie(float(z), size * float(h[last]), sensor, float(medians.time[last]))
-    return best
+    sensors, H, last = _courses(medians, len(names))
+    weight = np.linalg.solve(S, H)
+    power = np.sum(H * weight, axis=0)
+    size = weight.T @ y / power
+    z = size / np.hypot(FLOOR, power**-0.5)
+    n = int(np.argmax(np.abs(z)))
+    return _Lie(float(z[n]), float(size[n]), int(sensors[n]), float(last[n]))
 
 
-def _courses(medians: _Medians, sensors: int) -> Iterator[tuple[int, Array]]:
-    """Sensor (-1: all) and course of each lie that is looked for."""
-    times = np.unique(medians.time)
-    begins = np.unique(times[[0, len(times) // 4, len(times) // 2, 3 * len(times) // 4, -1]])
-    for sensor in (-1, *range(sensors)):
-        here = np.ones(len(medians.time)) if sensor < 0 else (medians.which == sensor).astype(float)
-        if not here.any():
-            continue
-        for begin in begins:
-            yield sensor, here * (medians.time >= begin)
-            if begin < times[-1]:
-                yield sensor, here * np.maximum(medians.time - begin, 0.0) / (times[-1] - begin)
+def _courses(medians: _Medians, sensors: int) -> tuple[Array, Array, Array]:
+    """Of C lies that are looked for: sensor (-1: all) (C,), course (n, C) that ends at 1, and when it ends [s] (C,)."""
+    which, courses, last = [], [], []
+    for sensor in range(-1, sensors):
+        here = (medians.which == sensor) | (sensor < 0)
+        times = np.unique(medians.time[here])
+        for begin in times:
+            jump = here * (medians.time >= begin)
+            drift = here * np.maximum(medians.time - begin, 0.0) / max(times[-1] - begin, 1.0)
+            for h in (jump, drift)[: 1 + (begin < times[-1])]:
+                which.append(sensor)
+                courses.append(h)
+                last.append(times[-1])
+    return np.array(which), np.array(courses, dtype=float).T, np.array(last)
 
 
 def _law(
@@ -234,9 +232,9 @@ def _law(
     edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, max(time[-1], 1.0), BLOCKS + 1)])
     goals = _work(heat, level)
     responses = np.einsum("ks,tsbm->tkbm", out, block_responses(heat.rate, goals, edges, grid))
-    mean = mean + responses[:, :, :2, 0].sum(axis=2)
-    night, draft = (NIGHT, DRAUGHT) if has_air else (UNMEASURED, NIGHT)
-    parts = [night * balance, draft * draught]
+    mean = mean + responses[:, :, :, 0].sum(axis=2)
+    night, draft = (NIGHT, DRAUGHT) if has_air else (UNMEASURED, UNMEASURED)
+    parts = [night * balance, draft * draught, responses[..., 0].sum(axis=2)]
     return mean, np.concatenate([responses.reshape(*responses.shape[:2], -1), np.stack(parts, axis=2)], axis=2)
 
 
@@ -257,13 +255,13 @@ def _level(medians: _Medians, heat: NodeModel | NetworkModel, rows: Array, log: 
     air = np.interp(medians.time, log.time, log.air)
     ratio = (medians.value - air) / np.where(heat.reference_rise > 0, heat.reference_rise, 1.0)[rows]
     sensors = [float(np.max(ratio[medians.which == k])) for k in np.unique(medians.which)]
-    return float(np.clip(np.median(sensors), 0.3, 1.5))
+    return float(np.clip(np.median(sensors), 0.5, 1.5))
 
 
 def _edges(time: Array) -> Array:
     """Ends of the stretches, rising [s]."""
     span = float(np.ptp(time))
-    count = int(np.clip(span / MINUTE, 1, STRETCHES))
+    count = int(np.clip(span / MINUTE, *STRETCHES))
     recent = [time[-1] - r for r in RECENT if r < span]
     return np.unique(np.concatenate([np.linspace(time[0], time[-1], count + 1)[1:], recent]))
 
@@ -278,10 +276,11 @@ def _medians(log: TemperatureLog, edges: Array) -> _Medians:
         scatter = (
             float(np.median(np.abs(np.diff(v)))) * 1.05 if len(v) > 2 else 0.1
         )  # sqrt(2) * 0.6745, of normal noise
+        digit = float(np.min(np.diff(np.unique(v)), initial=1.0))  # one that is rounded stands for hours
         bins = np.searchsorted(edges, t)
         for b in np.unique(bins):
             here = bins == b
-            sigma = np.hypot(1.25 * scatter / np.sqrt(here.sum()), MISFIT)
+            sigma = np.hypot(1.25 * scatter / np.sqrt(here.sum()), np.hypot(MISFIT, ROUNDING * digit))
             rows.append((k, float(np.median(t[here])), float(np.median(v[here])), sigma))
     return _Medians(*np.array(rows, dtype=float).T)
 
@@ -307,7 +306,7 @@ def _other_readings(
         moved = log.time - log.time[0] + expected.time[0]
         yield replace(log, time=moved), "does its clock begin elsewhere? give --planned on it"
         return
-    for factor, unit in ((HOUR, "hours"), (MINUTE, "minutes"), (1e-3, "milliseconds")):
+    for factor, unit in ((MINUTE, "minutes"), (HOUR, "hours"), (1e-3, "milliseconds")):
         yield replace(log, time=log.time * factor), f"are its times {unit}? give seconds"
 
 

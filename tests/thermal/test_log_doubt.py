@@ -107,3 +107,16 @@ def test_a_robot_as_warm_as_work_makes_it_did_not_stand_for_a_day(cell):
     still = history(cell)
     still = replace(still, rise=still.rise[:1] * np.exp(-24 * HOUR / cell.warmth.lag) + 0 * still.rise)
     assert doubt(cell, day(cell), still)
+
+
+def test_blocks_of_rows_in_another_order_are_refused(cell):
+    log = day(cell)
+    rows = np.concatenate(np.array_split(np.arange(len(log.time)), 7))
+    blocks = np.array_split(rows, 7)
+    mixed = np.concatenate([blocks[n] for n in (0, 1, 2, 4, 5, 3, 6)])
+    assert doubt(cell, replace(log, readings={n: v[mixed] for n, v in log.readings.items()}))
+
+
+def test_a_clock_in_minutes_is_told(cell):
+    log = day(cell)
+    assert "are its times minutes?" in doubt(cell, replace(log, time=log.time / 60))
