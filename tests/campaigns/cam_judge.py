@@ -8,14 +8,13 @@ import naive_cam
 import naive_ls
 import numpy as np
 from naive_arm import THERMAL, frame
+from naive_way import cut, from_pieces, worst_in_order
 from shipped import ROOT
 
 SCHEMA = json.loads((ROOT / "paths" / "path.schema.json").read_text())["$defs"]
 CHORD_UM = 1.5  # process.chord_um when the path file says none
 ROUNDING_UM = 0.9  # of 0.001 mm and 0.001 deg in the program
 APART_UM = 0.3  # judge and report: they sample different moments
-SAGITTA_MM = 5e-5  # of the judge's own chords on arcs
-PIECE_MM = 2.0  # within so much of the user's way the order is not looked at
 RAPID_UM = 1000.0  # a rapid may leave its line by so much, but not downward
 BULGE_UM = (
     SCHEMA["PointsTable"]["properties"].get("bulge_um", {}).get("default", 50.0)
@@ -80,17 +79,6 @@ def wanted(read: naive_cam.Reading, keys: dict, left_um: float) -> Wanted:
     normals = [read.normal, *(m.normal for m in read.moves)]
     normal = None if None in normals else np.array(normals)
     return Wanted(np.array(starts), np.array(ends), *table.T, places, near, normal)
-
-
-def cut(move: naive_cam.Line | naive_cam.Arc) -> np.ndarray:
-    """Places (n, 3) along a motion, so near that lines between them are the motion."""
-    if isinstance(move, naive_cam.Line):
-        count = max(1, int(np.ceil(np.linalg.norm(np.subtract(move.end, move.start)) / PIECE_MM)))
-        return np.linspace(move.start, move.end, count + 1)
-    radius = naive_cam.length(np.subtract(move.start, move.centre))
-    step = min(2 * np.arccos(max(0.5, 1 - SAGITTA_MM / radius)), PIECE_MM / radius)
-    count = max(2, int(np.ceil(abs(move.turn) / step)))
-    return np.array([move.at(k / count) for k in range(count + 1)])
 
 
 def explained_mm(place: np.ndarray) -> np.ndarray:
@@ -184,30 +172,6 @@ def on_circle(a: np.ndarray, b: np.ndarray, c: np.ndarray, share: float) -> np.n
 
 
 # Distances -------------------------------------------------------------------------------------------------------
-
-
-def from_pieces(place: np.ndarray, start: np.ndarray, way: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """Distance (M,) [mm] of a place from straight pieces."""
-    out = place - start
-    share = np.clip(np.einsum("ij,ij->i", out, way) / square, 0, 1)
-    out -= share[:, None] * way
-    return np.sqrt(np.einsum("ij,ij->i", out, out))
-
-
-def worst_in_order(place: np.ndarray, start: np.ndarray, end: np.ndarray, share_of) -> tuple[float, int]:
-    """The least that the largest share is, when places are laid on pieces that never go back; and at which place.
-
-    share[n, m] is how much of what may be place n is from piece m: worst[n, m] = max(share[n, m], least over pieces
-    up to m of worst[n - 1]).
-    """
-    way = end - start
-    square = np.maximum(np.einsum("ij,ij->i", way, way), 1e-18)
-    reached, least = np.zeros(len(start)), []
-    for n, p in enumerate(place):
-        share = share_of(from_pieces(p, start, way, square), n)
-        reached = np.maximum(share, np.minimum.accumulate(reached))
-        least.append(reached.min())
-    return float(least[-1]), int(np.argmax(np.array(least) >= least[-1]))
 
 
 def contradiction(want: Wanted, drive: Flown) -> tuple[float, str]:
