@@ -18,7 +18,8 @@ from tests.audit.judge import audit
 from tests.audit.listing import UnreadableError
 
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
-FILES = sorted((ROOT / "tests" / "audit").glob("*.py"))
+SHARED = ("naive_cam", "naive_way")  # with other judges
+FILES = [*sorted((ROOT / "tests" / "audit").glob("*.py")), *(ROOT / "tests" / f"{name}.py" for name in SHARED)]
 EVERYTHING = ROOT / "tests" / "audit" / "everything.toml"
 
 
@@ -39,7 +40,8 @@ def test_it_imports_numpy_and_nothing_of_the_package(path):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
         names += [node.module] if isinstance(node, ast.ImportFrom) else []
         for name in names:
-            assert name == "numpy" or name.startswith("tests.audit") or name.split(".")[0] in sys.stdlib_module_names
+            own = name.startswith("tests.audit") or name in {f"tests.{shared}" for shared in SHARED}
+            assert own or name == "numpy" or name.split(".")[0] in sys.stdlib_module_names
     assert "importlib" not in path.read_text()
     assert "robots/" not in path.read_text()  # nor what the package takes its constants from
 
@@ -176,9 +178,153 @@ def test_a_path_file_that_says_more_is_not_judged(output, tmp_path, capsys, line
 
 def test_a_pattern_without_a_closed_form_is_not_judged(output, tmp_path, capsys):
     path = tmp_path / "path.toml"
-    path.write_text((ROOT / "paths" / "line_y.toml").read_text().replace('pattern = "line"', 'pattern = "points"'))
+    path.write_text((ROOT / "paths" / "line_y.toml").read_text().replace('pattern = "line"', 'pattern = "rose"'))
     assert main([str(output), str(path)]) == 2
-    assert "path.pattern = points: not judged" in capsys.readouterr().err
+    assert "path.pattern = rose: not judged" in capsys.readouterr().err
+
+
+OWN_PATH = """title = "{title}"
+robot = "m710ic50"
+path = {{ {path} }}
+frame = {{ number = 1, x_mm = 1200, y_mm = -200, z_mm = 150, w_deg = 2, r_deg = 8 }}
+tool = {{ z_mm = 100, spin_deg = 12 }}
+process = {{ feed_mm_s = 50 }}
+before = [{{ state = "moving", feed_mm_s = 100, duration_h = 2 }}]
+bounds = {{ max_um = 5 }}
+"""
+TRIANGLE = "G90 G21\nG0 X0 Y0 Z0\nG1 X100\nG1 X0 Y60.745\nG1 Y0.745\nM30\n"  # 100, 117 and 60 mm
+ARCS = """G90 G21 G17
+G0 X0 Y0 Z5
+G1 Z0 F1200
+G1 X60 F2000
+G2 X60 Y60 I0 J30
+G3 X30 Y30 Z-3 I0 J-30
+G1 Y-40
+G1 X31 Y-80
+G0 Z5
+M30
+"""
+BESIDE = (
+    "x_mm,y_mm,z_mm,feed_mm_s,contact\n0,0,10,,0\n0,0,0,20,0\n80,0,0,50,1\n120,15,0,35,1\n120,80,-5,,1\n120,80,9,,0\n"
+)
+CURVE = "x_mm,y_mm,z_mm\n" + "".join(
+    f"{r * np.cos(a):.3f},{r * np.sin(a):.3f},{5e-4 * r * r:.3f}\n"
+    for r, a in zip(np.linspace(20, 60, 200), np.linspace(0, 9, 200))
+)
+APT = (
+    "UNITS/MM\nFROM/300,0,90\nRAPID\nGOTO/0,0,9\nFEDRAT/1800\nGOTO/0,0,0\nGOTO/90,0,0\nGOTO/0,9,0\nGOTO/90,0,0\nFINI\n"
+)
+OWN_FILES = {
+    "triangle.nc": ('pattern = "gcode"', TRIANGLE),
+    "arcs.nc": ('pattern = "gcode", z_mm = 7', ARCS),
+    "there_and_back.apt": ('pattern = "apt", tolerance_um = 10', APT),
+    "beside.csv": ('pattern = "points", through = "lines"', BESIDE),
+    "curve.csv": ('pattern = "points"', CURVE),
+}
+
+
+def own_path(folder, file):
+    """The path file of one of ``OWN_FILES``, which stands beside it."""
+    keys, text = OWN_FILES[file]
+    (folder / file).write_text(text)
+    path = (folder / file).with_suffix(".toml")
+    path.write_text(OWN_PATH.format(title=file, path=f'{keys}, file = "{file}"'))
+    return path
+
+
+@pytest.mark.parametrize("file", OWN_FILES)
+def test_it_agrees_with_a_file_of_the_users_own(file, tmp_path):
+    path = own_path(tmp_path, file)
+    code, folder = generated(path, tmp_path / "out")
+    assert code == 0
+    checks = audit(folder, path)[1]
+    assert not outside(checks)
+    about_file = {c.what for c in checks if "the file's" in c.what}
+    assert about_file >= {"waypoints beside the file's places, um", "tool beside the file's places, um"}
+    assert len(about_file) == (2 if file == "curve.csv" else 4)
+    assert next(c for c in checks if c.what == "rms after, um").apart < 0.02  # um, though half of it may be unsure
+
+
+def test_config_says_which_turn_of_the_wrist_is_meant(tmp_path):
+    path = own_path(tmp_path, "triangle.nc")
+    path.write_text(path.read_text().replace("r_deg = 8", "r_deg = 177").replace("spin_deg = 12", "spin_deg = 0"))
+    code, folder = generated(path, tmp_path / "out")
+    assert code == 0
+    assert not outside(audit(folder, path)[1])
+
+
+@pytest.fixture(scope="module")
+def own_outputs(tmp_path_factory):
+    """A folder with the triangle and the arcs, their path files and outputs."""
+    folder = tmp_path_factory.mktemp("own")
+    for file in ("triangle.nc", "arcs.nc"):
+        assert generated(own_path(folder, file), folder / f"{file}.out")[0] == 0
+    return folder
+
+
+@pytest.mark.parametrize(("file", "name", "old", "new", "what"), [
+    ("triangle.nc", "triangle.nc.out/TRIANGLE.LS", r"(P\[12\]\{[^}]*Y =\s+-?[0-9]+\.[0-9])\d", r"\g<1>{digit}",
+     {"errors after, um", "tool off the file's lines, um"}),
+    ("triangle.nc", "triangle.nc.out/waypoints.csv", r"(\n12,[^,]+,[^,]+,-?[0-9]+\.[0-9])\d", r"\g<1>{digit}",
+     {"waypoints off the file's lines, um"}),
+    ("triangle.nc", "triangle.nc", "G1 X100", "G1 X100.1",
+     {"waypoints beside the file's places, um", "tool beside the file's places, um"}),
+    ("triangle.nc", "triangle.nc", "M30", "G1 X1\nM30", {"tool beside the file's places, um"}),
+    ("arcs.nc", "arcs.nc", "G2 X60", "G3 X60", {"waypoints off the file's lines, um"}),
+    ("arcs.nc", "arcs.nc", "Z-3", "Z-2.96", {"waypoints off the file's lines, um"}),
+    ("arcs.nc", "arcs.nc", "G2 X60 Y60 I0 J30", "G1 X60 Y60", {"tool off the file's lines, um"}),
+    ("arcs.nc", "arcs.nc", "F2000", "F1900", {"fastest on the part over the feed"}),
+    ("arcs.nc", "arcs.nc", "G1 Z0", "G0 Z0", {"waypoints wrongly on or off the part"}),
+    ("arcs.nc", "arcs.toml", "z_mm = 7", "z_mm = 7.03", {"waypoints off the file's lines, um"}),
+    ("arcs.nc", "arcs.toml", "spin_deg = 12", "spin_deg = 12.1", {"tool turned about its axis, mdeg"}),
+])  # fmt: skip
+def test_what_is_apart_from_the_users_file_is_seen(own_outputs, tmp_path, file, name, old, new, what):
+    shutil.copytree(own_outputs, tmp_path, dirs_exist_ok=True)
+    text = (tmp_path / name).read_bytes().decode("latin-1")
+    match = re.search(old, text)
+    if "{digit}" in new:  # 30 um
+        new = new.format(digit=(int(match[0][-1]) + 3) % 10)
+    (tmp_path / name).write_bytes(re.sub(old, new, text, count=1).encode("latin-1"))
+    assert what <= {c.what for c in outside(audit(tmp_path / f"{file}.out", (tmp_path / file).with_suffix(".toml"))[1])}
+
+
+def test_a_corner_that_is_cut_is_seen(tmp_path):
+    path = own_path(tmp_path, "triangle.nc")
+    wanted = path.read_text()
+    path.write_text(wanted.replace('"gcode"', '"gcode", tolerance_um = 30'))
+    assert generated(path, tmp_path / "out")[0] == 0
+    assert not outside(audit(tmp_path / "out", path)[1])
+    path.write_text(wanted)
+    seen = {c.what for c in outside(audit(tmp_path / "out", path)[1])}
+    assert seen >= {"waypoints off the file's lines, um", "waypoints beside the file's places, um"}
+
+
+@pytest.mark.parametrize(("name", "old", "new", "words"), [
+    ("triangle.nc", "G1 X100", "G1 X100 B3", "the audit's reader does not read it: line 3"),
+    ("triangle.nc", "G90", "M30", "it has no line on the part"),
+    ("triangle.toml", "triangle.nc\" }", "nowhere.nc\" }", "No such file"),
+    ("triangle.toml", "bounds", "boundary = { shape = \"circle\" }\nbounds", "boundary: not judged"),
+    ("triangle.toml", "bounds", "surface = { kind = \"conic\" }\nbounds", "surface.kind = conic: not judged"),
+    ("triangle.toml", "feed_mm_s = 50", "feed_mm_s = 50, moves = \"arcs\"", "process.moves: not judged"),
+])  # fmt: skip
+def test_what_it_cannot_judge_of_own_files_is_told_in_a_sentence(own_outputs, tmp_path, capsys, name, old, new, words):
+    shutil.copytree(own_outputs, tmp_path, dirs_exist_ok=True)
+    text = (tmp_path / name).read_text()
+    assert old in text
+    (tmp_path / name).write_text(text.replace(old, new, 1))
+    assert main([str(tmp_path / "triangle.nc.out"), str(tmp_path / "triangle.toml")]) == 2
+    output = capsys.readouterr()
+    assert words in output.err
+    assert output.err.count("\n") == 1
+
+
+def test_a_file_that_says_how_the_tool_stands_is_not_judged(tmp_path, capsys):
+    path = own_path(tmp_path, "curve.csv")
+    text = CURVE.replace("\n", ",0,0,1\n").replace("z_mm,0,0,1", "z_mm,i,j,k")
+    (tmp_path / "curve.csv").write_text(text)
+    assert generated(path, tmp_path / "out")[0] == 0
+    assert main([str(tmp_path / "out"), str(path)]) == 2
+    assert "it says how the tool stands" in capsys.readouterr().err
 
 
 def test_the_command_says_what_it_wants(capsys, tmp_path):

@@ -3,11 +3,16 @@
 import numpy as np
 
 from tests.audit import curves, poses
+from tests.audit.checks import below, count
 from tests.audit.surface import Surface, tool_axes
+
+ON_PATH_UM, EDGE_MM = 0.002, 1e-5
 
 
 class ClosedForm:
     """Where the tool shall be at N waypoints and between them."""
+
+    has_own_feeds = False
 
     def __init__(self, path, written):
         """Finds each waypoint on the curve.
@@ -27,6 +32,7 @@ class ClosedForm:
         local = self._surface.local((written - self.frame[0]) @ self.frame[1])
         self._pieces = pieces
         self._piece, self._span = curves.walk(pieces, local)
+        self._written = written
         #: how far waypoints lie inside the part's edge, (N,) [mm]
         self.inside_by = np.full(len(local), np.inf) if boundary is None else boundary.inside(local[:, :2])
 
@@ -53,6 +59,27 @@ class ClosedForm:
         """Whether the tool touches somewhere on segments, (N - 1,)."""
         contact = self.contact()
         return self._working() & (contact[:-1] | contact[1:])
+
+    def path_checks(self, contact):
+        """Whether the waypoints are on the path, and on the part where it says so."""
+        off = np.linalg.norm(self.at_waypoints()[0] - self._written, axis=1).max() * 1e3
+        edge = np.abs(self.inside_by) < EDGE_MM  # rounding decides there
+        return [
+            below("waypoints off the closed form, um", off, 0.0, ON_PATH_UM),
+            count("waypoints wrongly on or off the part", np.sum((self.contact() != contact) & ~edge)),
+        ]
+
+    def flown_checks(self, _there, _between, _left_um):
+        """None: the errors after are from the path itself."""
+        return []
+
+    def unsure_um(self):
+        """The path between waypoints is known, (N - 1,) [um]."""
+        return np.zeros(len(self._piece))
+
+    def feed(self, process):
+        """Wanted of segments, (N - 1,) [mm/s]."""
+        return np.full(len(self._piece), process)
 
     def _working(self):
         return np.array([p.touching for p in self._pieces])[self._piece]

@@ -6,13 +6,15 @@ from pathlib import Path
 
 from tests.audit import study
 
+CHORD_UM = 1.5  # process.chord_um, where the path file says none
 PATHS = Path(__file__).resolve().parents[2] / "paths"
 ROBOT, SOURCES = "m710ic50", ["thermal_growth"]
 KNOWN = {
     "": {"robot", "title", "path", "surface", "boundary", "frame", "tool", "process", "posture", "compensation",
          "before", "after", "bounds"},
     "path": {"pattern", "x_mm", "y_mm", "z_mm", "axis", "length_mm", "diameter_mm", "turns", "stepover_mm", "lead_mm",
-             "turn", "size_mm"},
+             "turn", "size_mm", "file", "through", "tolerance_um", "tolerance_mdeg", "corner_deg", "bulge_um",
+             "jump_mm"},
     "surface": {"kind", "radius_of_curvature_m", "conic_constant", "off_axis_m"},
     "boundary": {"shape", "diameter_mm", "corner_to_corner_mm", "size_mm", "rotation_deg"},
     "frame": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"},
@@ -23,6 +25,7 @@ KNOWN = {
     "before": {"state", "program", "feed_mm_s", "duration_h", "duty"},
 }  # fmt: skip
 OF_GENERATE = {"name", "title", "after", "timing", "thermal", "program", "provenance"}
+OWN_FILES = {"gcode", "apt", "points"}
 PATTERNS = {"line", "circle", "spiral", "raster", "iso9283"}
 SHAPES = {"circle", "hexagon", "rectangle"}
 POSTURE = {"arm": "front", "elbow": "up", "wrist": "no flip"}
@@ -33,7 +36,7 @@ class NotJudgedError(Exception):
 
 
 def load(folder, path_file=None):
-    """Report and path file (as plain tables) of an output folder, and the name of the program's file.
+    """Report and path file (as plain tables) of an output folder, and the folder of the path file.
 
     Raises:
         NotJudgedError: Not an output of ``cgen generate`` for the study's arm, or with what only the package knows.
@@ -59,7 +62,8 @@ def load(folder, path_file=None):
         raise NotJudgedError(f"overrides {given}: not judged; the audit reads the path file as it is")
     if not (folder / file).is_file():
         raise NotJudgedError(f"{file} was not written ({report['verdict']}): there is nothing to audit")
-    return report, _path_file(Path(path_file) if path_file else PATHS / f"{report['name']}.toml", report["title"])
+    path_file = Path(path_file) if path_file else PATHS / f"{report['name']}.toml"
+    return report, _path_file(path_file, report["title"]), path_file.parent
 
 
 def _path_file(file, title):
@@ -84,8 +88,12 @@ def duties(path):
 
 
 def _refuse_unknown(path):
-    if (pattern := path["path"].get("pattern")) not in PATTERNS:
+    if (pattern := path["path"].get("pattern")) not in PATTERNS | OWN_FILES:
         raise NotJudgedError(f"path.pattern = {pattern}: not judged; the audit has a closed form of {sorted(PATTERNS)}")
+    if pattern in OWN_FILES and "boundary" in path:
+        raise NotJudgedError("boundary: not judged; the audit takes from a file itself what is on the part")
+    if pattern in OWN_FILES and (kind := path.get("surface", {}).get("kind", "plane")) != "plane":
+        raise NotJudgedError(f"surface.kind = {kind}: not judged; on a file's lines the audit's tool stands upright")
     tables = [("", path), *((key, t) for key in KNOWN if key for t in _tables(path, key))]
     for where, table in tables:
         for key in table:
