@@ -290,6 +290,11 @@ def test_goto_behind_the_end_is_not_driven_and_said(tmp_path, end):
     assert points.notes == (f"{end} in line 4 ends the program: line 5 behind it is not driven",)
 
 
+def test_godlta_counts_from_where_the_tool_stood(tmp_path):
+    points = read_apt(written(tmp_path, "FROM/10,20,30\nGODLTA/1,2,-3\nGOTO/0,0,0\n"))
+    assert_allclose(points.position * 1e3, [[11, 22, 27], [0, 0, 0]])
+
+
 def test_a_tool_that_turns_where_it_stands_is_refused(tmp_path):
     with pytest.raises(InputError, match="line 4: the tool turns where it stands"):
         read_apt(written(tmp_path, f"{APT_START}GOTO/100,0,0,0,0.6,0.8\n"))

@@ -66,6 +66,11 @@ def test_apt_goes_on_over_lines_and_ends_at_fini(tmp_path):
     assert file.line.tolist() == [2, 4]
 
 
+def test_godlta_counts_from_where_the_tool_stood(tmp_path):
+    file = read(tmp_path, "FROM/10,20,30\nGODLTA/1,2,-3\nGOTO/0,0,0\n", "apt")
+    assert_allclose(file.corner * 1e3, [[11, 22, 27], [0, 0, 0]])
+
+
 def test_csv_by_the_names_of_its_columns(tmp_path):
     file = read(tmp_path, "# a remark\nstop,z_mm,y_mm,x_mm\n0,1,2,3\n\n1,4,5,6\n", "points", joined=False)
     assert_allclose(file.corner * 1e3, [[3, 2, 1], [6, 5, 4]])

@@ -84,8 +84,9 @@ def read_apt(source: str | Path) -> GivenPoints:
                 rows.stop[-1] = True
         elif word == "FEDRAT":
             feed = _feed(name, line, arguments, feed)
-        elif word == "FROM":
-            pass  # where the machine stood, not where the tool goes
+        elif word == "FROM":  # where the machine stood, not where the tool goes
+            numbers = [_number(where, a) for a in arguments[:3]]
+            place = (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else place
         elif word in ("GOTO", "GODLTA"):
             numbers = [_number(where, a) for a in arguments]
             if len(numbers) not in ((3,) if word == "GODLTA" else (3, 6)):

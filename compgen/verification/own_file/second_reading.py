@@ -106,11 +106,12 @@ def _apt(lines: list[str], corners: _Corners) -> None:
         word, _, rest = (piece.strip() for piece in statement.partition("/"))
         if word == "UNITS" and rest[:2] != "MM":
             raise corners.refuse(first, f"UNITS/{rest[:16]}")
-        if word in ("GOTO", "GODLTA"):
+        if word in ("GOTO", "GODLTA", "FROM"):
             numbers = [float(cell.replace("D", "E")) for cell in rest.split(",")]
             x, y, z = numbers[:3]
             at = (at[0] + x, at[1] + y, at[2] + z) if word == "GODLTA" else (x, y, z)
-            corners.add(first, at)
+            if word != "FROM":
+                corners.add(first, at)
 
 
 def _gcode(lines: list[str], corners: _Corners) -> None:
