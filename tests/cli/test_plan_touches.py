@@ -152,9 +152,12 @@ def test_planes_are_planned_for_as_well_and_places_that_the_robot_taught(tmp_pat
 
 
 def test_a_log_says_how_warm_the_arm_is(tmp_path):
-    """A wrist that is 9 K warmer than [[before]] makes it."""
+    """An arm that works harder than [[before]] says: each node by its lag, to 1.4 times its rise."""
     log = tmp_path / "log.csv"
-    rows = [f"{60 * n},20,{20 + 0.1 * n},{20 + 0.05 * n},{20 + 0.12 * n},{20 + 0.1 * n}" for n in range(120)]
+    rises = [(15.4, 1.0), (5.5, 2.5), (18.2, 1.2), (4.2, 2.0)]  # K and h
+    rows = [
+        ",".join([f"{60 * n},20", *(f"{20 + k * (1 - np.exp(-n / 60 / h)):.2f}" for k, h in rises)]) for n in range(360)
+    ]
     log.write_text("\n".join(["time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC", *rows]) + "\n")
     file = artefact(tmp_path)
     with_log = plan(file, tmp_path / "l", "--log", log, "--reference", "20", "-q")
