@@ -196,9 +196,9 @@ def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[Error
         case "finite_number":
             return f"{key}: {value} is not a number; give a finite one"
         case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{key}: {brief_value(value)} must be a table"
+            return f"{key}: {_told(value)} must be a table"
     reasons = dict.fromkeys(_reason(e) for s, e in below if s == steps)
-    return f"{key}: {brief_value(value)}: {', or '.join(reasons)}"
+    return f"{key}: {_told(value)}: {', or '.join(reasons)}"
 
 
 def _is_deeper(value: Any, levels: int) -> bool:
@@ -225,10 +225,13 @@ def _reason(error: ErrorDetails) -> str:
     return text.replace(" after validation", "").replace("a valid dictionary", "a table")
 
 
+def _told(value: object) -> str:
+    """A value of a file for a message: only JSON has nothing as a value."""
+    return "null" if value is None else brief_value(value)
+
+
 def brief_value(value: object) -> str:
     """A value for a message, whatever it holds and however deep."""
-    if value is None:  # of JSON
-        return "null"
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
