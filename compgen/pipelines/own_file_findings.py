@@ -35,12 +35,14 @@ def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Fi
     )
     begin, end = path.arc[own[0]], path.arc[own[-1] + 1]
     rows = (deviation.arc >= begin - ROUNDING) & (deviation.arc <= end + ROUNDING)
-    found = distance_from_file(file, (place + error)[rows])
+    distance = distance_from_file(file, (place + error)[rows])
     allowed = job.plan.path.tolerance + deviation.extents["total"].max + ALLOWED
-    off, line = max((found.off, found.off_line), (found.missed, found.missed_line))
-    lines = f"its lines are kept to {found.off / UM:.2g} um, " if file.joined else ""
+    off, line = max((distance.off, distance.off_line), (distance.missed, distance.missed_line))
+    lines = f"its lines are kept to {distance.off / UM:.2g} um, " if file.joined else ""
     if off <= allowed:
-        message = f"judged by {file.source} itself, read a second time: {lines}its places to {found.missed / UM:.2g} um"
+        message = (
+            f"judged by {file.source} itself, read a second time: {lines}its places to {distance.missed / UM:.2g} um"
+        )
         return [Finding(Level.NOTE, OWN_FILE, message)]
     message = (
         f"{file.source}: line {line}: read a second time, the tool is {off / UM:.0f} um off it, where the path's "

@@ -20,7 +20,7 @@ from math import comb
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
 from compgen.core.units import DEG, UM
 from compgen.planning.curves import CUBIC, DEGREE, PiecewiseCurve
 from compgen.planning.exact_path import MAX_SPACING
@@ -172,8 +172,7 @@ def _parts_of_ways(ways: _Ways, before: Array, after: Array) -> tuple[IntArray, 
     left = np.maximum(after - before, 0.0)
     count = np.where(left > DUST, np.maximum(np.ceil(np.abs(ways.swept) * left * PER_TURN / (2 * np.pi)), 1), 0)
     count = count.astype(np.int64)
-    way = np.repeat(np.arange(len(left)), count)
-    number = np.arange(len(way)) - np.repeat(np.cumsum(count) - count, count)
+    way, number = numbered(count)
     step = left[way] / count[way]
     begin = before[way] + number * step
     return way, np.column_stack([begin, np.where(number + 1 == count[way], after[way], begin + step)])

@@ -125,7 +125,7 @@ def _gcode(lines: list[str], corners: _Corners) -> None:
             continue
         begun = True
         codes = [value for letter, value in words if letter == "G"]
-        told = {letter: value for letter, value in words if letter in "XYZIJKRP"}
+        values = {letter: value for letter, value in words if letter in "XYZIJKRP"}
         for code in codes:
             if code in (0.0, 1.0, 2.0, 3.0):
                 motion = code
@@ -133,13 +133,13 @@ def _gcode(lines: list[str], corners: _Corners) -> None:
                 relative = code == 91.0
             elif code != 4.0 and code not in QUIET_G:
                 raise corners.refuse(n, f"G{code:g}")
-        moves = any(axis in told for axis in "XYZ") or (motion >= 2 and ("I" in told or "J" in told))
+        moves = any(axis in values for axis in "XYZ") or (motion >= 2 and ("I" in values or "J" in values))
         if moves and 4.0 not in codes:
             start = dict(at)
-            at |= {a: told[a] + (start[a] if relative else 0.0) for a in "XYZ" if a in told}
+            at |= {a: values[a] + (start[a] if relative else 0.0) for a in "XYZ" if a in values}
             if len(at) == 3:
                 if motion >= 2:
-                    _arc(corners, n, start, at, told, -1 if motion == 2 else 1)
+                    _arc(corners, n, start, at, values, -1 if motion == 2 else 1)
                 corners.add(n, (at["X"], at["Y"], at["Z"]))
         if any(letter == "M" and value in (2.0, 30.0) for letter, value in words):
             return
@@ -164,16 +164,16 @@ def _words(line: str) -> Iterator[tuple[str, float]]:
 
 
 def _arc(
-    corners: _Corners, line: int, start: dict[str, float], end: dict[str, float], told: dict[str, float], sense: int
+    corners: _Corners, line: int, start: dict[str, float], end: dict[str, float], values: dict[str, float], sense: int
 ) -> None:
     """Corners on an arc, without its ends; its sense is -1 clockwise, else 1."""
     dx, dy = end["X"] - start["X"], end["Y"] - start["Y"]
-    if "R" in told:
+    if "R" in values:
         # the centre lies beside the chord, where the arc's shorter or (R < 0) longer way turns in its sense
-        aside = sqrt(max(told["R"] ** 2 / (dx * dx + dy * dy) - 0.25, 0.0)) * sense * (1 if told["R"] > 0 else -1)
+        aside = sqrt(max(values["R"] ** 2 / (dx * dx + dy * dy) - 0.25, 0.0)) * sense * (1 if values["R"] > 0 else -1)
         cx, cy = start["X"] + dx / 2 - aside * dy, start["Y"] + dy / 2 + aside * dx
     else:
-        cx, cy = start["X"] + told.get("I", 0.0), start["Y"] + told.get("J", 0.0)
+        cx, cy = start["X"] + values.get("I", 0.0), start["Y"] + values.get("J", 0.0)
     a0, r0 = atan2(start["Y"] - cy, start["X"] - cx), hypot(start["X"] - cx, start["Y"] - cy)
     a1, r1 = atan2(end["Y"] - cy, end["X"] - cx), hypot(end["X"] - cx, end["Y"] - cy)
     way = (a1 - a0) * sense
