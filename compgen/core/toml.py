@@ -167,8 +167,8 @@ def _control_character(value: Any, key: str = "") -> str | None:
         entries: Any = value.items()
     else:
         entries = enumerate(value) if isinstance(value, list) else ()
-    found = (_control_character(entry, f"{key}.{_short(str(k))}" if key else _short(str(k))) for k, entry in entries)
-    return next((text for text in found if text is not None), None)
+    refusals = (_control_character(entry, f"{key}.{_short(str(k))}" if key else _short(str(k))) for k, entry in entries)
+    return next((text for text in refusals if text is not None), None)
 
 
 def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[ErrorDetails]) -> str:

@@ -45,17 +45,19 @@ def printed_coordinates(entry: str, key: str, path: str) -> tuple[float, ...] | 
     Raises:
         InputError: They are not six numbers with a point and as many decimals each; names file and entry.
     """
-    found = _COORDINATE.findall(_GROUP.split(entry, maxsplit=2)[1] if _GROUP.search(entry) else entry)
-    if not found:
+    printed = _COORDINATE.findall(_GROUP.split(entry, maxsplit=2)[1] if _GROUP.search(entry) else entry)
+    if not printed:
         return None
-    numbers = [_PRINTED.fullmatch(text) for _, text in found]
+    numbers = [_PRINTED.fullmatch(text) for _, text in printed]
     if any(number and not abs(float(number[0])) < LARGEST for number in numbers):
         raise InputError(f"{path}: {key}: a coordinate is beyond 100000; export the backup anew")
     decimals = {len(number[1] or "") for number in numbers if number}
-    if [axis for axis, _ in found] != list("XYZWPR") or not all(numbers) or len(decimals) != 1 or 0 in decimals:
-        said = " ".join(f"{axis}: {text}" for axis, text in found)
-        raise InputError(f"{path}: {key}: '{said:.80}' is not X Y Z W P R as a controller prints them; export it anew")
-    return tuple(float(text) for _, text in found)
+    if [axis for axis, _ in printed] != list("XYZWPR") or not all(numbers) or len(decimals) != 1 or 0 in decimals:
+        numbers_shown = " ".join(f"{axis}: {text}" for axis, text in printed)
+        raise InputError(
+            f"{path}: {key}: '{numbers_shown:.80}' is not X Y Z W P R as a controller prints them; export it anew"
+        )
+    return tuple(float(text) for _, text in printed)
 
 
 def pose_values(table: Any, key: str, path: str, also: Sequence[str] = ()) -> list[float]:

@@ -27,12 +27,8 @@ def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Fi
     place = path.exact.in_frame(path.at(segment, np.clip(fraction, 0, 1)).pose).position
     error = deviation.error if path.exact.frame is None else deviation.error @ path.exact.frame.rotation
     # approach and retract, the first and the last piece, are not the file's
-    last = len(path.exact.curve.poly) - 1
-    own = (
-        np.flatnonzero((path.piece > 0) & (path.piece < last))
-        if job.plan.process.lift > 0
-        else np.arange(len(path.piece))
-    )
+    led = 1 if job.plan.process.lift > 0 else 0
+    own = np.flatnonzero((path.piece >= led) & (path.piece < len(path.exact.curve.poly) - led))
     begin, end = path.arc[own[0]], path.arc[own[-1] + 1]
     rows = (deviation.arc >= begin - ROUNDING) & (deviation.arc <= end + ROUNDING)
     distance = distance_from_file(file, (place + error)[rows])

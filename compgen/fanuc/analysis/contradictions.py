@@ -30,13 +30,13 @@ def contradictions(program: LsProgram, traversal: Traversal, motionless: Collect
         motionless: Programs, in capitals, of which it is known that they do not move the arm.
     """
     flow = read_flow(program)
-    found = [*_labels(program, flow), *_frames(program, flow, traversal.motion, motionless)]
-    return sorted(set(found), key=lambda u: (u.line, u.reason))
+    unsafe = [*_labels(program, flow), *_frames(program, flow, traversal.motion, motionless)]
+    return sorted(set(unsafe), key=lambda u: (u.line, u.reason))
 
 
 def _labels(program: LsProgram, flow: Flow) -> list[Unsafe]:
     defined: dict[int, int] = {}  # line of each number
-    found = []
+    unsafe = []
     mentions: list[tuple[int, str]] = []
     for s, text in flow.text.items():
         line, alone = int(flow.line[s]), LABEL_ALONE.match(text)
@@ -44,7 +44,7 @@ def _labels(program: LsProgram, flow: Flow) -> list[Unsafe]:
             mentions.append((line, text))
         elif alone[1] and (first := defined.setdefault(int(alone[1]), line)) != line:
             reason = f"LBL[{alone[1]}] stands twice, on line {first} too: where a jump leads is not told; remove one"
-            found.append(Unsafe(line, text[:60], reason))
+            unsafe.append(Unsafe(line, text[:60], reason))
     m = program.motions
     mentions += [
         (int(m.line[i]), " ".join(program.text(m.span[i]).split()))
@@ -53,10 +53,10 @@ def _labels(program: LsProgram, flow: Flow) -> list[Unsafe]:
     ]
     for line, text in mentions:
         absent = dict.fromkeys(n for n in LABEL.findall(text) if n and int(n) not in defined)
-        found += [
+        unsafe += [
             Unsafe(line, text[:60], f"LBL[{n}] stands nowhere: a jump to it stops; add the label") for n in absent
         ]
-    return found
+    return unsafe
 
 
 def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collection[str]) -> list[Unsafe]:
@@ -67,7 +67,7 @@ def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collec
     first = np.flatnonzero(p.group <= 1)
     row_of = dict(zip(p.number[first].tolist(), first.tolist()))
     last = np.append(motion[1:] != motion[:-1], True)  # a C names two positions
-    found = []
+    unsafe = []
     states = arrivals(nodes, (NO_NUMBER, NO_NUMBER), _leave, _meet)
     for node, active in zip(nodes, states):
         if node.stations is None or active is None or active == (NO_NUMBER, NO_NUMBER):
@@ -83,8 +83,8 @@ def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collec
                         f"P[{p.number[row]}] is told in {name[:-4].lower()} {of_position}, and {name}={number} is set"
                     )
                     text = " ".join(program.text(m.span[i]).split())
-                    found.append(Unsafe(int(m.line[i]), text[:60], f"{reason}: a controller stops there"))
-    return found
+                    unsafe.append(Unsafe(int(m.line[i]), text[:60], f"{reason}: a controller stops there"))
+    return unsafe
 
 
 def _leave(node: Node, active: Active) -> Active:
