@@ -130,7 +130,7 @@ def lines_of(text: str) -> list[str]:
 # G-code ----------------------------------------------------------------------------------------------------------
 
 #: Words that say nothing of where the tool goes, and the group of which a block may have one.
-STILL_G = {40: "cutter", 49: "length", 80: "motion", 94: "feed", 97: "spindle", 61: "path", 64: "path"}
+STILL_G = {40: "cutter", 43: "length", 49: "length", 80: "motion", 94: "feed", 97: "spindle", 61: "path", 64: "path"}
 STILL_M = {0: "stop", 1: "stop", 3: "spindle", 4: "spindle", 5: "spindle", 7: "mist", 8: "flood", 9: "coolant", 48: "o"}
 PLANES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}
 
@@ -199,6 +199,8 @@ def gcode(text: str) -> Reading:
                 has[letter] = value
         dwell = "dwell" in codes
         for letter in has:
+            if letter == "H" and codes.get("length") == 43:  # which tool's length: coordinates are its tip's
+                continue
             if letter not in "NSFTXYZIJKRP" and not (letter == "O" and not read.moves and len(block) == 1):
                 raise Unreadable(f"line {n}: {letter} is not known")
         if (has.get("T") is not None or "tool" in codes) and read.moves:
@@ -334,7 +336,20 @@ def checked(move: Arc) -> Arc:
 # APT -------------------------------------------------------------------------------------------------------------
 
 TEXT = ("PARTNO", "PPRINT", "REMARK", "TPRINT")
-STILL = ("MACHIN", "CUTTER", "LOADTL", "SPINDL", "COOLNT", "MULTAX", "INTOL", "OUTTOL", "STOP", "OPSTOP", "DELAY")
+STILL = (
+    "MACHIN",
+    "CLEARP",
+    "CUTTER",
+    "LOADTL",
+    "SPINDL",
+    "COOLNT",
+    "MULTAX",
+    "INTOL",
+    "OUTTOL",
+    "STOP",
+    "OPSTOP",
+    "DELAY",
+)
 
 
 def statements(text: str) -> list[tuple[int, str]]:

@@ -114,13 +114,16 @@ def flown(texts: list[bytes], keys: dict) -> Flown:
         for move in moves:
             groups = [positions[int(t[2:-1].split(":")[0])].groups[1] for t in move.targets]
             targets = [frame(*(g.axes[k] for k in "XYZWPR")) for g in groups]
-            if move.disabled or move.letter not in "JLC" or (move.letter == "J") != (not pose):
+            again = (
+                move.letter == "J" and pose and np.allclose(pose[-1], targets[0], atol=1e-9)
+            )  # the next page's start
+            if move.disabled or move.letter not in "JLC" or (move.letter == "J") != (not pose or again):
                 raise ValueError(f"a motion that the judge does not know: {move}")
-            way = [targets[0]] if not pose else between(pose[-1], targets)
+            way = [targets[0]] if not pose or again else between(pose[-1], targets)
             pose += way
             motion += [len(speed)] * len(way)
             config += [groups[-1].config] * len(way)
-            speed.append(mm_s(move.speed) if move.letter != "J" else 0.0)
+            speed.append(mm_s(move.speed) if move.letter != "J" else 1.0)
     told = np.array(pose)
     joints = jobs.joints_by_config(base @ told @ np.linalg.inv(tool), config)
     joints = np.unwrap(joints, axis=0)  # turn digits are those of positions; between them no joint turns far
@@ -225,7 +228,8 @@ def too_fast(want: Wanted, drive: Flown) -> str:
     way = want.end - want.start
     square = np.maximum((way**2).sum(axis=1), 1e-18)
     for p, motion in zip(half, drive.motion):
-        here = from_pieces(p, want.start, way, square) <= 2 * want.may
+        apart = from_pieces(p, want.start, way, square)
+        here = apart <= np.maximum(2 * want.may, apart.min())
         if drive.speed[motion] > FASTER * want.feed[here].max(initial=0.0) + SPEED_STEP:
             return f"faster than the feed: {drive.speed[motion]:g} mm/s at {np.round(p, 3).tolist()}"
     return ""

@@ -80,11 +80,16 @@ def test_inches_are_obeyed():
     assert ends(apt("UNITS/INCHES\nGOTO/0,0,0\nGOTO/1,0,0")) == [(0, 0, 0), (25.4, 0, 0)]
 
 
+def test_words_that_say_nothing_of_the_way_are_passed():
+    assert ends(gcode("G54\nG1 X0 Y0 Z0\nG43 H1 Z5\nM30")) == [(0, 0, 0), (0, 0, 5)]
+    assert ends(apt("GOTO/0,0,0\nCLEARP/XYPLAN,30\nGOTO/2,0,0\nFINI")) == [(0, 0, 0), (2, 0, 0)]
+
+
 @pytest.mark.parametrize(
     "block",
     [
         *cam_draws.ARC_TRAPS,
-        *(t for t in cam_draws.G_TRAPS if t not in ("G20", "G18", "G19", "G91.1\nG90.1", "G4 X0.5")),
+        *(t for t in cam_draws.G_TRAPS if t not in ("G20", "G18", "G19", "G91.1\nG90.1", "G4 X0.5", "G43 H1")),
         "G1 X1 R3", "G2 X1 Y1", "G2 X1 Y1 I1 R2", "G2 X1 Y1 I5 J0", "G3 R5", "G2 X20 R5", "F0", "F-3", "M40", "G91 G90",
         "X", "?", "(a (b))", "X1 ; \n %\n G1 X4", "E3",
     ],
@@ -135,7 +140,9 @@ def test_a_circle_turns_right_handed_about_its_axis():
             apt("GOTO/10,0,0\n" + text)
 
 
-@pytest.mark.parametrize("word", [t for t in cam_draws.APT_TRAPS if t not in ("UNITS/INCHES", "CYCLE/OFF")])
+@pytest.mark.parametrize(
+    "word", [t for t in cam_draws.APT_TRAPS if t not in ("UNITS/INCHES", "CYCLE/OFF", "CLEARP/XYPLAN,30")]
+)
 def test_apt_words_that_it_does_not_know_are_refused(word):
     with pytest.raises(Unreadable):
         apt(f"GOTO/0,0,0\nGOTO/1,0,0\n{word}\nGOTO/2,0,0\nFINI")

@@ -205,6 +205,7 @@ START = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX10\n"
         ("G0 G1 X20", "G0 and G1 in one block"),
         ("G90 G91 X20", "G90 and G91 in one block"),
         ("G4 Y20", "G4 waits, and the block says more"),
+        ("G4 X3 P1", "G4 waits, and the block says more"),
         ("O2", "O2: a second program"),
         ("M6 T2\nX20", "M6: another tool in mid-file"),
         ("M99", "sub-programs"),
@@ -264,7 +265,7 @@ TLLFT TLON TLRGT TMARK TOLER TOOLNO TRACUT TRANS TRANTO TURRET VECTOR VTLAXS WEI
 """
 QUIET = """
 AIR AUXFUN CLAMP CLDIST CLEARP COOLNT CUTTER DISPLY HEAD INTOL LEADER LINTOL MACHIN OPSKIP OUTTOL PLABEL
-PREFUN REWIND SELCTL SELECT SEQNO SPINDL SYN TMARK TOLER TOOLNO
+REWIND SELCTL SEQNO SPINDL SYN TMARK TOLER TOOLNO
 """
 
 
@@ -278,7 +279,9 @@ def test_every_apt_word_is_read_refused_or_known_to_move_nothing(tmp_path, word)
             read_apt(file)
 
 
-@pytest.mark.parametrize("word", ["CUTCOM/OFF", "CYCLE/OFF", "TRACUT/NOMORE", "REFSYS/NOMORE", "MODE/ABSOL"])
+@pytest.mark.parametrize(
+    "word", ["CUTCOM/OFF", "CYCLE/OFF", "TRACUT/NOMORE", "REFSYS/NOMORE", "MODE/ABSOL", "SELECT/TOOL,3"]
+)
 def test_apt_words_that_only_end_something_are_taken(tmp_path, word):
     assert len(read_apt(written(tmp_path, f"{APT_START}{word}\nGOTO/50,60,0\n")).position) == 3
 
@@ -293,6 +296,11 @@ def test_goto_behind_the_end_is_not_driven_and_said(tmp_path, end):
 def test_godlta_counts_from_where_the_tool_stood(tmp_path):
     points = read_apt(written(tmp_path, "FROM/10,20,30\nGODLTA/1,2,-3\nGOTO/0,0,0\n"))
     assert_allclose(points.position * 1e3, [[11, 22, 27], [0, 0, 0]])
+
+
+def test_a_machine_that_stands_elsewhere_in_mid_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="line 4: FROM after a point"):
+        read_apt(written(tmp_path, f"{APT_START}FROM/40,40,40\nGOTO/50,60,0\n"))
 
 
 def test_a_tool_that_turns_where_it_stands_is_refused(tmp_path):

@@ -39,16 +39,18 @@ REFUSED = {
     "CALL": "macros are not read; write the moves themselves",
     "LOOPST": "loops are not read; write the moves themselves",
     "INSERT": "a machine's own code is not read; write the moves themselves",
+    "PREFUN": "a machine's own code is not read; write the moves themselves",
+    "SELECT": "only SELECT/TOOL is read; write the points where they are, and remove it",
     "OFSTNO": "a machine's offsets are not known; write the points where they are",
 }
 #: of these words, what only ends or says what is so already
-HARMLESS = {"CUTCOM": "OFF", "CYCLE": "OFF", "TRACUT": "NOMORE", "REFSYS": "NOMORE", "MODE": "ABSOL"}
+HARMLESS = {"CUTCOM": "OFF", "CYCLE": "OFF", "TRACUT": "NOMORE", "REFSYS": "NOMORE", "MODE": "ABSOL", "SELECT": "TOOL"}
 #: words that move no tool
 NO_MOTION = frozenset(
     (
         "AIR", "AUXFUN", "CLAMP", "CLDIST", "CLEARP", "COOLNT", "CUTTER", "DISPLY", "END-OF-PATH", "GECENT", "HEAD",
         "INTOL", "LEADER", "LINTOL", "LOAD", "MACHIN", "MULTAX", "OPSKIP", "OUTTOL", "PAINT", "PLABEL",
-        "PREFUN", "PROGNO", "RAIL", "REWIND", "SAFETY", "SELCTL", "SELECT", "SEQNO", "SPINDL", "SYN", "TLDATA", "TMARK",
+        "PROGNO", "REWIND", "SAFETY", "SELCTL", "SEQNO", "SPINDL", "SYN", "TLDATA", "TMARK",
         "TOLER", "TOOL", "TOOLNO", "TPRINT", "UNITS",
     )
 )  # fmt: skip
@@ -85,6 +87,8 @@ def read_apt(source: str | Path) -> GivenPoints:
         elif word == "FEDRAT":
             feed = _feed(name, line, arguments, feed)
         elif word == "FROM":  # where the machine stood, not where the tool goes
+            if rows.position:
+                raise InputError(f"{where}: FROM after a point: nobody drives there; write GOTO, or remove it")
             numbers = [_number(where, a) for a in arguments[:3]]
             place = (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else place
         elif word in ("GOTO", "GODLTA"):

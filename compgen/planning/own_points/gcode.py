@@ -147,7 +147,7 @@ class _Reader:
             raise InputError(f"{where}: {' and '.join(motions)} in one block; keep one motion a block")
         if {90, 91} <= set(codes):
             raise InputError(f"{where}: G90 and G91 in one block; keep one of them")
-        if 4 in codes and (motions or values.keys() - DWELL):
+        if 4 in codes and (motions or values.keys() - DWELL or {"P", "X"} <= values.keys()):
             raise InputError(f"{where}: G4 waits, and the block says more; write it in a block of its own")
         if "O" in values:
             if self.program not in (None, values["O"]):
