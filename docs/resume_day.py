@@ -142,7 +142,7 @@ def resumed_at_each_page(day: Day, folder: Path) -> int:
         file = folder / "so_far.csv"
         file.write_bytes(until(day.log, start.time))
         log, _ = read_log(day.whole.job, str(file))
-        state, air = state_at_end(day.whole, log), float(np.median(log.air[-20:]))
+        state, air = state_at_end(day.whole, log).state, float(np.median(log.air[-20:]))
 
         def begin(known, state=state, air=air):
             return begin_at(day.whole, known, state, air, "log", {})

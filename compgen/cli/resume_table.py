@@ -8,6 +8,8 @@ from rich.table import Table
 from compgen.cli.console import finding_lines, print_table, stdout_console
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import PageResult, Resumed
+from compgen.report.band_words import band_sentence
+from compgen.report.resume_summary import resume_summary
 
 
 def pages_table(pages: Sequence[PageResult]) -> Table:
@@ -40,6 +42,9 @@ def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
             f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
             f"{join.beyond / UM:.2f} beyond that; start within {resumed.starts[0].window:.0f} s"
         )
+    summary = resume_summary(resumed)
+    largest = summary["on_part"]["after"]["total"]["max_um"]
+    lines.append(f"with the new pages: {band_sentence(largest, summary['band'])}")
     lines += finding_lines(resumed.findings)
     if is_written:
         count = len(resumed.replaced)

@@ -19,7 +19,7 @@ from compgen.pipelines.start_window import late_rise
 from compgen.pipelines.uncertainty import JobUncertainty, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.history import History
-from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
+from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
 from compgen.verification.band import Band, Columns, band_of
 
 ROWS = 8192  # waypoints at which a band is evaluated, at a time; all of a program of so many
@@ -76,7 +76,8 @@ def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
     names = dict.fromkeys(k.source.NAME for k in cell.known if k.source.FITTING is None and not k.sigma)
     of_sources = [Unknown(f"error of the file's {name.replace('_', ' ')}", None, "", "") for name in names]
     identified = {known.source.BUDGET for known in cell.known if known.sigma}
-    return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources
+    hidden = [Unknown("a temperature sensor that is off unseen", (0.0, band.hidden), "", "")] if band.hidden else []
+    return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources, *hidden
 
 
 def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
@@ -198,8 +199,17 @@ def columns_at(
         undirected["repeatability"] = np.full(len(warm), fit.repeatability)
     return Columns(
         column, np.array([q.mean for q in quantities]), np.array([q.deviation for q in quantities]),
-        tuple(q.source or "" for q in quantities), undirected,
+        tuple(q.source or "" for q in quantities), undirected, _hidden(cell, history, places.time, B),
     )  # fmt: skip
+
+
+def _hidden(cell: Cell, history: History, time: Array, B: Array) -> Array:
+    """Most that a temperature sensor may move the tool and not be contradicted, (M,) [m]."""
+    most, none = np.zeros(len(time)), HeatChange.none(len(cell.heat.names))
+    for start in () if cell.warmth.hidden is None or cell.state is not None else cell.warmth.hidden:
+        rise = missed_rise(cell.warmth, cell.heat, history, replace(none, start=start), time)
+        most = np.maximum(most, row_norms(np.einsum("mik,mk->mi", B, rise)))
+    return most
 
 
 def least_missing(cell: Cell) -> float:

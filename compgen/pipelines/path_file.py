@@ -48,7 +48,7 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, tables
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.ensemble import started
-from compgen.thermal.log_fit import fit_log
+from compgen.thermal.log_end import end_of
 from compgen.thermal.network import NetworkModel
 from compgen.verification.own_file.second_reading import OwnFile, read_own_file
 from compgen.verification.tables import bounds_of
@@ -138,7 +138,8 @@ def _job_of(files: _JobFiles) -> Job:
         if isinstance(cell.heat, NetworkModel):
             written = plan_written_motion(program, cell, program.process.feed)
             loss, _ = mean_losses(cell.robot, cell.heat.drives, written.joint_motion)
-        cell = replace(cell, heat=fit_log(read, cell.heat, loss).heat)
+        end = end_of(read, cell.heat, cell.warmth, loss)
+        cell = replace(cell, heat=end.heat, warmth=end.warmth)
     notes: tuple[Finding, ...] = ()
     if state is not None:
         cell = cell_with_state(cell, state, state_file)

@@ -116,9 +116,13 @@ def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
             quantities.append(Quantity(f"law of {name}", "temperature law", replace(nothing, heat=heat)))
     if warmth.sensors:
         shift = np.full(K, warmth.sensors)
-        # what an anchored state begins with is known as its own covariance says
-        heat = replace(zero, rise=shift, start=shift if cell.state is None else zero.start)
+        # what an anchored state or a log begins with is known as its own covariance says
+        is_found = cell.state is not None or warmth.start is not None
+        heat = replace(zero, rise=shift, start=zero.start if is_found else shift)
         quantities.append(Quantity("thermocouples", "thermocouples", replace(nothing, heat=heat)))
+    for k, start in enumerate(() if warmth.start is None or cell.state is not None else warmth.start.T):
+        cause = replace(nothing, heat=replace(zero, start=start))
+        quantities.append(Quantity(f"log's end {k + 1}", "temperature log", cause))
     if warmth.air:
         quantities.append(Quantity("air", "air", replace(nothing, heat=replace(zero, air=warmth.air))))
     if warmth.feed:

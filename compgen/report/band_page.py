@@ -19,6 +19,7 @@ from compgen.verification.band import ONE_SIDED
 LEFT_OPEN = "left open by the robot file"
 MEANINGS = {  # of the sources of a budget, for who has not written the robot file
     "cte": "how much the arm grows per kelvin",
+    "temperature log": "how warm the robot is when its temperature log ends",
     "thermocouples": "how well the warmth was measured",
     "thermal physics missing": "what any model of heat leaves out",
     "temperature law": "how well the model foretells the warmth",

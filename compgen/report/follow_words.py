@@ -40,6 +40,7 @@ def look_record(look: Look | None, resumed: Resumed | None, within: float, force
         "due": look.due,
         "written": list(resumed.replaced) if resumed is not None and (resumed.inside or force) else [],
         "after_um": None if resumed is None else max(round(p.after.max / UM, 3) for p in resumed.pages),
+        "band_um": None if resumed is None else round(resumed.band.largest / UM, 3),
         "verdict": None if resumed is None else resumed.verdict.value,
         "notes": list(look.notes),
         "doubt": look.doubt,
@@ -60,7 +61,7 @@ def look_words(look: Look | None, resumed: Resumed | None, within: float, force:
     parts += [f"page {f.page} forecast {f.max / UM:.1f} um (rms {f.rms / UM:.1f})" for f in look.forecasts]
     if resumed is not None:
         pages = f"pages {resumed.from_page} to {resumed.pages[-1].number}"
-        left = f"{max(p.after.max for p in resumed.pages) / UM:.2f} um"
+        left = f"{max(p.after.max for p in resumed.pages) / UM:.2f} um +- {resumed.band.largest / UM:.0f} (95 %)"
         if resumed.inside or force:
             parts.append(f"over {within:g}: {pages} written anew, {left} left")
         else:

@@ -6,7 +6,10 @@ import numpy as np
 
 from compgen import __version__
 from compgen.core.units import UM
+from compgen.pipelines.band import not_known
+from compgen.pipelines.motion_findings import with_motion
 from compgen.pipelines.resume.result import Resumed
+from compgen.report.band_words import band_record
 from compgen.report.inputs import made_from
 from compgen.verification.deviation import statistics
 
@@ -37,6 +40,7 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
             "before": statistics(planned.deviation(), on_part=True),
             "after": statistics(resumed.deviation, on_part=True),
         },
+        "band": band_record(resumed.band, with_motion(not_known(job.cell, resumed.band), None)),
         "pages": [
             {
                 "page": page.number,

@@ -87,7 +87,9 @@ def band_caveat(rows: list[Row]) -> str:
         return f"{NO_BAND}; {beyond}"
     low, high = rounded(min(bands)), rounded(max(bands))
     amount = low if low == high else f"{low} to {high}"
-    return f"the files know this to {amount} um (95 %); {beyond}"
+    sensors = [row["sensor_um"] for row in rows if "sensor_um" in row]
+    unseen = f", unless a temperature sensor is off unseen (0 to {rounded(max(sensors))} um)" if sensors else ""
+    return f"the files know this to {amount} um (95 %){unseen}; {beyond}"
 
 
 def headline(study: Study, rows: list[Row]) -> str:

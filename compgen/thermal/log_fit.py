@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, BoolArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.thermal.ambient import Ambient
@@ -40,27 +40,33 @@ class TemperatureLog:
     time: Array  # (M,) [s] rising
     air: Array  # (M,) [K]
     readings: Mapping[str, Array]  # name of a rise to (M,) [K]
+    has_air: bool = True  # whether the air was measured
 
     def __post_init__(self) -> None:
         own(self, time=("M",), air=("M",))
 
+    def rows(self, some: BoolArray) -> "TemperatureLog":
+        """The log of some of its rows."""
+        readings = {name: values[some] for name, values in self.readings.items()}
+        return replace(self, time=self.time[some], air=self.air[some], readings=readings)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LogFit:
-    """A model with the state that explains a log."""
+    """What explains a log."""
 
-    heat: NodeModel | NetworkModel  # which begins with the state at the log's end
+    state: Array  # (S,) of the model at the log's end
     time: Array  # (T,) [s] of the samples used
     rise: Array  # (T, K) [K] all named rises over the log
     rms: Mapping[str, float]  # [K] of each sensor's readings against it
 
 
 def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[float, ...] = ()) -> LogFit:
-    """The model with the state at the log's end.
+    """The state of a model at the log's end, and its way there.
 
     Args:
         log: At least two readings.
-        heat: The model that goes on from there.
+        heat: The model.
         loss: Of each drive while the robot works [W]: the proportions for what no sensor sees; network only.
 
     Raises:
@@ -102,7 +108,7 @@ def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[flo
     amplitude = solution.reshape(count, len(pattern))
     trajectory = np.einsum("tsbm,bm->ts", states, amplitude) + from_air
     rms = {name: float(np.sqrt(np.mean(residual[sensor == k] ** 2))) for k, name in enumerate(log.readings)}
-    return LogFit(replace(heat, start=trajectory[-1]), log.time[0] + grid, trajectory @ heat.outputs.T, rms)
+    return LogFit(trajectory[-1], log.time[0] + grid, trajectory @ heat.outputs.T, rms)
 
 
 def heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tuple[Array, Array]:

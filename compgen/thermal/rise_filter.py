@@ -48,6 +48,11 @@ class Miss:
         return self.mean[: len(self.mean) // 2]
 
     @property
+    def offset(self) -> float:
+        """s [K]."""
+        return float(self.mean[-1])
+
+    @property
     def sigma(self) -> Array:
         """Standard deviations of m, (K,) [K]."""
         return np.sqrt(np.diag(self.covariance)[: len(self.mean) // 2])
@@ -62,6 +67,7 @@ class RiseFilter:
     start: Array  # (K,) [K] standard deviation of m at the beginning
     sensors: float  # [K] standard deviation of s
     night: float = 0.0  # [K] standard deviation of what all m have in common at the beginning
+    air: float = 0.0  # [K] the same of all b
 
     def __post_init__(self) -> None:
         own(self, lag=("K",), law=("K",), start=("K",))
@@ -70,7 +76,9 @@ class RiseFilter:
         """Before any reading."""
         sigma = np.concatenate([self.start, self.law, [self.sensors]])
         covariance = np.diag(sigma**2)
-        covariance[: len(self.start), : len(self.start)] += self.night**2
+        K = len(self.start)
+        covariance[:K, :K] += self.night**2
+        covariance[K:-1, K:-1] += self.air**2
         return Miss(np.zeros(len(sigma)), covariance)
 
     def ahead(self, miss: Miss, time: float) -> Miss:
@@ -98,7 +106,9 @@ class RiseFilter:
         return Miss(miss.mean + gain @ (readings - H @ miss.mean), covariance)
 
 
-def filter_of(warmth: ThermalUncertainty, start: float, sensors: float, night: float = 0.0) -> RiseFilter:
+def filter_of(
+    warmth: ThermalUncertainty, start: float, sensors: float, night: float = 0.0, air: float = 0.0
+) -> RiseFilter:
     """The filter of a robot file.
 
     Args:
@@ -106,10 +116,11 @@ def filter_of(warmth: ThermalUncertainty, start: float, sensors: float, night: f
         start: Standard deviation of the rises at the beginning, beside the law's [K].
         sensors: Of the offset that all sensors share [K].
         night: By which the whole arm may be warmer than planned, as its air is [K].
+        air: By which the air may be warmer than planned from then on [K].
     """
     K = len(warmth.lag)
     law = steady_miss(warmth, np.full(K, warmth.law))
-    return RiseFilter(warmth.lag, law, np.full(K, np.hypot(warmth.law, start)), sensors, night)
+    return RiseFilter(warmth.lag, law, np.full(K, np.hypot(warmth.law, start)), sensors, night, air)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

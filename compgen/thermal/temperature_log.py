@@ -47,7 +47,7 @@ class Temperatures:
         Raises:
             InputError: The reference was not measured.
         """
-        still = np.zeros(len(self.time))
+        still, has_air = np.zeros(len(self.time)), self.ambient is not None
         if reference == "ambient":
             if self.ambient is None:
                 raise InputError(
@@ -59,9 +59,9 @@ class Temperatures:
         if reference == "start":
             air = still if self.ambient is None else self.ambient - float(np.median(self.ambient[early]))
             rises = {n: v - _first_reading(self, n, early) for n, v in self.readings.items()}
-            return TemperatureLog(self.time, air, rises)
+            return TemperatureLog(self.time, air, rises, has_air)
         air = still if self.ambient is None else self.ambient - reference
-        return TemperatureLog(self.time, air, {n: v - reference for n, v in self.readings.items()})
+        return TemperatureLog(self.time, air, {n: v - reference for n, v in self.readings.items()}, has_air)
 
 
 def read_temperature_log(

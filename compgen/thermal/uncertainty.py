@@ -44,9 +44,16 @@ class ThermalUncertainty:
     expansion: Interval | None = None  # true over the file's coefficient, less one; None: the sources' priors
     growth: Mapping[str, Interval] = field(default_factory=dict)  # of a length by another profile, less one
     is_assumed: bool = False  # the file says nothing
+    start: Array | None = None  # (K, K) [K] F, covariance F F^T of the rises that a log ends with; None: no log
+    hidden: Array | None = None  # (L, K) [K] by which a sensor may shift those rises and not be contradicted
 
     def __post_init__(self) -> None:
         own(self, lag=("K",))
+
+    def begun(self, covariance: Array, hidden: Array | None = None) -> "ThermalUncertainty":
+        """With what a log leaves open of the rises that it ends with, (K, K) [K^2], and what it hides, (L, K) [K]."""
+        values, vectors = np.linalg.eigh(covariance)
+        return replace(self, start=vectors * np.sqrt(np.maximum(values, 0.0)), hidden=hidden)
 
 
 def nothing_warms(heat: ThermalModel) -> ThermalUncertainty:

@@ -50,6 +50,7 @@ class Columns:
     deviation: Array  # (Q,)
     source: tuple[str, ...]  # (Q,) of the budget
     undirected: Mapping[str, Array]  # standard deviation along any direction, of a source, (M,) [m]
+    hidden: Array  # (M,) [m] most that a sensor's error moves the tool before anything contradicts it
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,6 +63,7 @@ class Band:
     largest: float  # [m] radius on the part
     p99: float  # [m] what 99 % of the part's length stay at or below
     budget: tuple[BudgetShare, ...]  # the largest first
+    hidden: float = 0.0  # [m] most on the part that a temperature sensor may add unseen; no part of the radius
 
     def __post_init__(self) -> None:
         own(self, rows=("M",), moment=("M", 6), radius=("M",))
@@ -112,7 +114,7 @@ def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: fl
         weight: Length of part that each stands for, (M,) [m]; all zero counts all alike.
         scale: lambda.
     """
-    parts = [_moments(some) for some in columns]
+    parts, hidden = zip(*((_moments(some), some.hidden) for some in columns), strict=True)
     moments = {source: np.concatenate([part[source] for part in parts]) * scale**2 for source in parts[0]}
     moment = sum(moments.values(), np.zeros((len(rows), 6)))
     on_part: BoolArray = weight > 0 if weight.any() else np.ones(len(rows), dtype=bool)
@@ -126,7 +128,8 @@ def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: fl
     radius = radius_of(moment)
     touched = radius[on_part]
     shares.sort(key=lambda share: (-share.largest, share.source))
-    return Band(rows, moment, radius, float(touched.max()), percentile99(touched, lengths), tuple(shares))
+    largest, unseen = float(touched.max()), float(np.concatenate(hidden)[on_part].max())
+    return Band(rows, moment, radius, largest, percentile99(touched, lengths), tuple(shares), unseen)
 
 
 def radius_of(moment: Array) -> Array:

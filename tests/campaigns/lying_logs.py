@@ -6,7 +6,8 @@ python tests/campaigns/lying_logs.py --seeds 0:504 --table    only the table of 
 A seed draws a day of the cell (``logged_days.py``), a command and a lie (``lies.py``; 168 seeds have each pair once),
 and runs the command twice: with the honest log and with the lie. How far the lie sends or expects the tool from where
 the honest log does, at the worst position, is what it *moved*. Beyond the smaller one of both printed bands it is
-WRONG, whatever the exit code, and so is a refusal that is not one line with a file's name in it.
+WRONG, whatever the exit code, and so is a refusal that is not one line with a file's name in it. A printed band is its
+95 % and what stands beside it of a sensor that is off unseen; for how many the 95 % are enough is counted.
 
 A log of another day is a true one: a command that is given a log and nothing else is not blamed for it (``unseen``).
 ``off_um`` is how far the true arm, by the day's true rises and in numpy, is from its targets with what was written, or
@@ -42,7 +43,7 @@ from naive_arm import frame  # noqa: E402
 
 COMMANDS = ("generate", "resume", "check", "follow", "predict", "anchor", "heat", "whatif")
 IN_PAGES = ("resume", "follow")
-GIVEN_A_LOG_ALONE = ("generate", "check", "predict", "heat", "whatif")
+GIVEN_A_LOG_ALONE = ("generate", "resume", "check", "predict", "heat", "whatif")
 IN_A_PROCESS = 20  # every so many seeds
 HANGS_S, MEMORY_B = 300, 4_000_000_000  # a run that takes more is ended, and was no refusal
 CTE = 11.25  # um/m K of the robot file
@@ -217,7 +218,8 @@ class Outcome:
     code: int
     words: str
     places: Places = field(default_factory=dict)  # where it sends or expects the tool
-    band_um: float = float("inf")  # as it is printed
+    band_um: float = float("inf")  # of 95 %, as it is printed
+    hidden_um: float = 0.0  # printed beside it: a sensor that is off unseen
     off_um: float | None = None  # what it leaves on the true arm
     written: tuple[str, ...] = ()  # pages that it has written anew
 
@@ -239,7 +241,7 @@ class Bench:
         shutil.copytree(world / "out", self.pages)
         manifest = json.loads((self.pages / "PAGES.pages.json").read_text())
         report = json.loads((self.pages / "report.json").read_text())
-        self.band_um = report["band"]["p95_um"]
+        self.band_um = band_of(report["band"])[0]
         starts = [page["start_s"] for page in manifest["pages"]]
         self.durations = np.diff([*starts, report["timing"]["duration_s"]]).tolist()
         whole = positions_of((world / "pages.toml").glob("*.LS"))
@@ -297,7 +299,8 @@ class Bench:
             return Outcome("kept" if helpless else "refused", end.code, end.error, places, self.band_um)
         anew = positions_of(world / "out" / name for name in written)
         off = apart_um(anew.flown(question.day.course.rises_at(question.day.end)), self.plan_of_pages)
-        return Outcome("taken", end.code, end.error, places, self.band_um, off, written)
+        band = band_of(json.loads((world / "out" / "resume.json").read_text())["band"])
+        return Outcome("taken", end.code, end.error, places, *band, off, written)
 
     def _told(self, command: str, question: Question, out: Path, end: kills.End) -> Outcome:
         true = {n: r - question.above for n, r in question.day.course.rises_at(question.day.end).items()}
@@ -306,12 +309,12 @@ class Bench:
             positions = positions_of(sorted(out.glob("*.LS")))
             planned = dict(zip(positions.keys, self.plan.pose[:, :3, 3], strict=True))
             off = apart_um(positions.flown(true), planned)
-            return Outcome("taken", 0, end.error, positions.places, report["band"]["p95_um"], off)
+            return Outcome("taken", 0, end.error, positions.places, *band_of(report["band"]), off)
         rise, band = rises_told(command, out, end.error)
         places = self.plan.flown(rise)
         if command == "predict":
             places = dict(zip(self.plan.keys, predicted(out / "waypoints.csv"), strict=True))
-        return Outcome("taken", 0, end.error, places, band, apart_um(places, self.plan.flown(true)))
+        return Outcome("taken", 0, end.error, places, *band, apart_um(places, self.plan.flown(true)))
 
 
 def line_of(command: str, question: Question, world: Path) -> list[str]:
@@ -335,16 +338,22 @@ def line_of(command: str, question: Question, world: Path) -> list[str]:
     return [command, "job.toml", *log, *out]
 
 
-def rises_told(command: str, out: Path, printed: str) -> tuple[dict, float]:
-    """Rises [K] that a command believes the program to start with, and its band [um]."""
+def rises_told(command: str, out: Path, printed: str) -> tuple[dict, tuple[float, float]]:
+    """Rises [K] that a command believes the program to start with, and ``band_of``."""
     if command == "whatif":
         (row,) = csv.DictReader((out / "whatif.csv").open())
-        return {node: float(row[f"start_{node}_K"]) for node in LAW}, float(row["band_um"])
+        band = float(row["band_um"]), float(row["sensor_um"])
+        return {node: float(row[f"start_{node}_K"]) for node in LAW}, band
     if command == "heat":
         record = json.loads((out / "heat.json").read_text())
-        return record["rise_K"]["start"], record["band"]["first"]["p95_um"]
+        return record["rise_K"]["start"], band_of(record["band"]["first"])
     record = json.loads(printed[printed.index("{") :] if command == "check" else (out / "report.json").read_text())
-    return record["thermal"]["start_K"], record["band"]["p95_um"]
+    return record["thermal"]["start_K"], band_of(record["band"])
+
+
+def band_of(record: dict) -> tuple[float, float]:
+    """The 95 % of a printed band, and what it says beside that of a sensor [um]."""
+    return record["p95_um"], sum(u["size_um"][1] for u in record["unknown"] if "sensor" in u["what"])
 
 
 def predicted(waypoints: Path) -> np.ndarray:
@@ -360,7 +369,8 @@ def judged(case: Case, honest: Outcome, lie: Outcome) -> dict:
     """A row of the journal."""
     row = {"seed": case.seed, "command": case.command, "kind": case.kind, "process": case.process}
     row |= {"honest": told(honest), "lie": told(lie), "wrong": ""}
-    row["band_um"] = round(min(honest.band_um, lie.band_um), 2)
+    row["p95_um"] = round(min(honest.band_um, lie.band_um), 2)
+    row["band_um"] = round(min(o.band_um + o.hidden_um for o in (honest, lie)), 2)
     if lie.result == "taken":
         row["moved_um"] = round(moved_um(honest, lie), 2)
     if lie.result == "kept":
@@ -435,6 +445,8 @@ def table(rows: list[dict]) -> str:
                  f"beyond the band on the true arm {len(beyond)}")  # fmt: skip
     lines += [f"  {r['seed']} {r['command']}: {r['honest']['off_um']:g} um, the band is {r['band_um']:g} um"
               for r in beyond]  # fmt: skip
+    within = sum(r["lie"]["result"] == "taken" and r["moved_um"] <= r["p95_um"] for r in rows)
+    lines.append(f"lies taken that move by no more than the 95 % alone: {within}")
     withheld = [r["withheld_um"] for r in rows if r.get("withheld_um")]
     lines.append(f"pages kept by a lie where the honest log writes them anew: {len(withheld)}, "
                  f"by up to {max(withheld, default=0):.1f} um")  # fmt: skip

@@ -245,3 +245,20 @@ def test_a_log_that_the_rest_contradicts_moves_nothing(job, tmp_path, change, wo
     assert result.returncode == 1
     assert all(w in result.stderr for w in (*words, "the pages stay as they are")), result.stderr
     assert contents(job) == before
+
+
+def test_the_log_of_a_robot_that_has_not_worked_moves_nothing(job, tmp_path):
+    """Two sensors read the air, where three hours of work were planned: the others would be colder than any air."""
+    before = contents(job)
+    file = tmp_path / "log.csv"
+    rng = np.random.default_rng(0)
+    rows = [
+        f"{t},{15 + t / 3600:.2f},{15.6 + rng.normal(0, 0.1):.2f},{16.4 + rng.normal(0, 0.1):.2f}"
+        for t in range(0, 2401, 10)
+    ]
+    file.write_text("\n".join(["time_s,ambient_degC,part_3_degC,part_6_degC", *rows]) + "\n")
+    result, seen = look("--log", file, job, "--pages", pages_file(tmp_path, (0, 0, 0)))
+    assert result.returncode == 1
+    assert "colder than all air and readings" in result.stderr
+    assert seen["written"] == []
+    assert contents(job) == before

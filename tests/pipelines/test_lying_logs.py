@@ -16,7 +16,7 @@ from naive_arm import NODES, THERMAL, rises
 #: right on any tree: the whole campaign is by hand
 SEEDS = (1, 8, 13)
 PLACES = {("A.LS", n): np.array([1300.0, 10 * n, 200]) for n in range(1, 4)}
-TAKEN = Outcome("taken", 0, "", PLACES, 20.0, 3.0)
+TAKEN = Outcome("taken", 0, "", PLACES, 20.0, 0.0, 3.0)
 
 
 def moved(um, **changes):

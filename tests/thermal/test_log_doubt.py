@@ -9,8 +9,9 @@ from shipped import path_file
 from compgen.core.units import HOUR
 from compgen.pipelines.path_file import load_job
 from compgen.thermal import Ambient, Duty, rise_history
-from compgen.thermal.log_doubt import Expected, doubt_of
+from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.log_prior import Expected
 
 SENSED = ("j2", "link1", "j3", "wrist")
 COLUMNS = {n: f"{n}_degC" for n in SENSED}
@@ -35,7 +36,7 @@ def day(cell, seed=0, off=1.0, air=STILL, noise=0.1):
 
 
 def doubt(cell, log, expected=None):
-    return doubt_of(log, cell.heat, cell.warmth, COLUMNS, 20.0, True, expected)
+    return doubt_of(log, cell.heat, cell.warmth, COLUMNS, 20.0, expected)
 
 
 def history(cell):

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.units import HOUR
+from compgen.pipelines.resume.follow import steps_of_readings
 from compgen.thermal.rise_filter import (
     MEMORY,
     STEP,
@@ -137,3 +138,23 @@ def test_a_cold_morning_is_of_the_arm_and_not_of_its_sensors():
         cold = RiseFilter(LAG, np.array([0.9, 0.6]), np.array([1.2, 0.8]), 0.5, night)
         off = misses(cold, rows, np.zeros((20, 2)), 0)[-1].rise - true[-1]
         assert least <= np.abs(off).max() < most  # K
+
+
+def test_a_warm_hall_that_nobody_measured_is_of_the_arm_and_not_of_its_sensors():
+    true = 3.0 * -np.expm1(-np.arange(240)[:, None] * STEP / LAG)
+    rows = [Readings(step, np.arange(2), true[step], np.full(2, 0.05)) for step in range(240)]
+    for air, least, most in ((3.0, 0.0, 1.0), (0.0, 1.5, 3.0)):
+        warm = RiseFilter(LAG, np.array([0.9, 0.6]), np.array([1.2, 0.8]), 0.5, 3.0, air)
+        miss = misses(warm, rows, np.zeros((240, 2)), 0)[-1]
+        assert least <= np.abs(miss.rise - true[-1]).max() < most  # K
+        assert least <= abs(miss.offset) < most
+
+
+def test_whole_degrees_are_known_to_their_digit():
+    time = np.arange(0.0, 600.0, 10.0)
+    sigma = {}
+    for digits in (0, 2):
+        values = np.round(20 + time / 300 + np.random.default_rng(0).normal(0, 0.1, len(time)), digits)
+        sigma[digits] = np.array([r.sigma[0] for r in steps_of_readings(["j2"], {"j2": values}, time, 0)])
+    assert sigma[0].min() >= 12**-0.5
+    assert sigma[2].max() < 0.11

@@ -98,16 +98,14 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
     some = log.time <= last
     if some.sum() < 2:
         raise InputError(f"{touches.file}: column time_s: the log has one reading before the touches; begin it earlier")
-    cut = TemperatureLog(log.time[some], log.air[some], {n: v[some] for n, v in log.readings.items()})
+    cut = log.rows(some)
     loss: tuple[float, ...] = ()
     if isinstance(heat, NetworkModel):
         written = plan_written_motion(job.plan, job.cell, job.plan.process.feed)
         loss, _ = mean_losses(job.robot, heat.drives, written.joint_motion)
     fitted = fit_log(cut, heat, loss)
     air = Ambient(np.zeros(1), cut.air[-1:])
-    state, end = fitted.heat.start, float(cut.time[-1])
-    if state is None:
-        raise ValueError("a log gives the state at its end")
+    state, end = fitted.state, float(cut.time[-1])
     if last > end:
         state = state_after(heat, (replace(job.history.standing, duration=last - end),), state, air)
     sensed = np.array([name in log.readings for name in heat.names])

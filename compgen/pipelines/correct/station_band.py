@@ -56,5 +56,6 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
     columns = Columns(
         np.concatenate([c.column for _, c in parts])[order], first.mean, first.deviation, first.source,
         {name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
+        np.concatenate([c.hidden for _, c in parts])[order],
     )  # fmt: skip
     return band_of([columns], rows, np.zeros(len(rows)), cell.fit.scale)

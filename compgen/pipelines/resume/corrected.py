@@ -50,7 +50,7 @@ from compgen.pipelines.robot_file import load_cell
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.history import STANDING
-from compgen.thermal.log_fit import fit_log
+from compgen.thermal.log_end import end_of
 from compgen.thermal.network import NetworkModel, with_losses
 from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.verification.verdict import Verdict
@@ -230,11 +230,12 @@ def begin_with_log_anew(file: str) -> Begin:
         loss: tuple[float, ...] = ()
         if isinstance(cell.heat, NetworkModel):
             loss, _ = mean_losses(cell.robot, cell.heat.drives, motion)
-        wanted = fit_log(log, replace(cell.heat, start=None), loss).heat.start
+        wanted = end_of(log, cell.heat, cell.warmth, loss)
         end = float(log.time[-1])
         checksum = sha256(read_regular(file)).hexdigest()
         cause = {"log": Path(file).name, "log_sha256": checksum, "log_end_s": end}
-        return cell, state if wanted is None else wanted, f"thermocouple log {cause['log']} until {end:.0f} s", cause
+        why = f"thermocouple log {cause['log']} until {end:.0f} s"
+        return replace(cell, warmth=wanted.warmth), wanted.state, why, cause
 
     return begin
 

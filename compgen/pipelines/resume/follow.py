@@ -23,13 +23,17 @@ from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.thermal import Ambient
 from compgen.thermal.growing_log import GrowingLog, readings_in_steps
-from compgen.thermal.log_doubt import Expected, doubt_of
-from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.log_doubt import doubt_of
+from compgen.thermal.log_end import hidden_at_end
+from compgen.thermal.log_prior import ROUNDING, Expected, prior_of
 from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, filter_of, misses, steadied
 from compgen.thermal.temperature_log import Reference
 
 FROM_START = 0.05  # [K] that sensors are off together where their rises count from the log's beginning
 NIGHT = 3.0  # [K] the same of all rises together where the log has no air [assumed]
+AIR = 3.0  # [K] that the air may be off the plan's then [assumed]
+BELOW = 3.0  # [K] that no part is below all air and readings: nothing cools the arm [assumed]
+RUNS_AWAY = 3.3  # standard deviations of that offset, from which on nothing is believed
 START = 1.0  # [K] that the rises at the planned start may be off, beside the law [assumed]
 
 
@@ -104,8 +108,8 @@ def look_at(
     sensors = FROM_START if reference == "start" else job.cell.warmth.sensors
     planned_air = float(job.history.air.at(np.array([job.history.clock]))[0])
     apart = float(air.at(np.array([times.planned]))[0]) - planned_air
-    night = NIGHT if log.readings.ambient is None else abs(apart)
-    rise_filter = filter_of(job.cell.warmth, START, sensors, night)
+    night, hall = (NIGHT, AIR) if log.readings.ambient is None else (abs(apart), 0.0)
+    rise_filter = filter_of(job.cell.warmth, START, sensors, night, hall)
     names = job.heat.names
     readings = steps_of_readings(names, rises.readings, rises.time, course.first)
     forecast = course.states @ job.heat.outputs.T
@@ -114,12 +118,14 @@ def look_at(
         moments = np.array((course.first + np.arange(len(forecast))) * STEP, dtype=float)
         expected = Expected(moments, np.array(forecast, dtype=float), apart)
     zero = reference if isinstance(reference, float) else tables.ambient.reference_degC
-    judged = _since(rises, times.planned)
-    doubt = doubt_of(
-        judged, job.cell.heat, job.cell.warmth, log.readings.column, zero, log.readings.ambient is not None, expected
-    )
+    judged = rises.rows(rises.time >= times.planned)
+    doubt = doubt_of(judged, job.cell.heat, job.cell.warmth, log.readings.column, zero, expected)
     anchors = [] if anchored is None else [_anchor(names, anchored)]
     miss = misses(rise_filter, steadied(readings), forecast, course.first, anchors)[-1]
+    rise = forecast[-1] + miss.rise
+    if not doubt:
+        lowest = min(planned_air, *(float(np.nanmin(v)) for v in (rises.air, *rises.readings.values())))
+        doubt = _miss_doubt(names, rise, miss.offset / sensors, lowest)
     forecaster = Forecaster(written, whole, times, course, miss, now, programs, anchored)
     page, elapsed = times.running(now)
     begun = times.last(now)
@@ -136,12 +142,31 @@ def look_at(
         one = forecaster.of_page(n)
         forecasts.append(one)
         if one.max > within and n > have and not due:
-            due, beginning = n, forecaster.beginning(n, source, one)
+            hidden = hidden_at_end(prior_of(judged, job.cell.heat, job.cell.warmth, expected), judged, job.cell.heat)
+            due, beginning = n, forecaster.beginning(n, source, one, hidden)
     return Look(
         now, page, elapsed / times.duration[page - 1] if page else 0.0,
-        forecast[-1] + miss.rise, miss.sigma, miss.rise, tuple(forecasts), due, beginning, over, have,
+        rise, miss.sigma, miss.rise, tuple(forecasts), due, beginning, over, have,
         _notes(log), doubt,
     )  # fmt: skip
+
+
+def _miss_doubt(names: Sequence[str], rise: Array, offset: float, lowest: float) -> str:
+    """What contradicts the rises that a log comes to; empty where nothing does.
+
+    Args:
+        names: Of the rises.
+        rise: (K,) [K].
+        offset: That the sensors share, in standard deviations.
+        lowest: Of all air and readings [K].
+    """
+    if abs(offset) > RUNS_AWAY:
+        return f"all sensors: off together by {abs(offset):.1f} times what is known of them; mend the log"
+    k = int(np.argmin(rise))
+    if rise[k] < lowest - BELOW:
+        far = f"{names[k]} is then {lowest - rise[k]:.1f} K colder than all air and readings"
+        return f"all sensors: after what the robot has done, {far}; give the log, and --planned, of this job"
+    return ""
 
 
 def _clock_doubt(times: PageTimes, now: float) -> str:
@@ -155,12 +180,6 @@ def _clock_doubt(times: PageTimes, now: float) -> str:
             away = f"the first page starts at {start.time:.0f} s, --planned is {times.planned:.0f} s"
             return f"{away}, more than {MOST_LATE / DAY:g} days away: give pages, log and --planned one clock"
     return ""
-
-
-def _since(log: TemperatureLog, time: float) -> TemperatureLog:
-    """A log from a time on."""
-    some = log.time >= time
-    return TemperatureLog(log.time[some], log.air[some], {n: v[some] for n, v in log.readings.items()})
 
 
 def _anchor(names: Sequence[str], anchored: AnchoredState) -> Anchor:
@@ -189,7 +208,8 @@ def steps_of_readings(names: Sequence[str], readings: Mapping[str, Array], time:
     by_step: dict[int, list[tuple[int, float, float]]] = {}
     for name, values in readings.items():
         steps, medians, count = readings_in_steps(values, time, STEP)
-        sigma = np.hypot(NOISE / np.sqrt(count), FLOOR)
+        digit = float(np.min(np.diff(np.unique(values[np.isfinite(values)])), initial=1.0))
+        sigma = np.hypot(NOISE / np.sqrt(count), np.hypot(FLOOR, ROUNDING * digit))
         for step, value, s in zip(steps.tolist(), medians.tolist(), sigma.tolist()):
             if step >= first:
                 by_step.setdefault(step, []).append((names.index(name), value, s))

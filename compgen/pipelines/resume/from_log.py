@@ -5,8 +5,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from compgen.core.arrays import Array
-from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.toml import check, override, read_toml
 from compgen.core.units import MINUTE
@@ -18,7 +16,8 @@ from compgen.thermal import tables
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.growing_log import read_growing_log
 from compgen.thermal.log_doubt import refuse_doubtful
-from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.log_end import LogEnd, end_of
+from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.tables.schema import LogTable
 
@@ -57,16 +56,13 @@ def path_tables(job: Job) -> PathFile:
     return check(PathFile, data, job.source)
 
 
-def state_at_end(whole: Whole, log: TemperatureLog) -> Array:
-    """Thermal state when a log ends, (S,)."""
+def state_at_end(whole: Whole, log: TemperatureLog) -> LogEnd:
+    """The robot when a log ends."""
     heat = whole.job.cell.heat
     loss: tuple[float, ...] = ()
     if isinstance(heat, NetworkModel):
         loss, _ = mean_losses(whole.job.robot, heat.drives, whole.motion_from(0))
-    state = fit_log(log, replace(heat, start=None), loss).heat.start
-    if state is None:
-        raise InputError("log: it leaves no state; give one with readings")
-    return state
+    return end_of(log, heat, whole.job.cell.warmth, loss)
 
 
 def begin_with_log(whole: Whole, known: Known, file: str) -> Beginning:
@@ -88,5 +84,6 @@ def begin_with_log(whole: Whole, known: Known, file: str) -> Beginning:
         "log_end_s": end,
     }
     air = float(log.air[-1]) if keeps_air else None
-    state = state_at_end(whole, log)
-    return begin_at(whole, known, state, air, f"thermocouple log {cause['log']} until {end:.0f} s", cause)
+    end_of_log = state_at_end(whole, log)
+    known = replace(known, cell=replace(known.cell, warmth=end_of_log.warmth))
+    return begin_at(whole, known, end_of_log.state, air, f"thermocouple log {cause['log']} until {end:.0f} s", cause)

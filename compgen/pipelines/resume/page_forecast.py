@@ -81,12 +81,12 @@ class Forecaster:
             time += float(run.time[-1])
         return z, time
 
-    def beginning(self, page: int, source: str, forecast: Forecast) -> Beginning:
-        """How the robot begins a page, for its correction."""
+    def beginning(self, page: int, source: str, forecast: Forecast, hidden: Array) -> Beginning:
+        """How the robot begins a page, for its correction, and what its log hides, (L, K) [K]."""
         job, (state, start) = self.whole.job, self.state_at_start(page)
-        missed = RiseAhead(self.miss, job).at(start - self.now)
-        heat = job.cell.heat
-        rise = job.heat.outputs @ state + missed
+        missed = RiseAhead(self.miss, job).miss_at(start - self.now)
+        heat, K = job.cell.heat, len(job.heat.names)
+        rise = job.heat.outputs @ state + missed.rise
         whole_state = state_with_rises(heat, np.arange(len(heat.names)), rise, state)
         cause: dict[str, Any] = {
             "log": Path(source).name,
@@ -97,6 +97,8 @@ class Forecaster:
         why = f"log {cause['log']} at {self.now:.0f} s: it would leave {cause['forecast_um']:.1f} um"
         clock = job.clock + start - self.times.planned
         known = self.known(page)
+        warmth = known.cell.warmth.begun(missed.covariance[:K, :K], hidden)
+        known = replace(known, cell=replace(known.cell, warmth=warmth))
         if self.anchored is not None and known.cell.state is not None and known.cell.state is self.anchored:
             cause |= {"state_time_s": self.anchored.time, "state_toml": state_text(self.anchored)}
         air = None if self.course.air is job.history.air else float(self.course.air.at(np.array([start]))[0])
@@ -146,14 +148,14 @@ class RiseAhead:
     miss: Miss
     job: Job
 
-    def at(self, time: float) -> Array:
-        """(K,) [K] so much later [s]."""
-        return filter_of(self.job.cell.warmth, 0.0, 0.0).ahead(self.miss, max(time, 0.0)).rise
+    def miss_at(self, time: float) -> Miss:
+        """So much later [s]."""
+        return filter_of(self.job.cell.warmth, 0.0, 0.0).ahead(self.miss, max(time, 0.0))
 
     def at_each(self, time: Array) -> Array:
         """(P, K) [K] at rising times (P,) [s]."""
         knots = np.linspace(time[0], max(time[-1], time[0] + 1.0), 9)
-        course = np.array([self.at(float(t)) for t in knots])
+        course = np.array([self.miss_at(float(t)).rise for t in knots])
         return np.array([np.interp(time, knots, column) for column in course.T]).T
 
 

@@ -13,6 +13,7 @@ from compgen.pipelines.delivery import PageStart
 from compgen.pipelines.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation, percentile99
 from compgen.verification.verdict import Verdict, verdict_of
 
@@ -89,6 +90,7 @@ class Resumed(PagesAnew):
     files: dict[str, bytes]  # the new pages and the manifest, by name
     starts: tuple[PageStart, ...]
     deviation: Deviation  # of the new pages
+    band: Band  # what the files and the log leave open on them
     pages: tuple[PageResult, ...]
     join: Join | None  # None: there is no page before
     findings: tuple[Finding, ...]

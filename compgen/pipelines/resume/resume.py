@@ -26,6 +26,7 @@ from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.paging.canonical_split import excerpt
 from compgen.fanuc.paging.join_check import gap_between, join_programs
 from compgen.pipelines import job_findings
+from compgen.pipelines.band import band_along
 from compgen.pipelines.delivery import PageStart
 from compgen.pipelines.generate import find_correction, start_windows
 from compgen.pipelines.job_results import Planned
@@ -119,7 +120,7 @@ def resume(
     )
     resumed = Resumed(
         written, from_page, beginning, whole.job.heat.outputs @ known.state, planned, text, pages, starts, deviation,
-        results, join, verdict,
+        band_along(planned.driven(solution.theta, problem.direction_state)), results, join, verdict,
     )  # fmt: skip
     return replace(resumed, files={**pages, written.manifest_file: manifest_anew(resumed, date, loaded, done)})
 

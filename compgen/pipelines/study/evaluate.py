@@ -72,7 +72,10 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
             "duration_s": _round(float(execution.time[-1])),
             "waypoints": len(geometry.path.arc),
         } | {f"start_{n}_K": _round(float(r)) for n, r in zip(job.heat.names, execution.rise[0])}
-        row["band_um"] = _round(band_at_samples(job, geometry).largest / UM)
+        band = band_at_samples(job, geometry)
+        row["band_um"] = _round(band.largest / UM)
+        if band.hidden:
+            row["sensor_um"] = _round(band.hidden / UM)
         if study.correct:
             _, corrected = generate.generate(job, lambda stage, share: None)
             row |= _numbers("after", corrected.deviation)

@@ -1,0 +1,75 @@
+r"""How warm a robot is when its temperature log ends, and what the log leaves open.
+
+A rise that a sensor has just shown is that of the fit (``log_fit``). What no sensor shows is, of the first thermal
+model, the likeliest given all readings (``log_prior``): with x ~ N(m, C) given them, the covariance of what is taken is
+
+    E[(taken - x) (taken - x)^T] = C + (taken - m) (taken - m)^T
+
+What a sensor may be off before anything contradicts it (``log_doubt``) is no part of that, and told beside it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.units import MINUTE
+from compgen.thermal.log_doubt import hidden_lies
+from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.log_prior import LogPrior, prior_of
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.node_model import NodeModel
+from compgen.thermal.uncertainty import ThermalUncertainty
+
+LAST = 20 * MINUTE  # before the log's end, within which a sensor must have a reading to tell its rise
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LogEnd:
+    """The robot when its log ends."""
+
+    heat: NodeModel | NetworkModel  # which begins with that state
+    warmth: ThermalUncertainty  # with what the log leaves open
+    state: Array  # (S,)
+
+    def __post_init__(self) -> None:
+        own(self, state=("S",))
+
+
+def end_of(
+    log: TemperatureLog, heat: NodeModel | NetworkModel, warmth: ThermalUncertainty, loss: tuple[float, ...] = ()
+) -> LogEnd:
+    """How warm a robot is when its log ends.
+
+    Args:
+        log: At least two readings.
+        heat: The model that goes on from there; its own start is not used.
+        warmth: How well it is known.
+        loss: Of each drive while the robot works [W]; network only.
+
+    Raises:
+        InputError: Too few readings.
+    """
+    fitted = fit_log(log, replace(heat, start=None), loss)
+    state, taken = fitted.state, heat.outputs @ fitted.state
+    if not heat.reference_rise.any() or not any(np.isfinite(v).any() for v in log.readings.values()):
+        return LogEnd(replace(heat, start=state), warmth, state)
+    prior = prior_of(log, heat, warmth)
+    likeliest, covariance = prior.rises_at_end()
+    if isinstance(heat, NodeModel):
+        state = taken = np.where(_shown(log, heat), taken, likeliest)
+    covariance = covariance + np.outer(taken - likeliest, taken - likeliest)
+    return LogEnd(replace(heat, start=state), warmth.begun(covariance, hidden_at_end(prior, log, heat)), state)
+
+
+def hidden_at_end(prior: LogPrior, log: TemperatureLog, heat: NodeModel | NetworkModel) -> Array:
+    """By how much one sensor's error shifts the rises at a log's end before anything contradicts it, (L, K) [K]."""
+    nodes, size, off = hidden_lies(prior, [heat.names.index(n) for n in log.readings])
+    return np.where(_shown(log, heat), size[:, None] * np.eye(len(heat.names))[nodes], off)
+
+
+def _shown(log: TemperatureLog, heat: NodeModel | NetworkModel) -> BoolArray:
+    """Which rises a sensor has just shown, (K,)."""
+    late = log.time >= log.time[-1] - LAST
+    told = {n for n, values in log.readings.items() if np.isfinite(values[late]).any()}
+    return np.array([n in told for n in heat.names])

@@ -1,0 +1,138 @@
+"""How warm a robot is when its log ends: what no sensor shows, how well it is known, and what a sensor may hide."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from logged_days import HOUR, REFERENCE, work
+from lying_logs import logged_day
+from numpy.testing import assert_allclose
+from shipped import path_file
+
+from compgen.pipelines.path_file import load_job
+from compgen.thermal.log_doubt import doubt_of, hidden_lies
+from compgen.thermal.log_end import end_of
+from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.log_prior import prior_of
+from compgen.thermal.temperature_log import read_temperature_log
+
+DAYS = 40
+
+
+@pytest.fixture(scope="module", params=["nodes", "network"])
+def cell(request):
+    return load_job(path_file("circle_1300"), overrides=[f"robot.thermal.model={request.param}"]).cell
+
+
+@pytest.fixture(scope="module")
+def nodes():
+    return load_job(path_file("circle_1300")).cell
+
+
+@pytest.fixture(scope="module")
+def days(nodes, tmp_path_factory):
+    """Logs of simulated days whose law is up to 20 % off, with the true rises at their ends."""
+    file, drawn = tmp_path_factory.mktemp("days") / "log.csv", []
+    for seed in range(DAYS):
+        rng = np.random.default_rng([seed, 71])
+        stretches = work(rng, rng.uniform(1, 7) * HOUR)
+        end = sum(s.seconds for s in stretches)
+        begin = 0.0 if rng.random() < 0.7 else rng.uniform(0, 0.6) * end  # in the middle of the day
+        day = logged_day(rng, stretches, begin, end, begin)
+        file.write_text(day.log.text())
+        log = read_temperature_log(file, nodes.heat.names, nodes.sensors).rises(REFERENCE, 0.0)
+        true = day.course.rises_at(day.end)
+        drawn.append((log, np.array([true[name] for name in nodes.heat.names])))
+    return drawn
+
+
+def simple_log(cell, names=("j2", "link1", "j3", "wrist")):
+    time = np.arange(0.0, 3 * HOUR, 60.0)
+    scatter = np.random.default_rng(5)
+    warm = -np.expm1(-time / (6.5 * HOUR))
+    size = dict(zip(("j2", "link1", "j3", "wrist"), (11.0, 3.9, 13.0, 3.0), strict=True))
+    readings = {n: 1.6 * size[n] * warm + scatter.normal(0, 0.05, len(time)) for n in names}
+    return TemperatureLog(time, np.zeros(len(time)), readings)
+
+
+def test_the_likeliest_end_is_that_of_least_squares_in_all_amounts(cell):
+    """Against the normal equations of all amounts at once, noise and the sensors' errors among them."""
+    prior = prior_of(simple_log(cell, ("j2", "wrist")), cell.heat, cell.warmth)
+    A = prior.spread.shape[1]
+    others = prior.covariance - prior.spread @ prior.spread.T
+    information = np.eye(A) + prior.spread.T @ np.linalg.inv(others) @ prior.spread
+    amounts = np.linalg.solve(information, prior.spread.T @ np.linalg.solve(others, prior.beyond))
+    mean, covariance = prior.rises_at_end()
+    assert_allclose(mean, prior.mean_at_end + prior.spread_at_end @ amounts, atol=1e-8)
+    assert_allclose(covariance, prior.spread_at_end @ np.linalg.inv(information) @ prior.spread_at_end.T, atol=1e-8)
+
+
+def test_what_no_sensor_shows_is_as_far_off_as_is_said(nodes, days):
+    """Each sensor is left out in turn. The days run at the fastest feed, the prior is midway: J2 is 1.3 sigma low."""
+    by_fit, by_end = {}, {}
+    for sensor in nodes.heat.names:
+        k, normal = nodes.heat.names.index(sensor), []
+        for log, true in days:
+            left = replace(log, readings={n: v for n, v in log.readings.items() if n != sensor})
+            if len(left.readings) < 2:
+                continue
+            end = end_of(left, nodes.heat, nodes.warmth)
+            by_end.setdefault(sensor, []).append(end.state[k] - true[k])
+            by_fit.setdefault(sensor, []).append(fit_log(left, nodes.heat).rise[-1, k] - true[k])
+            normal.append(by_end[sensor][-1] / np.linalg.norm(end.warmth.start[k]))
+        assert np.sqrt(np.mean(np.square(normal))) < 1.5, sensor
+        assert np.mean(np.abs(normal) < 2) >= 0.9, sensor
+        assert np.sqrt(np.mean(np.square(by_end[sensor]))) < 2.0, sensor  # K
+    for sensor in ("link1", "j3", "face"):  # by the fit alone, up to 9 K
+        assert np.abs(by_end[sensor]).max() < 0.8 * np.abs(by_fit[sensor]).max(), sensor
+
+
+def test_a_sensor_is_believed_while_it_reads(nodes):
+    log = simple_log(nodes)
+    fitted, end = fit_log(log, nodes.heat).rise[-1], end_of(log, nodes.heat, nodes.warmth).state
+    assert_allclose(end[:4], fitted[:4], atol=1e-12)
+    log.readings["j3"][60:] = np.nan  # it has been silent for two hours
+    later = end_of(log, nodes.heat, nodes.warmth)
+    assert later.state[2] == pytest.approx(end[2], abs=1.0)
+    assert np.linalg.norm(later.warmth.start[2]) > np.linalg.norm(
+        end_of(simple_log(nodes), nodes.heat, nodes.warmth).warmth.start[2]
+    )
+
+
+@pytest.mark.parametrize("names", [("j2", "link1", "j3", "wrist"), ("link1", "j3")])
+def test_a_larger_lie_than_the_hidden_one_is_refused_and_a_smaller_one_moves_less(nodes, names):
+    log = simple_log(nodes, names)
+    columns = {n: f"{n}_degC" for n in names}
+
+    def doubt(some):
+        return doubt_of(some, nodes.heat, nodes.warmth, columns, REFERENCE)
+
+    assert doubt(log) == ""
+    which, size, _ = hidden_lies(prior_of(log, nodes.heat, nodes.warmth), [nodes.heat.names.index(n) for n in names])
+    end = end_of(log, nodes.heat, nodes.warmth)
+    for k, name in enumerate(nodes.heat.names):
+        if name not in names:
+            continue
+        largest = size[which == k].max()
+        for sign in (-1, 1):
+            lie = {**log.readings, name: log.readings[name] + sign * 2.5 * largest}
+            assert doubt(replace(log, readings=lie)), name
+            small = {**log.readings, name: log.readings[name] + sign * 0.5 * size[which == k].min()}
+            moved = np.abs(end_of(replace(log, readings=small), nodes.heat, nodes.warmth).state - end.state)
+            assert np.all(moved <= np.abs(end.warmth.hidden).max(axis=0) + 1e-6)
+
+
+def test_a_lone_sensor_hides_what_work_can_do(nodes):
+    few, all_four = (
+        end_of(simple_log(nodes, n), nodes.heat, nodes.warmth).warmth for n in (("j3",), ("j2", "link1", "j3", "wrist"))
+    )
+    assert np.abs(few.hidden).max() > 2 * np.abs(all_four.hidden).max()
+    assert np.linalg.norm(few.start) > 2 * np.linalg.norm(all_four.start)
+
+
+def test_a_second_model_goes_on_with_the_fit_and_says_how_far_it_is_from_the_likeliest(cell):
+    log = simple_log(cell, ("j2", "wrist"))
+    end = end_of(log, cell.heat, cell.warmth)
+    mean, covariance = prior_of(log, cell.heat, cell.warmth).rises_at_end()
+    apart = cell.heat.outputs @ end.state - mean
+    assert_allclose(end.warmth.start @ end.warmth.start.T, covariance + np.outer(apart, apart), atol=1e-8)
