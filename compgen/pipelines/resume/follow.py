@@ -33,7 +33,7 @@ FROM_START = 0.05  # [K] that sensors are off together where their rises count f
 NIGHT = 3.0  # [K] the same of all rises together where the log has no air [assumed]
 AIR = 3.0  # [K] that the air may be off the plan's then [assumed]
 BELOW = 3.0  # [K] that no part is below all air and readings: nothing cools the arm [assumed]
-RUNS_AWAY = 3.3  # standard deviations of that offset, from which on nothing is believed
+RUNS_AWAY = 2.5  # standard deviations of that offset, from which on nothing is believed; honest days reach 1.9
 START = 1.0  # [K] that the rises at the planned start may be off, beside the law [assumed]
 
 
