@@ -387,11 +387,17 @@ def test_positions_that_statements_read_are_used():
         (["L P[2] 5mm/sec FINE ;", "  PR[1]=P[2] ;"], [{"x": 1400.0}], "PR[1]=P[2]", "it uses a position as a value"),
         (["  Weave Sine[1] ;", "L P[2] 5mm/sec FINE ;"], [{}], "L P[2] 5mm/sec FINE", "it runs between weaving"),
         (["L P[2] 5mm/sec FINE ;"], [{"x": 9000.0}], "P[2]", "out of reach of"),
+        (["L P[2] 5mm/sec FINE ;"], [{"config": "F U T, 0, 0, 0"}], "P[2]", "J4 stands at 180 or -180 deg, CONFIG's 0"),
     ],
 )
 def test_what_correct_would_hold_is_listed_with_its_reason(moves, places, text, reason):
     unsafe = inspected(["J P[1] 10% FINE    ;", *moves], {}, *places)["unsafe"]
     assert any(u["text"] == text and reason in u["reason"] for u in unsafe), unsafe
+
+
+@pytest.mark.parametrize("config", ["F U T, 0, 1, 1", "F U T, 0, -1, -1", "N U T, 0, 0, 0"])
+def test_a_turn_that_config_tells_casts_no_doubt(config):
+    assert inspected(["J P[1] 10% FINE    ;"], {"config": config})["unsafe"] == []
 
 
 def test_an_unknown_frame_is_told_once_and_not_as_a_missing_number():

@@ -11,6 +11,7 @@ from compgen.fanuc.analysis.poses import J1, NONE, Poses
 from compgen.fanuc.analysis.singular_ways import singular_ways
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
+from compgen.fanuc.configuration import parse_config
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
@@ -18,6 +19,7 @@ from compgen.robot.joint_path import elbow_margins, wrist_centre
 from compgen.robot.robot import Robot
 
 _CARRIED = "an extended axis moves on the way there, or may: the arm or the part is moved with it"
+HALF_TURN = 1e-4 * DEG  # so near 180 deg a position's digits do not tell the side
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
 
 
@@ -93,7 +95,21 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
             for k in np.flatnonzero(inside & ~held).tolist()
         ]
         held |= inside
+    unsafe += _half_turns(program, poses, robot) if robot is not None else []
     return Scope(~held & (robot is not None), tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
+
+
+def _half_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
+    """Positions whose CONFIG does not tell 180 deg of a joint from -180: the corrected text says one of them."""
+    p, unsafe = program.positions, []
+    turning = np.array(robot.controller.turn_joints) - 1
+    at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < HALF_TURN
+    for k, column in np.argwhere(at_half & ~poses.joint_form[:, None]).tolist():
+        i, joint = int(poses.row[k]), f"J{turning[column] + 1}"
+        if parse_config(p.config[i] or "")[1][column] == 0:
+            reason = f"{joint} stands at 180 or -180 deg, CONFIG's 0 does not say at which; 180 is taken: compare it"
+            unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
+    return unsafe
 
 
 def _unfit(program: LsProgram, poses: Poses, robot: Robot | None) -> list[tuple[int, str]]:
