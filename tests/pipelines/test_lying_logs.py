@@ -13,8 +13,8 @@ from logged_days import HOUR, Stretch
 from lying_logs import Case, Outcome
 from naive_arm import NODES, THERMAL, rises
 
-#: right on any tree: the whole campaign is by hand
-SEEDS = (1, 8, 13)
+#: the whole campaign is by hand; from 9 on they were wrong once
+SEEDS = (1, 8, 13, 9, 83, 86, 90, 91, 355)
 PLACES = {("A.LS", n): np.array([1300.0, 10 * n, 200]) for n in range(1, 4)}
 TAKEN = Outcome("taken", 0, "", PLACES, 20.0, 0.0, 3.0)
 
