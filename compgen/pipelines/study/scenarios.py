@@ -184,9 +184,10 @@ def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Se
                     raise InputError(f"--vary {key}: {message}{hint}") from None
                 row = _ROW.match(key)
                 if row and ": missing" in message and ": missing" in _reason(path, robot, base, scenario):
+                    short = next((f"{name}, " for name, long in SHORT.items() if long == key), "")
                     raise InputError(
-                        f"--vary {key}: {message.removesuffix('; add it')}: the file has no such [[{row[1]}]] to "
-                        "vary; write it there, or give what is missing with --set"
+                        f"--vary {short}{key}: {message.removesuffix('; add it')}: the file has no such [[{row[1]}]] "
+                        "to vary; write it there, or give what is missing with --set"
                     ) from None
 
 
