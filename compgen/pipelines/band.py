@@ -27,6 +27,7 @@ SPACING = 0.01  # [m] of a longer one's path between two of them
 MOST_ROWS = 65_536  # of the longest
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
 MISSING = "thermal physics missing"  # in the budget
+UNSEEN = "a temperature sensor that is off unseen"
 LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
@@ -76,8 +77,11 @@ def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
     names = dict.fromkeys(k.source.NAME for k in cell.known if k.source.FITTING is None and not k.sigma)
     of_sources = [Unknown(f"error of the file's {name.replace('_', ' ')}", None, "", "") for name in names]
     identified = {known.source.BUDGET for known in cell.known if known.sigma}
-    hidden = [Unknown("a temperature sensor that is off unseen", (0.0, band.hidden), "", "")] if band.hidden else []
-    return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources, *hidden
+    hidden = Unknown(
+        UNSEEN, (0.0, band.hidden), "the largest error of one sensor that nothing in the log contradicts", ""
+    )
+    of_log = (hidden,) if band.hidden else ()
+    return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources, *of_log
 
 
 def assumed_findings(cell: Cell) -> tuple[Finding, ...]:

@@ -125,7 +125,9 @@ def test_a_stretch_that_the_file_does_not_have_is_refused_before_any_scenario(tm
     text = (ROOT / "paths/line_y.toml").read_text()
     (tmp_path / "p.toml").write_text(re.sub(r"\[\[before\]\][^\[]*", '[log]\nfile = "log.csv"\n\n', text))
     result = run("whatif", "p.toml", "--vary", "warmup_h=0:6:3", "--no-live", "-o", "out", cwd=tmp_path)
-    refused(result, 2, "--vary warmup_h, before.0.duration_h: p.toml: before.0.state: missing", "no such [[before]] to vary")
+    refused(
+        result, 2, "--vary warmup_h, before.0.duration_h: p.toml: before.0.state: missing", "no such [[before]] to vary"
+    )
     assert "{" not in result.stderr
     assert not (tmp_path / "out").exists()
     both = ("--vary", "before.0.state=idle,off", "--vary", "warmup_h=1", "--no-live", "-q", "-o", "out")

@@ -286,3 +286,25 @@ def test_the_shipped_spiral_has_the_budget_that_its_page_says():
     assert {name.strip() for name, _ in rows} == set(sizes)
     for name, size in rows:
         assert_allclose(float(size.strip(" *")), sizes[name.strip()], atol=0.6, err_msg=name)
+
+
+def test_a_log_of_few_sensors_widens_the_band_and_says_what_they_may_hide(tmp_path):
+    """J3, which warms most, without a sensor; then with all four, and with a day in place of a log."""
+    log = tmp_path / "log.csv"
+    bands = {}
+    for sensors in ({"part_3": 11.0, "part_11": 3.0}, {"part_3": 11.0, "part_4": 3.9, "part_6": 13.0, "part_11": 3.0}):
+        rows = [
+            [t, 20.0, *(20 + 1.6 * size * -np.expm1(-t / 23400) + 0.1 * np.sin(t) for size in sensors.values())]
+            for t in range(0, 14400, 60)
+        ]
+        head = ["time_s", "ambient_degC", *(f"{name}_degC" for name in sensors)]
+        log.write_text("\n".join([",".join(head), *(",".join(f"{v:.2f}" for v in row) for row in rows)]) + "\n")
+        program = program_of(f"log.file='{log}'")
+        bands[len(sensors)] = band_along(program)
+        rows_of = {row.what: row for row in band_module.not_known(program.job.cell, bands[len(sensors)])}
+        assert rows_of[band_module.UNSEEN].size == (0.0, bands[len(sensors)].hidden)
+    few, all_four = bands[2], bands[4]
+    of_log = [next(s.largest for s in band.budget if s.source == "temperature log") for band in (few, all_four)]
+    assert of_log[0] > 1.3 * of_log[1] > 5 * UM
+    assert few.hidden > 2 * all_four.hidden > 10 * UM
+    assert band_along(program_of()).hidden == 0
