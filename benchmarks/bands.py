@@ -48,9 +48,14 @@ def seconds_of_band(points: int) -> float:
     planned, corrected = generate.generate(cases.job_of(points), cases.quiet)
     path, band = planned.path, corrected.band
     program = DrivenProgram(
-        planned.job, planned.model, path, corrected.solution.theta, planned.trajectory.time, planned.rise,
-        planned.motion,
-    )  # fmt: skip
+        job=planned.job,
+        model=planned.model,
+        path=path,
+        theta=corrected.solution.theta,
+        time=planned.trajectory.time,
+        rise=planned.rise,
+        motion=planned.motion,
+    )
 
     def columns() -> None:
         for first in range(0, len(path.arc), BLOCK):

@@ -42,9 +42,16 @@ def problem_of(planned: Planned) -> Problem:
     """What the optimiser is asked."""
     job, path = planned.job, planned.path
     return Problem(
-        job.robot, planned.model, job.posture, job.tool.pose,
-        path.target, planned.theta, planned.rise, path.arc, path.stop,
-    )  # fmt: skip
+        robot=job.robot,
+        model=planned.model,
+        posture=job.posture,
+        tool=job.tool.pose,
+        target=path.target,
+        theta=planned.theta,
+        rise=planned.rise,
+        arc=path.arc,
+        stop=path.stop,
+    )
 
 
 def hot(model: ErrorModel) -> Any:

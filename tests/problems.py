@@ -6,7 +6,15 @@ from compgen.compensation.problem import Problem
 def problem_of(planned, rows=slice(None)):
     job, path = planned.job, planned.path
     whole = Problem(
-        job.robot, planned.model, job.posture, job.tool.pose, path.target,
-        planned.theta, planned.rise, path.arc, path.stop, planned.motion,
-    )  # fmt: skip
+        robot=job.robot,
+        model=planned.model,
+        posture=job.posture,
+        tool=job.tool.pose,
+        target=path.target,
+        theta=planned.theta,
+        rise=planned.rise,
+        arc=path.arc,
+        stop=path.stop,
+        direction_state=planned.motion,
+    )
     return whole.window(rows)

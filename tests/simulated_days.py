@@ -231,7 +231,14 @@ def _true_arm(job, rng, geometry):
         elif source.NAME == "thermal_growth":
             change[n] = 0.01 * rng.standard_normal()
     sources = parameters.moved(change)
-    return Twin(job.robot, job.cell.heat, job.cell.profiles, job.tool.pose, faults_of(sources), confirmed=5)
+    return Twin(
+        robot=job.robot,
+        heat=job.cell.heat,
+        profiles=job.cell.profiles,
+        tool=job.tool.pose,
+        faults=faults_of(sources),
+        confirmed=5,
+    )
 
 
 def _touch(job, arm, places, rises, base, rng):

@@ -85,7 +85,14 @@ def identify(
         raise InputError(NOTHING)
     check_options_used(touches, artefact, frames)
     files = MeasurementFiles(
-        poses or [], lines or [], warm_up or [], distances or [], touches or [], artefact, frames, temperatures
+        poses=poses or [],
+        lines=lines or [],
+        warm_up=warm_up or [],
+        distances=distances or [],
+        touches=touches or [],
+        artefact=artefact,
+        frames=frames,
+        log=temperatures,
     )
     arm = load_arm(robot)
     target = opt.toml_file(output, Path("outputs") / "identify" / f"{arm.robot.name}.toml", "robot")
@@ -167,7 +174,16 @@ def validate(
     if hot and temperatures is None:
         raise InputError("--hot: how warm the arm was must be known: give the log with --temperatures")
     arm = load_arm(robot)
-    files = MeasurementFiles(poses or [], [], hot or [], distances or [], touches or [], artefact, frames, temperatures)
+    files = MeasurementFiles(
+        poses=poses or [],
+        lines=[],
+        warm_up=hot or [],
+        distances=distances or [],
+        touches=touches or [],
+        artefact=artefact,
+        frames=frames,
+        log=temperatures,
+    )
     measurements, of_log = read_measurements(arm, files, True, reference, frames_known=not refit)
     known_frames = None if refit else identified_frames(arm, measurements)
     result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), known_frames, bound)

@@ -82,7 +82,10 @@ def plan_poses(
     lengths = [("--reflector", r, _numbers("--reflector", r, 3)) for r in reflectors or []]
     lengths += [("--instrument", instrument, _numbers("--instrument", instrument, 3))] if instrument else []
     lengths += [("--box", box, box_mm)] if box else []
-    site = pose_planning.Site(np.array([low, high]) * MM, reflectors_mm * MM, stand, view * DEG, noise * UM, share)
+    corners, reflector = np.array([low, high]) * MM, reflectors_mm * MM
+    site = pose_planning.Site(
+        box=corners, reflector=reflector, instrument=stand, view=view * DEG, noise=noise * UM, share=share
+    )
     parts = [
         p
         for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)

@@ -53,7 +53,7 @@ class FittedMoves(NamedTuple):
     via: BoolArray  # (M,) the middle of an arc
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class DensePath:
     """N corrected waypoints, as they are and as a text rounds them."""
 

@@ -44,7 +44,7 @@ class Constraint(Protocol):
         """Its derivative about a point."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Box:
     """What depends on a waypoint's own unknowns stays between a lower and an upper bound, (2, N, 6)."""
 

@@ -61,7 +61,14 @@ def optimise(
     unsolved = None if ended.optimum.converged else (ended.first + 1, ended.end)
     progress(1.0)
     return Solution(
-        frozen(correction), frozen(theta), frozen(residual), status, ended.iterations, ended.last_step, active, unsolved
+        correction=frozen(correction),
+        theta=frozen(theta),
+        residual=frozen(residual),
+        status=status,
+        iterations=ended.iterations,
+        last_step=ended.last_step,
+        active_limits=active,
+        unsolved=unsolved,
     )
 
 
@@ -93,7 +100,9 @@ def _solve_windows(problem: Problem, settings: Settings, progress: Callable[[flo
         settled = end if end == N else first + _settled_rows(part.arc, binding, overlap)
         if not optimum.converged or end == N:
             correction[begin:end] = optimum.correction[begin - first :]
-            return _Ended(correction, optimum, first, end, iterations, last_step)
+            return _Ended(
+                correction=correction, optimum=optimum, first=first, end=end, iterations=iterations, last_step=last_step
+            )
         if settled <= begin:
             size *= 2
             continue

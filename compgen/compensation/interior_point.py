@@ -68,7 +68,7 @@ class _Iterate:
     r: Values  # g + s, the primal residual
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _KktSystem:
     """The KKT conditions about one iterate, factored."""
 
@@ -153,7 +153,14 @@ def _assemble_system(local: LocalProgram, smoothness: Array, free: BoolArray, at
     matrix = assemble(smoothness, block, coupling, np.repeat(~free, 6))
     gradient = local.gradient + times(local.hessian, at.x - local.x) + smoothness_times(smoothness, at.x)
     included = tuple(c.included for c in local.constraints)
-    return _KktSystem(at, free, included, derivatives, gradient, cholesky_banded(matrix, overwrite_ab=True))
+    return _KktSystem(
+        at=at,
+        free=free,
+        included=included,
+        derivatives=derivatives,
+        cost_gradient=gradient,
+        factor=cholesky_banded(matrix, overwrite_ab=True),
+    )
 
 
 def _choose_target(system: _KktSystem, mu: float, count: int) -> Values:

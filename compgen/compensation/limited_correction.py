@@ -64,7 +64,7 @@ def solve(
         e, E, theta, G = problem.linearise(x * unit)
         E, G = E * unit, G * unit / UM
         hessian = np.matmul(np.swapaxes(E, 1, 2), weight[:, :, None] * E)
-        limits = Box(near, joint_rows, x, theta / UM, G, lower, upper)
+        limits = Box(included=near, rows=joint_rows, x=x, f=theta / UM, jacobian=G, lower=lower, upper=upper)
         constraints: tuple[Constraint, ...] = (limits, clamps, rate)
         if robot.interference is not None and edges is not None:
             plane = robot.interference.plane(theta)[:, None, :]

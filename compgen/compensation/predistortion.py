@@ -42,7 +42,7 @@ ROUNDS = 8  # of weighing what is left, for its largest to be small
 HELD = 1e3  # weight of p = 0 at the stop
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Commanded:
     """A path of N waypoints as it shall be driven, for what a controller makes of it."""
 

@@ -31,7 +31,7 @@ class Solver(Enum):
     IPOPT = "ipopt"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """Smoothness and limits of a correction, and the solver."""
 
@@ -70,7 +70,7 @@ class Linearisation(NamedTuple):
     theta_jacobian: Array  # (N, 6, 6) dtheta/dc
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Problem:
     """Everything known before the correction is chosen."""
 

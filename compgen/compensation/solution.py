@@ -36,7 +36,7 @@ class Optimum:
         return self.status is Status.CONVERGED
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Solution:
     """The correction of a program and how it was found."""
 

@@ -67,7 +67,15 @@ def optimise(
         changed = np.flatnonzero((unlimited != correction).any(axis=1))
         residual[changed], theta[changed], _ = problem.window(changed).evaluate_residual(correction[changed])
     progress(1.0)
-    return Solution(frozen(correction), frozen(theta), frozen(residual), status, iterations, step, active_limits)
+    return Solution(
+        correction=frozen(correction),
+        theta=frozen(theta),
+        residual=frozen(residual),
+        status=status,
+        iterations=iterations,
+        last_step=step,
+        active_limits=active_limits,
+    )
 
 
 def _largest_component(change: Array, lever: float) -> float:

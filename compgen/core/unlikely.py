@@ -23,7 +23,7 @@ from compgen.core.units import DEG, MM
 UNLIKELY_UNITS = "units.unlikely"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Rule:
     keys: str  # regular expression of dotted keys, places in lists left out
     together: bool  # whether the values of a table or a list are judged by their largest
@@ -35,15 +35,50 @@ class _Rule:
 
 _SHORT = 3  # mm: of no arm, tool, frame or pattern
 _RULES = (
-    _Rule(r"(tool|u(frame|tool)\.\d+)\.[xyz]_mm", True, _SHORT, 1e3, "metres", "mm"),
-    _Rule(r"(dh\.[ad]|identified\.(reflector|instrument))_mm(\.\w+)?", True, _SHORT, 1e3, "metres", "mm"),
-    _Rule(r"process\.lift_mm", False, 0.1, 1e3, "metres", "mm"),
-    _Rule(r"path\.(length|diameter|size)_mm|boundary\.\w+_mm", False, _SHORT, 1e3, "metres", "mm"),
-    _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 1e-3, 1e6, "1/K", "um/m/K"),
-    _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 0.1, 1e3, "mm/m/K", "um/m/K"),
-    _Rule(r"(process|before|cycle|after)\.feed_mm_s", False, 1, 1e3, "m/s", "mm/s"),
-    _Rule(r"motion\.(moving_average|first_order)_ms", True, 1, 1e3, "seconds", "ms"),
-    _Rule(r"limits\.speed_deg_s", True, 12, 1 / DEG, "rad/s", "deg/s"),
+    _Rule(
+        keys=r"(tool|u(frame|tool)\.\d+)\.[xyz]_mm",
+        together=True,
+        least=_SHORT,
+        factor=1e3,
+        unit="metres",
+        expected="mm",
+    ),
+    _Rule(
+        keys=r"(dh\.[ad]|identified\.(reflector|instrument))_mm(\.\w+)?",
+        together=True,
+        least=_SHORT,
+        factor=1e3,
+        unit="metres",
+        expected="mm",
+    ),
+    _Rule(keys=r"process\.lift_mm", together=False, least=0.1, factor=1e3, unit="metres", expected="mm"),
+    _Rule(
+        keys=r"path\.(length|diameter|size)_mm|boundary\.\w+_mm",
+        together=False,
+        least=_SHORT,
+        factor=1e3,
+        unit="metres",
+        expected="mm",
+    ),
+    _Rule(keys=r"thermal\.cte_um_m_K(\.\w+)?", together=False, least=1e-3, factor=1e6, unit="1/K", expected="um/m/K"),
+    _Rule(keys=r"thermal\.cte_um_m_K(\.\w+)?", together=False, least=0.1, factor=1e3, unit="mm/m/K", expected="um/m/K"),
+    _Rule(
+        keys=r"(process|before|cycle|after)\.feed_mm_s",
+        together=False,
+        least=1,
+        factor=1e3,
+        unit="m/s",
+        expected="mm/s",
+    ),
+    _Rule(
+        keys=r"motion\.(moving_average|first_order)_ms",
+        together=True,
+        least=1,
+        factor=1e3,
+        unit="seconds",
+        expected="ms",
+    ),
+    _Rule(keys=r"limits\.speed_deg_s", together=True, least=12, factor=1 / DEG, unit="rad/s", expected="deg/s"),
 )
 _ANGLES = r"(tool|u(frame|tool)\.\d+)\.([wpr]|spin)_deg|dh\.alpha_deg|pendant\.offset_deg"
 _AT_AXIS = 100  # mm from the J1 axis: no pattern has its centre there

@@ -30,7 +30,7 @@ BASE = 6  # numbers of the base: shift x y z, turn x y z
 _MEND = "take the file as cgen anchor wrote it"
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class AnchoredState:
     """A robot at a time."""
 

@@ -22,7 +22,7 @@ from compgen.robot.kinematics import Chain, frames_at_zero
 from compgen.robot.robot import Robot
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Loads:
     """Masses and forces that the joints carry; facts, not parameters."""
 

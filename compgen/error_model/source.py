@@ -33,7 +33,7 @@ class State:
     travel: Any  # (3, 1) [-1, 1] of the TCP's motion along each World axis
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
     """A field of a source that measurements may fit.
 

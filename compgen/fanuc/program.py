@@ -13,7 +13,7 @@ from compgen.robot.inverse_kinematics import Posture
 _FIGURES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Program:
     """N positions in user frame ``uframe`` and tool ``utool``, driven in order.
 

@@ -27,7 +27,7 @@ class Signal:
     register: int  # the first PR[n]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class TouchPositions:
     """The 3 n positions of n touches, in a user frame."""
 

@@ -101,7 +101,10 @@ def read_distances(
             toward=np.full((N, 3), np.nan),
         ),
         fixed=FixedPlaces(
-            sockets, np.full(len(sockets), WORLD), np.full((len(sockets), 3), np.nan), np.zeros(len(sockets))
+            names=sockets,
+            frame=np.full(len(sockets), WORLD),
+            place=np.full((len(sockets), 3), np.nan),
+            sigma=np.zeros(len(sockets)),
         ),
         timed=time is not None,
     )

@@ -44,7 +44,7 @@ SEEN_TWICE = 30.0  # degrees of freedom within and between poses that tell their
 LARGEST = 25.0  # of rho
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Fit:
     """The fitted parameters and frames, how well they are known, and the residuals."""
 
@@ -94,7 +94,14 @@ def fit(
         start: Where to begin.
         noise: Known standard deviation [m], when it shall not be learnt.
     """
-    solver = _Solver(model, data, active, learn, noise, model.jacobian_function(active) if active.any() else None)
+    solver = _Solver(
+        model=model,
+        data=data,
+        active=active,
+        learn=learn,
+        noise=noise,
+        jacobian_function=model.jacobian_function(active) if active.any() else None,
+    )
     point = solver.initial(start)
     weight = np.ones(len(data.pose))
     outlier = np.zeros(len(weight), dtype=bool)
@@ -118,7 +125,7 @@ def row_variance(scales: Scales, kind: int = PLACE) -> float:
     return float(scales.noise[kind]) * (1 + (scales.rho if kind == PLACE else 0.0))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Iterate:
     p: Array
     frames: InstrumentFrames
@@ -129,7 +136,7 @@ class _Iterate:
     steps: int
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Solver:
     """What does not change during one fit, and the steps of the fit."""
 
@@ -143,7 +150,15 @@ class _Solver:
     def initial(self, start: Fit | None) -> _Iterate:
         if start is not None:
             p = np.where(self.active, start.p, 0.0)
-            return _Iterate(p, start.frames, start.reflector_rotation, start.posterior.scales, None, None, 0)
+            return _Iterate(
+                p=p,
+                frames=start.frames,
+                reflector_rotation=start.reflector_rotation,
+                scales=start.posterior.scales,
+                posterior=None,
+                linear=None,
+                steps=0,
+            )
         p = np.zeros(len(self.model.parameters))
         position, rotation = self.model.pose(self.data, p)
         frames = initial_frames(self.data, position, rotation)
@@ -151,7 +166,15 @@ class _Solver:
         s2 = self.noise**2 if self.noise else max(START_NOISE, 0.2 * float(np.median(distance))) ** 2
         names, _ = self.model.groups()
         scales = Scales(np.ones(len(names)), np.where(np.arange(len(KINDS)) == KNOWN, 1.0, s2))
-        return _Iterate(p, frames, _reflector_rotations(self.data, frames, rotation), scales, None, None, 0)
+        return _Iterate(
+            p=p,
+            frames=frames,
+            reflector_rotation=_reflector_rotations(self.data, frames, rotation),
+            scales=scales,
+            posterior=None,
+            linear=None,
+            steps=0,
+        )
 
     def minimise(self, point: _Iterate, weight: Array, student: bool = False) -> _Iterate:
         """Gauss-Newton steps until no row moves."""
@@ -188,7 +211,13 @@ class _Solver:
             if largest_shift < CONVERGED or (learning and largest_shift < faint and scales_moved < 0.01):
                 break
         return _Iterate(
-            point.p, point.frames, point.reflector_rotation, point.scales, point.posterior, linear, point.steps + steps
+            p=point.p,
+            frames=point.frames,
+            reflector_rotation=point.reflector_rotation,
+            scales=point.scales,
+            posterior=point.posterior,
+            linear=linear,
+            steps=point.steps + steps,
         )
 
     def _linearise(self, point: _Iterate) -> Linearisation:
@@ -227,7 +256,15 @@ class _Solver:
         rotation = point.reflector_rotation
         if unknowns.oriented:
             rotation = rotation @ rotation_matrix(step[unknowns.turn(0).start :].reshape(Q, 3))
-        return _Iterate(p, frames, rotation, solution.scales, solution, None, point.steps)
+        return _Iterate(
+            p=p,
+            frames=frames,
+            reflector_rotation=rotation,
+            scales=solution.scales,
+            posterior=solution,
+            linear=None,
+            steps=point.steps,
+        )
 
     def _cost(self, point: _Iterate, linear: Linearisation, w: Array, scales: Scales) -> float:
         _, group = self.model.groups()
@@ -287,9 +324,20 @@ class _Solver:
             sigma[self.active] *= np.sqrt(np.diag(solution.covariance)[:K])
             gamma[self.active] = solution.gamma
         return Fit(
-            point.p, point.frames, point.reflector_rotation, solution, self.active, sigma, gamma, outlier, linear.z,
-            self.data.kind, leave_one_out_distance(linear, solution, self.data, outlier), linear, point.steps,
-        )  # fmt: skip
+            p=point.p,
+            frames=point.frames,
+            reflector_rotation=point.reflector_rotation,
+            posterior=solution,
+            active=self.active,
+            sigma=sigma,
+            gamma=gamma,
+            outlier=outlier,
+            residual=linear.z,
+            kind=self.data.kind,
+            distance=leave_one_out_distance(linear, solution, self.data, outlier),
+            linear=linear,
+            steps=point.steps,
+        )
 
 
 def frame_prior(data: Measurements, frames: InstrumentFrames, free: int) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ WORLD = -1  # in place of an instrument: no frame of its own
 EXACT = 1e-7  # [m] smallest sigma: nothing is known better
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class FixedPlaces:
     """S places that are fitted along, and what is known of them."""
 
@@ -33,9 +33,7 @@ class FixedPlaces:
     certified: bool = False  # whether a certificate tells the scale: of places, or of a length
 
     def __post_init__(self) -> None:
-        own(
-            self, frame=("S",), place=("S", 3), sigma=("S",), between=("L", 2), length=("L",), length_sigma=("L",)
-        )  # fmt: skip
+        own(self, frame=("S",), place=("S", 3), sigma=("S",), between=("L", 2), length=("L",), length_sigma=("L",))
 
     def prior_rows(self, current: Array) -> tuple[Array, Array]:
         """What is known beforehand, at some places (S, 3) [m]: z (H,), and -dz by the places' coordinates (H, 3 S)."""
@@ -78,5 +76,14 @@ def merged_places(parts: Sequence[FixedPlaces], first_frame: Sequence[int]) -> t
     values = np.array(list(lengths.values())).reshape(-1, 2)
     between = np.array(list(lengths), dtype=int).reshape(-1, 2)
     certified = any(part.certified for part in parts)
-    merged = FixedPlaces(tuple(names), frame, place, sigma, between, values[:, 0], values[:, 1], certified)
+    merged = FixedPlaces(
+        names=tuple(names),
+        frame=frame,
+        place=place,
+        sigma=sigma,
+        between=between,
+        length=values[:, 0],
+        length_sigma=values[:, 1],
+        certified=certified,
+    )
     return merged, numbers

@@ -36,7 +36,7 @@ MISFIT = 2e-3  # [m] rms beyond which it is no noise
 VAGUE = 5e-3  # [rad] of the frame's turn: the spheres lie on a line
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class FrameFit:
     """The part's frame and the probe, and how well they are known."""
 
@@ -104,7 +104,13 @@ def fit_frame(
         change = np.concatenate([axial, moved.middle - fitted.middle, moved.probe - fitted.probe])
         covariance += np.outer(change, change)
     return FrameFit(
-        fitted.frame, fitted.probe, covariance, fitted.middle, fitted.noise, fitted.residual, fitted.outlier
+        frame=fitted.frame,
+        probe=fitted.probe,
+        covariance=covariance,
+        middle=fitted.middle,
+        noise=fitted.noise,
+        residual=fitted.residual,
+        outlier=fitted.outlier,
     )
 
 
@@ -194,9 +200,14 @@ def _fit(artefact: Artefact, touches: Touches, position: Array, rotation: Array,
     first = np.flatnonzero(free)[:9]
     compact[:, :] = covariance[: len(first), : len(first)]
     return FrameFit(
-        frame, artefact.probe + probe_error, scale * (lever @ compact @ lever.T), middle, unit * np.sqrt(scale),
-        residual, outlier,
-    )  # fmt: skip
+        frame=frame,
+        probe=artefact.probe + probe_error,
+        covariance=scale * (lever @ compact @ lever.T),
+        middle=middle,
+        noise=unit * np.sqrt(scale),
+        residual=residual,
+        outlier=outlier,
+    )
 
 
 def measured_lengths(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> list[tuple[int, float]]:

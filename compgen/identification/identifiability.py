@@ -21,7 +21,7 @@ KNOWN = 0.5  # share of a parameter's prior variance that the data must take awa
 CORRELATED = 0.95  # correlation beyond which two parameters cannot be told apart
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Identifiability:
     """Which parameters the measurements determine, and which the priors hold."""
 
@@ -43,7 +43,14 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     frames_condition = _condition_of_frames(data, fitted, K)
     index = np.flatnonzero(fitted.active)
     if K == 0:
-        return Identifiability(np.zeros(0), (), (), (), 1.0, frames_condition)
+        return Identifiability(
+            singular_values=np.zeros(0),
+            ranking=(),
+            held_by_prior=(),
+            correlated=(),
+            condition=1.0,
+            frames_condition=frames_condition,
+        )
     values, eigenvectors = np.linalg.eigh(scaled.T @ scaled)
     base = np.linalg.qr(scaled @ eigenvectors[:, values > 1e-10 * values[-1]])[0]
     _, group = model.groups()
@@ -61,7 +68,12 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     condition = float(above_prior[0] / above_prior[-1]) if len(above_prior) else float("inf")
     ranking = tuple(int(index[k]) for k in pivot.tolist())
     return Identifiability(
-        np.asarray(singular, dtype=float), ranking, held_by_prior, correlated, condition, frames_condition
+        singular_values=np.asarray(singular, dtype=float),
+        ranking=ranking,
+        held_by_prior=held_by_prior,
+        correlated=correlated,
+        condition=condition,
+        frames_condition=frames_condition,
     )
 
 

@@ -44,7 +44,7 @@ from compgen.robot.robot import Robot
 PLAIN_WARMTH = "warmth"  # the state that an arm without a heat model has
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Identification:
     """The fitted models, the one selected, and the verdict."""
 
@@ -174,17 +174,17 @@ def identify(
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
-        robot,
-        model,
-        data,
-        tuple(candidates),
-        best,
-        identifiability,
-        tuple(findings),
-        identified,
-        box,
-        lost_motion,
-        limits,
+        robot=robot,
+        model=model,
+        data=data,
+        candidates=tuple(candidates),
+        best=best,
+        identifiability=identifiability,
+        findings=tuple(findings),
+        known=identified,
+        box=box,
+        lost_motion=lost_motion,
+        limits=limits,
     )
 
 

@@ -26,7 +26,7 @@ from compgen.identification.unknowns import Unknowns, unknowns_of
 SHORTEST = 1e-9  # [m] a distance that has no direction
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Linearisation:
     """All rows at a point: residuals, and their Jacobian against (u, frames)."""
 
@@ -129,7 +129,7 @@ def linearise(
     known, of_places = data.fixed.prior_rows(frames.place)
     C = np.zeros((len(known), unknowns.size))
     C[:, unknowns.place(0).start : unknowns.place(unknowns.places).start] = of_places
-    return Linearisation(z, A, turns, B, oriented, known, C)
+    return Linearisation(z=z, A=A, turn=turns, B=B, oriented=oriented, known=known, C=C)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -23,7 +23,7 @@ KINDS: Final = ("places", "orientations", "touches", "distances", "known")
 NONE = -1  # no fixed place, no other pose
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class FarEnds:
     """What the reflector of each row is compared with, beyond places that an instrument measured."""
 
@@ -37,21 +37,32 @@ class FarEnds:
 
     def __post_init__(self) -> None:
         own(
-            self, kind=("N",), shift=("N", 3), place=("N",), pose=("N",), reflector=("N",), distance=("N",),
+            self,
+            kind=("N",),
+            shift=("N", 3),
+            place=("N",),
+            pose=("N",),
+            reflector=("N",),
+            distance=("N",),
             toward=("N", 3),
-        )  # fmt: skip
+        )
 
 
 def plain_ends(count: int) -> FarEnds:
     """Of rows that an instrument measured."""
     none = np.full(count, NONE)
     return FarEnds(
-        kind=np.full(count, PLACE), shift=np.zeros((count, 3)), place=none, pose=none,
-        reflector=np.zeros(count, dtype=int), distance=np.full(count, np.nan), toward=np.full((count, 3), np.nan),
-    )  # fmt: skip
+        kind=np.full(count, PLACE),
+        shift=np.zeros((count, 3)),
+        place=none,
+        pose=none,
+        reflector=np.zeros(count, dtype=int),
+        distance=np.full(count, np.nan),
+        toward=np.full((count, 3), np.nan),
+    )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Measurements:
     """Poses of the arm, and rows measured at them; several rows (reflectors) may share a pose, and one may have two."""
 
@@ -80,9 +91,20 @@ class Measurements:
 
     def __post_init__(self) -> None:
         own(
-            self, theta=("M", 6), rise=("M", "K"), direction=("M", 6), time=("M",), warm=("M",), pose=("N",),
-            instrument=("N",), reflector=("N",), position=("N", 3), rotation=("N", 3, 3), sigma=("N",), aligned=("I",),
-        )  # fmt: skip
+            self,
+            theta=("M", 6),
+            rise=("M", "K"),
+            direction=("M", 6),
+            time=("M",),
+            warm=("M",),
+            pose=("N",),
+            instrument=("N",),
+            reflector=("N",),
+            position=("N", 3),
+            rotation=("N", 3, 3),
+            sigma=("N",),
+            aligned=("I",),
+        )
         if self.lag is not None:
             own(self, lag=("M", "K"))
         if self.shifted is not None:
@@ -121,7 +143,7 @@ class Measurements:
         values.update({name: values[name][rows] for name in per_row})
         values["label"] = tuple(label for label, keep in zip(self.label, rows.tolist()) if keep)
         if self.ends is not None:
-            values["ends"] = FarEnds(*(getattr(self.ends, f.name)[rows] for f in fields(self.ends)))
+            values["ends"] = FarEnds(**{f.name: getattr(self.ends, f.name)[rows] for f in fields(self.ends)})
         return Measurements(**values)
 
 
@@ -199,7 +221,7 @@ def _stacked_ends(
                 place=np.append(places, NONE)[ends.place],
             )
         )  # fmt: skip
-    return FarEnds(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(FarEnds)))
+    return FarEnds(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(FarEnds)})
 
 
 def _numbered(indices: IntArray, first: int) -> IntArray:

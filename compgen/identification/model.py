@@ -29,7 +29,7 @@ from compgen.thermal.logged_rises import HEIGHT, LAG
 CEILING = 1e4
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FreeParameter:
     """A parameter that can be fitted."""
 
@@ -115,7 +115,7 @@ def _jacobian_function(model: ArmModel, active: bytes) -> Any:
     return ca.Function("jacobian", inputs, ca.cse([position, rotation, columns[:3, :], columns[3:, :]]))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class SymbolicSource:
     """A source with symbols in the fields that shall be fitted."""
 
@@ -129,7 +129,7 @@ class SymbolicSource:
 
 def fixed_source(source: Source) -> SymbolicSource:
     """A source as it is, with nothing to fit."""
-    return SymbolicSource(source, source, ca.SX.zeros(0, 1), (), {}, {})
+    return SymbolicSource(source=source, original=source, symbols=ca.SX.zeros(0, 1), parameters=(), values={}, prior={})
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -169,8 +169,24 @@ def build_model(
         rise_with_states[k] = (1 + height) * (rise[k] + log_tau * lag[k])
         warm_up_symbols += [height, log_tau]
         warm_up_parameters += [
-            FreeParameter("warm_up", "height", (k,), "height_over_model", 1.0, HEIGHT, "warm_up.height"),
-            FreeParameter("warm_up", "lag", (k,), "log_tau_over_model", 1.0, LAG, "warm_up.lag"),
+            FreeParameter(
+                source="warm_up",
+                field="height",
+                index=(k,),
+                key="height_over_model",
+                unit=1.0,
+                prior=HEIGHT,
+                group="warm_up.height",
+            ),
+            FreeParameter(
+                source="warm_up",
+                field="lag",
+                index=(k,),
+                key="log_tau_over_model",
+                unit=1.0,
+                prior=LAG,
+                group="warm_up.lag",
+            ),
         ]
     chain = nominal_chain(robot, theta)
     state = State(chain, rise_with_states, direction, ca.SX.zeros(3))
@@ -204,11 +220,29 @@ def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[
             clocks[s.clock] = x
             symbols.append(x)
             parameters.append(
-                FreeParameter("warm_up", "log_tau", (len(clocks) - 1,), "log_tau", 1.0, 1.0, "warm_up.tau")
+                FreeParameter(
+                    source="warm_up",
+                    field="log_tau",
+                    index=(len(clocks) - 1,),
+                    key="log_tau",
+                    unit=1.0,
+                    prior=1.0,
+                    group="warm_up.tau",
+                )
             )
         A = ca.SX.sym(f"rise_{s.node}")
         symbols.append(A)
-        parameters.append(FreeParameter("warm_up", "rise", (s.node,), "rise_over_typical", 1.0, 1.0, "warm_up.rise"))
+        parameters.append(
+            FreeParameter(
+                source="warm_up",
+                field="rise",
+                index=(s.node,),
+                key="rise_over_typical",
+                unit=1.0,
+                prior=1.0,
+                group="warm_up.rise",
+            )
+        )
         rises[s.node] = rises[s.node] + s.amplitude * (1 + A) * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
     return symbols, parameters, ca.vertcat(*rises)
 

@@ -140,16 +140,26 @@ def _with_symbols(known: UncertainSource, entries: Sequence[Entry]) -> SymbolicS
             deviation = float(known.prior[p.field][index])
             thermal = source.FITTING is not None and source.FITTING.rung == "temperature"
             parameters.append(
-                FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, thermal, entry.label)
+                FreeParameter(
+                    source=source.NAME,
+                    field=p.field,
+                    index=index,
+                    key=p.key,
+                    unit=p.unit,
+                    prior=deviation,
+                    group=group,
+                    thermal=thermal,
+                    label=entry.label,
+                )
             )
             symbols.append(symbol)
         fields[p.field] = filled
     with_symbols = replace(source, **fields) if fields else source
     return SymbolicSource(
-        with_symbols,
-        source,
-        ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1),
-        tuple(parameters),
-        values,
-        known.prior,
+        source=with_symbols,
+        original=source,
+        symbols=ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1),
+        parameters=tuple(parameters),
+        values=values,
+        prior=known.prior,
     )

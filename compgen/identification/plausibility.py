@@ -24,7 +24,7 @@ NEAR_LENGTH = 0.05  # share by which a length in another unit may differ from wh
 UNITS = ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "inches instead of mm"))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Measured:
     """Words for what the rows of a kind hold."""
 
@@ -38,18 +38,30 @@ class _Measured:
 
 _MEASURED = {
     PLACE: _Measured(
-        PLACE, "places", "j1_deg to j6_deg", "columns x_mm y_mm z_mm", "that x y z are of one instrument",
-        "has the instrument moved, or are these other reflectors?",
+        kind=PLACE,
+        words="places",
+        joints="j1_deg to j6_deg",
+        values="columns x_mm y_mm z_mm",
+        check="that x y z are of one instrument",
+        moved="has the instrument moved, or are these other reflectors?",
     ),
     TOUCH: _Measured(
-        TOUCH, "spheres", "j1_deg to j6_deg", "x_mm y_mm z_mm of the spheres in the artefact's file",
-        "the spheres' names and places, and the probe", "has the artefact moved, or is it another probe?",
+        kind=TOUCH,
+        words="spheres",
+        joints="j1_deg to j6_deg",
+        values="x_mm y_mm z_mm of the spheres in the artefact's file",
+        check="the spheres' names and places, and the probe",
+        moved="has the artefact moved, or is it another probe?",
     ),
     DISTANCE: _Measured(
-        DISTANCE, "distances", "a_j1_deg to b_j6_deg", "column distance_mm", "that each target is one reflector",
-        "has a socket moved, or are these other reflectors?",
+        kind=DISTANCE,
+        words="distances",
+        joints="a_j1_deg to b_j6_deg",
+        values="column distance_mm",
+        check="that each target is one reflector",
+        moved="has a socket moved, or are these other reflectors?",
     ),
-}  # fmt: skip
+}
 
 
 def check_row_count(data: Measurements) -> None:

@@ -32,7 +32,7 @@ REVERSAL_STEPS = np.array([0.03, 0.07, 0.12, 0.18, 0.26, 0.4, 0.7, 1.2]) * DEG
 REVERSAL_ENTRY = 1.0 * DEG  # from where a run comes to its turn
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Site:
     """What limits the poses: where the reflectors may be, and the line of sight to the instrument."""
 
@@ -155,12 +155,22 @@ def _measurements(theta: Array, nodes: int, site: Site) -> Measurements:
     M, R = len(theta), len(site.reflector)
     N = M * R
     return Measurements(
-        theta=theta, rise=np.zeros((M, nodes)), direction=motion_directions(theta), time=np.arange(M, dtype=float),
-        warm=np.zeros(M), pose=np.repeat(np.arange(M), R), instrument=np.zeros(N, dtype=int),
-        reflector=np.tile(np.arange(R), M), position=np.zeros((N, 3)), rotation=np.full((N, 3, 3), np.nan),
-        sigma=np.ones(N), label=("",) * N, reflectors=tuple(map(str, range(R))), instruments=("plan",),
+        theta=theta,
+        rise=np.zeros((M, nodes)),
+        direction=motion_directions(theta),
+        time=np.arange(M, dtype=float),
+        warm=np.zeros(M),
+        pose=np.repeat(np.arange(M), R),
+        instrument=np.zeros(N, dtype=int),
+        reflector=np.tile(np.arange(R), M),
+        position=np.zeros((N, 3)),
+        rotation=np.full((N, 3, 3), np.nan),
+        sigma=np.ones(N),
+        label=("",) * N,
+        reflectors=tuple(map(str, range(R))),
+        instruments=("plan",),
         aligned=np.array([False]),
-    )  # fmt: skip
+    )
 
 
 def _jacobians(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:

@@ -38,7 +38,7 @@ SPREAD = 0.7  # and the standard deviation of its logarithm
 HALF = 8 * MDEG  # standard deviation of half-widths before any run
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LostMotion:
     """What reversal runs tell of each joint."""
 
@@ -184,7 +184,7 @@ def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:
         begin = m
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _JointFit:
     width: float
     sigma: float  # of the logarithm of the width
@@ -200,7 +200,7 @@ def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: La
     rows = sum(len(y) for *_, y in parts)
     free = 3 * rows - 3 * (DEGREE + 1) * len(parts) - 2
     if free < 3:
-        return _JointFit(ASSUMED, np.inf, 0.0, 1.0, 0.0, rows)
+        return _JointFit(width=ASSUMED, sigma=np.inf, half=0.0, half_sigma=1.0, likelihood=0.0, rows=rows)
     sums = np.array([_sums(data, parts, joint, ReversalWidths(np.full(6, w), np.full(3, np.inf), law)) for w in GRID])
     square, product, lever = sums.T  # of y, of y and u y', and of u y', all without what the cubics take
     noise2 = float((square - product**2 / np.maximum(lever, 1e-30)).min()) / free
@@ -216,7 +216,14 @@ def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: La
     spread = share @ (noise2 / (lever + noise2 / HALF**2) + (halves - half) ** 2)
     evidence = float(log.max() + np.log(np.exp(log - log.max()).sum()) - 1.5 * rows * np.log(noise2))
     sigma = float(np.sqrt(share @ (log_width - middle) ** 2))
-    return _JointFit(float(np.exp(middle)), sigma, half, float(np.sqrt(spread)), evidence, rows)
+    return _JointFit(
+        width=float(np.exp(middle)),
+        sigma=sigma,
+        half=half,
+        half_sigma=float(np.sqrt(spread)),
+        likelihood=evidence,
+        rows=rows,
+    )
 
 
 def _curves(data: Measurements, poses: IntArray, joint: int) -> Iterator[tuple[IntArray, Array, Array]]:

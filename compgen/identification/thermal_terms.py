@@ -30,7 +30,7 @@ GAIN = 0.1  # of log evidence, that a term must bring
 BLOCKS = 6  # of consecutive warm poses; the first is never foretold
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Problem:
     """The linear problem of a fit, for all rows and for those before each block."""
 
@@ -153,7 +153,15 @@ def _problem(model: ArmModel, data: Measurements, fitted: Fit, group: IntArray) 
     everything = np.ones(len(block), dtype=bool)
     foretold = [(block == b) & ~fitted.outlier for b in range(1, BLOCKS)] if block.max(initial=-1) > 0 else []
     earlier = [(equations(block < b), rows) for b, rows in enumerate(foretold, 1) if rows.any()]
-    return _Problem(fitted, group, u, precision, target, equations(everything), earlier)
+    return _Problem(
+        fitted=fitted,
+        group=group,
+        unknowns=u,
+        precision=precision,
+        target=target,
+        all_rows=equations(everything),
+        earlier=earlier,
+    )
 
 
 def warm_blocks(data: Measurements) -> IntArray:

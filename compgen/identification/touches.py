@@ -32,7 +32,7 @@ NEARBY = 0.05  # [m] of a place: meant is that one
 STEP = 1e-6  # [rad] of the difference quotient
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Artefact:
     """S spheres and R planes in the artefact's own coordinates, and the probe."""
 
@@ -56,9 +56,18 @@ class Artefact:
 
     def __post_init__(self) -> None:
         own(
-            self, place=("S", 3), sigma=("S",), diameter=("S",), probe=(3,), between=("L", 2), length=("L",),
-            length_sigma=("L",), point=("R", 3), normal=("R", 3), plane_sigma=("R",),
-        )  # fmt: skip
+            self,
+            place=("S", 3),
+            sigma=("S",),
+            diameter=("S",),
+            probe=(3,),
+            between=("L", 2),
+            length=("L",),
+            length_sigma=("L",),
+            point=("R", 3),
+            normal=("R", 3),
+            plane_sigma=("R",),
+        )
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -66,7 +75,7 @@ class Artefact:
         return *self.names, *self.planes
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Touches:
     """N touches."""
 
@@ -80,9 +89,7 @@ class Touches:
     sigma: Array  # (N,) [m] of one coordinate; NaN: not said
 
     def __post_init__(self) -> None:
-        own(
-            self, time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",)
-        )  # fmt: skip
+        own(self, time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",))
 
     @property
     def file(self) -> str:
@@ -131,23 +138,25 @@ def read_artefact(source: str) -> Artefact:
     _check_lengths(source, file, names, np.array(places).reshape(-1, 3), grown)
     probe = file.probe
     return Artefact(
-        source,
-        file.artefact.frame,
-        names,
-        np.array(places).reshape(-1, 3),
-        np.array([s.sigma_um * UM for s in file.sphere]),
-        np.array([np.nan if s.diameter_mm is None else s.diameter_mm * MM for s in file.sphere]),
-        np.array([probe.x_mm, probe.y_mm, probe.z_mm]) * MM,
-        probe.diameter_mm * MM,
-        np.array([[names.index(n) for n in length.between] for length in file.length], dtype=int).reshape(-1, 2),
-        np.array([length.mm * MM * grown for length in file.length]),
-        np.array([length.sigma_um * UM for length in file.length]),
-        file.artefact.certified,
-        planes,
-        np.array([[p.x_mm, p.y_mm, p.z_mm] for p in file.plane]).reshape(-1, 3) * MM * grown,
-        normals,
-        np.array([p.sigma_um * UM for p in file.plane]),
-        None if file.artefact.taught is None else dict(file.artefact.taught.rise_K),
+        source=source,
+        frame=file.artefact.frame,
+        names=names,
+        place=np.array(places).reshape(-1, 3),
+        sigma=np.array([s.sigma_um * UM for s in file.sphere]),
+        diameter=np.array([np.nan if s.diameter_mm is None else s.diameter_mm * MM for s in file.sphere]),
+        probe=np.array([probe.x_mm, probe.y_mm, probe.z_mm]) * MM,
+        probe_diameter=probe.diameter_mm * MM,
+        between=np.array([[names.index(n) for n in length.between] for length in file.length], dtype=int).reshape(
+            -1, 2
+        ),
+        length=np.array([length.mm * MM * grown for length in file.length]),
+        length_sigma=np.array([length.sigma_um * UM for length in file.length]),
+        certified=file.artefact.certified,
+        planes=planes,
+        point=np.array([[p.x_mm, p.y_mm, p.z_mm] for p in file.plane]).reshape(-1, 3) * MM * grown,
+        normal=normals,
+        plane_sigma=np.array([p.sigma_um * UM for p in file.plane]),
+        taught=None if file.artefact.taught is None else dict(file.artefact.taught.rise_K),
     )
 
 
@@ -215,14 +224,17 @@ def read_touches(
     _check_doubled(table)
     target = np.array([artefact.targets.index(name) for name in names])
     time = table.numbers("time_s") if table.has("time_s") else np.arange(N, dtype=float)
+    theta = _joints(table, robot, artefact, uframes)
+    normal, deflection = _directions(table, artefact, target)
     return Touches(
-        tuple(table.location(n) for n in range(N)),
-        time,
-        table.has("time_s"),
-        target,
-        _joints(table, robot, artefact, uframes),
-        *_directions(table, artefact, target),
-        _sigma(table),
+        label=tuple(table.location(n) for n in range(N)),
+        time=time,
+        timed=table.has("time_s"),
+        target=target,
+        theta=theta,
+        normal=normal,
+        deflection=deflection,
+        sigma=_sigma(table),
     )
 
 

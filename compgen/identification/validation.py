@@ -31,7 +31,7 @@ MEDIAN = {1: 0.6745, 3: 1.538}  # of the length of one and of three standard nor
 NAMED = 20  # rows set aside that are named one by one
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Validation:
     """Distances of measured from predicted positions."""
 
@@ -110,7 +110,14 @@ def validate(
     if bound is not None and kept[worst] > bound:
         message = f"{data.label[worst]}: error of {kept[worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
         findings.append(Finding(Level.OUTSIDE, "bounds.max_um", message))
-    return Validation(data, frames, distances[0], distances[1], outlier, tuple(findings))
+    return Validation(
+        data=data,
+        frames=frames,
+        nominal=distances[0],
+        identified=distances[1],
+        outlier=outlier,
+        findings=tuple(findings),
+    )
 
 
 def far_rows(data: Measurements, residual: Array) -> BoolArray:

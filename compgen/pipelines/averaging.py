@@ -46,7 +46,7 @@ class Flown:
     remade: Extent | None  # of the file made anew for this start alone; None: no legal correction
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Averaged:
     """What one file leaves over its starts."""
 
@@ -83,7 +83,7 @@ class Averaged:
         return self.worst_flown.total.max / self.remade if self.remade else None
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class WrittenFile:
     """One file, as far as its starts ask for it."""
 
@@ -151,11 +151,19 @@ def fly_starts(
     worst = replace(worst, extents=envelope.extents, on_part=envelope.on_part)
     spread = float(np.sqrt(weight @ (moved**2).sum(axis=2).mean(axis=1)))
     return Averaged(
-        ensemble, at_mean.on_part["total"], worst, tuple(flown), tuple(starts), largest,
-        np.linalg.norm(moved, axis=2).max(axis=1), float(np.hypot(at_mean.on_part["total"].rms, spread)), spread,
-        float(np.sqrt((np.array(differences) ** 2).sum(axis=2).mean())), _files_needed(moved, job.start_drift),
-        job.start_drift,
-    )  # fmt: skip
+        ensemble=ensemble,
+        at_mean=at_mean.on_part["total"],
+        worst=worst,
+        flown=tuple(flown),
+        starts=tuple(starts),
+        largest=largest,
+        added=np.linalg.norm(moved, axis=2).max(axis=1),
+        rms=float(np.hypot(at_mean.on_part["total"].rms, spread)),
+        spread=spread,
+        disagreement=float(np.sqrt((np.array(differences) ** 2).sum(axis=2).mean())),
+        files=_files_needed(moved, job.start_drift),
+        tolerance=job.start_drift,
+    )
 
 
 def _fly(file: WrittenFile, prepared: PreparedProgram) -> Deviation:

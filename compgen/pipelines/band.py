@@ -32,7 +32,7 @@ LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out le
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class DrivenProgram:
     """A program of N waypoints as it is driven."""
 
@@ -45,7 +45,7 @@ class DrivenProgram:
     motion: DirectionState  # of the sources
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Places:
     """M places on a program's way, with one tool."""
 
@@ -152,9 +152,13 @@ def _columns(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray
     job = program.job
     history = replace(job.history, before=job.duties_before())
     places = Places(
-        program.theta[rows], program.time[rows], program.rise[rows], program.motion.at(rows), job.tool.pose,
-        turned,
-    )  # fmt: skip
+        theta=program.theta[rows],
+        time=program.time[rows],
+        rise=program.rise[rows],
+        motion=program.motion.at(rows),
+        tool=job.tool.pose,
+        turned=turned,
+    )
     late = [q.limits[1] for q in uncertainty.quantities if q.cause.delay and q.limits is not None]
     # what a whole window of standing does stands for each second of it
     by_delay = late_rise(job, late[0], places.time, job.state(), job.clock) / late[0] if late else None
@@ -202,9 +206,13 @@ def columns_at(
     if fit.repeatability is not None:
         undirected["repeatability"] = np.full(len(warm), fit.repeatability)
     return Columns(
-        column, np.array([q.mean for q in quantities]), np.array([q.deviation for q in quantities]),
-        tuple(q.source or "" for q in quantities), undirected, _hidden(cell, history, places.time, B),
-    )  # fmt: skip
+        column=column,
+        mean=np.array([q.mean for q in quantities]),
+        deviation=np.array([q.deviation for q in quantities]),
+        source=tuple(q.source or "" for q in quantities),
+        undirected=undirected,
+        hidden=_hidden(cell, history, places.time, B),
+    )
 
 
 def _hidden(cell: Cell, history: History, time: Array, B: Array) -> Array:

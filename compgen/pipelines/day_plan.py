@@ -90,7 +90,7 @@ def plan_history(
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
     standing = replace(STANDING, loss=loss("", own_feed)[1])
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
-    return History(before, cycle, after, runs, standing, air)
+    return History(before=before, cycle=cycle, after=after, runs=runs, standing=standing, air=air)
 
 
 def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:

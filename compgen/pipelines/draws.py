@@ -40,7 +40,7 @@ RAMPS = 0.2  # standard deviation of the logarithm of a ramp's acceleration, whi
 AGREEMENT = 0.1  # of the band, rms: how far the linear prediction of a draw may be from its flight
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class FlownDraws:
     """What D draws come to."""
 
@@ -80,7 +80,7 @@ class _Flight(NamedTuple):
     moved: Array  # (M, 3) [m] by its quantities, at the waypoints of the columns
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Text:
     """What all draws share: a written text, what its job does not know, and what one unit of each does to it."""
 
@@ -117,7 +117,15 @@ def fly_draws(
     uncertainty, rows = uncertainty_of(program, window), rows_of_band(program)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, COMPARED).astype(int))]
     columns, samples = columns_along(program, uncertainty, rows), prepared.first_samples()[rows]
-    text = _Text(program, prepared, uncertainty, columns, rows, samples, deviation.error[samples])
+    text = _Text(
+        program=program,
+        prepared=prepared,
+        uncertainty=uncertainty,
+        columns=columns,
+        rows=rows,
+        samples=samples,
+        error=deviation.error[samples],
+    )
     D, Q = guarantee.draws, len(uncertainty.quantities)
     z = np.random.default_rng(guarantee.seed).standard_normal((D, Q))
     drawn = np.array([amounts(uncertainty.quantities, row) for row in z]).reshape(D, Q)
@@ -144,9 +152,13 @@ def fly_draws(
     size = np.abs(surplus) * np.sqrt((drawn**2).mean(axis=0) * squares)
     worst = uncertainty.quantities[int(np.argmax(size))].name if Q else ""
     return FlownDraws(
-        guarantee, drawn_bounds(flights, guarantee), frozen(np.array([f["total"].max for f in flights])),
-        frozen(moved), frozen(difference), worst,
-    )  # fmt: skip
+        guarantee=guarantee,
+        bounds=drawn_bounds(flights, guarantee),
+        total=frozen(np.array([f["total"].max for f in flights])),
+        moved=frozen(moved),
+        disagreement=frozen(difference),
+        disagrees_in=worst,
+    )
 
 
 def _fly(text: _Text, drawn: Array, rng: np.random.Generator) -> _Flight:

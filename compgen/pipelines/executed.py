@@ -26,7 +26,7 @@ from compgen.verification.executed.position_log import PositionLog
 INPUTS = "inputs "  # how the remark begins that names what a program was made from
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ProgramText:
     """A program as it was given, and what lies beside it."""
 
@@ -67,7 +67,15 @@ def read_text(file: str, content: bytes) -> ProgramText:
             "an older program, or another one's report"
         )
         findings.append(Finding(Level.WARNING, "executed.record", message))
-    return ProgramText(file, content, program.name, checksum, inputs, planned, tuple(findings))
+    return ProgramText(
+        file=file,
+        content=content,
+        name=program.name,
+        sha256=checksum,
+        inputs=inputs,
+        planned=planned,
+        findings=tuple(findings),
+    )
 
 
 def _record(file: Path) -> dict[str, Any]:
@@ -140,4 +148,9 @@ def judge(
     judged = judge_run(course, laid, deviation, clock, likenesses, bound)
     order = list(Level)
     every = sorted((*judged, *findings), key=lambda f: order.index(f.level))
-    return replace(ExecutedRun(course, laid, deviation, clock, tuple(likenesses), ()), findings=tuple(every))
+    return replace(
+        ExecutedRun(
+            course=course, laid=laid, deviation=deviation, clock=clock, likeness=tuple(likenesses), findings=()
+        ),
+        findings=tuple(every),
+    )

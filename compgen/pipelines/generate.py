@@ -121,8 +121,19 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         notes.append(Finding(Level.NOTE, "controller.signature", text))
     rows = np.arange(len(theta))
     return Planned(
-        job, plan.feed, path, plan.page_stops, model, theta, motion, trajectory, rise, twin_result, tuple(notes), rows,
-    )  # fmt: skip
+        job=job,
+        feed=plan.feed,
+        path=path,
+        page_stops=plan.page_stops,
+        model=model,
+        theta=theta,
+        motion=motion,
+        trajectory=trajectory,
+        rise=rise,
+        twin_result=twin_result,
+        findings=tuple(notes),
+        rows=rows,
+    )
 
 
 def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool = True) -> tuple[Planned, Corrected]:
@@ -160,7 +171,16 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
     averaged = None
     if job.ensemble is not None:
         motion = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
-        file = WrittenFile(job, path, planned.model, motion, planned.motion, planned.rise, solution.theta, prepared)
+        file = WrittenFile(
+            job=job,
+            path=path,
+            model=planned.model,
+            motion=motion,
+            directions=planned.motion,
+            rise=planned.rise,
+            theta=solution.theta,
+            prepared=prepared,
+        )
         averaged = averaging.fly_starts(file, problem, trajectory, after_stage)
         deviation = averaged.worst
     else:
@@ -196,9 +216,24 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
             Finding(Level.WARNING, "compensation.mid_spatial", f"{message}; raise compensation.curvature_period_mm")
         )
     return planned, Corrected(
-        solution, trajectory, text, delivered, prepared.twin, job.history.before, job.history.air,
-        prepared.first_samples(), deviation, written, window, ripple, band, form, drawn, tuple(verdict), averaged,
-    )  # fmt: skip
+        solution=solution,
+        trajectory=trajectory,
+        program=text,
+        delivery=delivered,
+        twin=prepared.twin,
+        before=job.history.before,
+        air=job.history.air,
+        samples=prepared.first_samples(),
+        deviation=deviation,
+        written=written,
+        start_window=window,
+        mid_spatial=ripple,
+        band=band,
+        model_form=form,
+        draws=drawn,
+        findings=tuple(verdict),
+        averaged=averaged,
+    )
 
 
 def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Problem, Solution, list[Finding]]:
@@ -211,9 +246,17 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     # a stop for a page's sake is no corner of the path: the correction stays smooth across it
     corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
     problem = Problem(
-        job.robot, planned.model, job.posture, job.tool.pose, path.target, planned.theta,
-        planned.rise, path.arc, corners, planned.motion,
-    )  # fmt: skip
+        robot=job.robot,
+        model=planned.model,
+        posture=job.posture,
+        tool=job.tool.pose,
+        target=path.target,
+        theta=planned.theta,
+        rise=planned.rise,
+        arc=path.arc,
+        stop=corners,
+        direction_state=planned.motion,
+    )
     problem = motion_predistortion.predistorted(problem, planned)
     problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
     if job.settings.margin:

@@ -60,7 +60,7 @@ def artefact_of_touches(touches: str, artefact: str | None) -> str:
     return str(beside)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MeasurementFiles:
     """Names of files with what was measured of an arm, by kind."""
 

@@ -34,7 +34,7 @@ from compgen.verification.own_file.second_reading import OwnFile
 from compgen.verification.verdict import Bounds
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Cell:
     """A robot, how it warms, and what makes it err: all that a program which exists already needs."""
 
@@ -71,7 +71,7 @@ class Tool:
     payload: int | None = None  # schedule on the controller that holds its mass
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PathPlan:
     """Where the tool goes: a pattern laid on a surface."""
 
@@ -93,7 +93,7 @@ class PathPlan:
         return Pose(place.position + self.raised * place.rotation[:, 2], place.rotation)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
     """How the tool goes along its path."""
 
@@ -119,7 +119,7 @@ class ProgramPlan:
     posture: Posture
 
 
-@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True, repr=False, kw_only=True)
 class Job:
     """A planned program, the cell that shall run it, and what went before."""
 

@@ -36,7 +36,7 @@ class DenseCorrection:
     correction: Array  # (N, 6) [m] and [rad]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Planned:
     """The job before any correction."""
 
@@ -78,7 +78,9 @@ class Planned:
     def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
         """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""
         time = self.trajectory.time
-        return DrivenProgram(self.job, self.model, self.path, theta, time, self.rise, motion)
+        return DrivenProgram(
+            job=self.job, model=self.model, path=self.path, theta=theta, time=time, rise=self.rise, motion=motion
+        )
 
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
@@ -89,7 +91,7 @@ class Planned:
         return self.error_at(slice(None))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Corrected:
     """The job with its correction, its text and the proof."""
 

@@ -26,7 +26,7 @@ STRETCH = 65536  # waypoints whose heat is at hand at a time
 CONFIRMED = 100  # of the positions that pinocchio repeats; it has repeated the flight itself
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ModelForm:
     """What the other heat model leaves of a correction."""
 
@@ -78,7 +78,12 @@ def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretc
     cold = np.zeros((len(rows), len(job.heat.names)))
     thermal = own_place - _places(job, prepared, rows, cold)
     return ModelForm(
-        _name(job), _name(other), float(error.max()), rms(error), rms(row_norms(moved)), rms(row_norms(thermal))
+        corrected=_name(job),
+        driven=_name(other),
+        largest=float(error.max()),
+        rms=rms(error),
+        displacement=rms(row_norms(moved)),
+        thermal=rms(row_norms(thermal)),
     )
 
 

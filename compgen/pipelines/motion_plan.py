@@ -37,7 +37,7 @@ COARSE = 1e-3  # [m] chord of the path on which reversals are looked for
 LEAST_TURN = 0.2 * DEG  # of each joint on a lead-in, also where the robot file knows of no play
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class MotionPlan:
     """N waypoints with joints and times."""
 
@@ -75,10 +75,17 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     layout = _layout(process, robot, feed)
     with naming_file(program.source):
         path = toolpath.plan_tool_path(
-            program.path.pattern, program.path.surface, program.path.boundary,
-            spin=tool.spin, chord=layout.chord, lift=process.lift, spacing=layout.spacing, periods=layout.periods,
-            lead_in=_lead_in(program, cell, model), frame=program.path.place,
-        )  # fmt: skip
+            program.path.pattern,
+            program.path.surface,
+            program.path.boundary,
+            spin=tool.spin,
+            chord=layout.chord,
+            lift=process.lift,
+            spacing=layout.spacing,
+            periods=layout.periods,
+            lead_in=_lead_in(program, cell, model),
+            frame=program.path.place,
+        )
         path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, layout)
         progress(f"path: {len(theta)} waypoints", 1.0)
         page_stops, payload = None, tool.payload is not None
@@ -94,7 +101,7 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
             followed.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
             lambda share: progress("timing", share), lines=not process.arcs,
         )  # fmt: skip
-    return MotionPlan(feed, path, page_stops, model, theta, trajectory)
+    return MotionPlan(feed=feed, path=path, page_stops=page_stops, model=model, theta=theta, trajectory=trajectory)
 
 
 def _layout(process: Process, robot: Robot, feed: float) -> LayoutSettings:
@@ -160,9 +167,15 @@ def _lead_in(program: ProgramPlan, cell: Cell, model: ErrorModel) -> LeadIn | No
     if process.lift == 0 or not leads_in(process, cell):
         return None
     beginning = toolpath.plan_tool_path(
-        plan.pattern.subset(np.arange(min(FIRST_PIECES, len(plan.pattern.poly)))), plan.surface, plan.boundary,
-        spin=program.tool.spin, chord=process.chord, lift=0.0, spacing=process.spacing, frame=plan.place,
-    )  # fmt: skip
+        plan.pattern.subset(np.arange(min(FIRST_PIECES, len(plan.pattern.poly)))),
+        plan.surface,
+        plan.boundary,
+        spin=program.tool.spin,
+        chord=process.chord,
+        lift=0.0,
+        spacing=process.spacing,
+        frame=plan.place,
+    )
 
     def tcp(theta: Array) -> Pose:
         return flange_pose(robot, theta) @ program.tool.pose

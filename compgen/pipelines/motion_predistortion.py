@@ -32,7 +32,15 @@ def predistorted(problem: Problem, planned: Planned) -> Problem:
     by_lines = not process.arcs and process.thin is None
     beside = ~path.contact if path.contact.any() else None
     places = path.target.position
-    commanded = Commanded(places, planned.theta, path.arc, trajectory.speed, path.stop, by_lines, beside)
+    commanded = Commanded(
+        position=places,
+        theta=planned.theta,
+        arc=path.arc,
+        speed=trajectory.speed,
+        stop=path.stop,
+        by_lines=by_lines,
+        beside=beside,
+    )
     robot = robot.at_acceleration(planned.job.plan.process.acc)
     shift = predistortion(robot, planned.job.tool.pose, commanded, planned.job.settings.clamp_position)
     return replace(problem, target=Pose(frozen(problem.target.position + shift), problem.target.rotation))

@@ -250,7 +250,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
         pattern, edge, notes = patterned(path.path)
     program = ProgramPlan(
         source=source,
-        path=PathPlan(pattern, surface, edge, frame, tolerance=tolerance),
+        path=PathPlan(pattern=pattern, surface=surface, boundary=edge, frame=frame, tolerance=tolerance),
         process=Process(
             feed=feed,
             chord=process.chord_um * UM,

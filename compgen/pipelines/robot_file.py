@@ -63,7 +63,7 @@ def load_any_robot(name: str) -> Robot:
     return _nominal(check(RobotFile, read_toml(source, "robots"), str(source)), str(source))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Arm:
     """A robot file of any serial arm, as far as measuring needs it."""
 
@@ -107,7 +107,18 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
     known = read_sources(facts.sources, arm, where)
     unlikely = unlikely_values(data, where)
-    return Arm(where, text, robot, nodes, heat, sensors, known, facts.identified, unlikely, arm)
+    return Arm(
+        source=where,
+        text=text,
+        robot=robot,
+        nodes=nodes,
+        heat=heat,
+        sensors=sensors,
+        known=known,
+        identified=facts.identified,
+        unlikely=unlikely,
+        facts=arm,
+    )
 
 
 def known_robots() -> list[str]:

@@ -42,7 +42,7 @@ class PendantPose:
     config: str  # "" where the layout is another's than FANUC's
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class RobotSheet:
     """An arm as its file has it."""
 
@@ -71,14 +71,14 @@ def robot_sheet(arm: Arm) -> RobotSheet:
     joints = [j for j in _table(bool(obstacle)) if _allowed(robot, j)]
     limits = np.column_stack([robot.lower - robot.pendant_zero, robot.upper - robot.pendant_zero]) / DEG
     return RobotSheet(
-        arm,
-        _reach(robot),
-        frames_at_zero(robot),
-        limits,
-        robot.joint_names[2] != "J3",
-        obstacle,
-        tuple(_pose(robot, j, not obstacle) for j in joints),
-        tuple(findings),
+        arm=arm,
+        reach=_reach(robot),
+        zero=frames_at_zero(robot),
+        limits=limits,
+        coupled=robot.joint_names[2] != "J3",
+        obstacle=obstacle,
+        poses=tuple(_pose(robot, j, not obstacle) for j in joints),
+        findings=tuple(findings),
     )
 
 

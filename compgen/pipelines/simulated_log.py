@@ -28,7 +28,7 @@ from compgen.verification.twin.controller.smoothing import smooth
 from compgen.verification.twin.timing import time_program
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Logger:
     """How a run is written down."""
 

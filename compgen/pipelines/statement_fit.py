@@ -40,7 +40,7 @@ def fit_planned_moves(
     """
     digit, _ = fanuc.resolution(robot.controller.decimals)
     tolerance = process.chord if process.thin is None else process.thin
-    dense = DensePath(path.arc, commanded, printed, digit, tolerance, AXES)
+    dense = DensePath(arc=path.arc, commanded=commanded, printed=printed, digit=digit, chord=tolerance, angle=AXES)
     ends = statement_ends(path, turn_digits(robot, theta))
     return fit_moves(dense, with_changes_of_speed(ends, path.arc, speed, LEAST_PERIODS * robot.controller.period))
 

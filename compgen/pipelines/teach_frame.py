@@ -26,7 +26,7 @@ from compgen.thermal.logged_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class TaughtFrame:
     """A frame, how it was taught, and what the user must know."""
 
@@ -88,9 +88,15 @@ def teach_frame(
     findings += _length_findings(artefact, touches, fitted, Pose(position, rotation))
     robot_file = f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}"
     return TaughtFrame(
-        number, fitted, "pendant" if nominal else "model", robot_file, rise, touches, None if nominal else pendant,
-        tuple(findings),
-    )  # fmt: skip
+        number=number,
+        fit=fitted,
+        through="pendant" if nominal else "model",
+        robot_file=robot_file,
+        rise=rise,
+        touches=touches,
+        pendant=None if nominal else pendant,
+        findings=tuple(findings),
+    )
 
 
 def _poses(arm: Arm, touches: Touches) -> Measurements:
@@ -101,11 +107,22 @@ def _poses(arm: Arm, touches: Touches) -> Measurements:
     if reversal_widths([k.source for k in arm.known]) is not None and len(sides):
         direction[sides] = probing_directions(arm.robot, touches.theta[sides], touches.normal[sides])
     return Measurements(
-        theta=touches.theta, rise=np.zeros((N, len(arm.nodes))), direction=direction, time=touches.time,
-        warm=np.zeros(N), pose=np.arange(N), instrument=np.zeros(N, dtype=int), reflector=np.zeros(N, dtype=int),
-        position=np.zeros((N, 3)), rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N), label=touches.label,
-        reflectors=("probe",), instruments=(touches.file,), aligned=np.array([False]),
-    )  # fmt: skip
+        theta=touches.theta,
+        rise=np.zeros((N, len(arm.nodes))),
+        direction=direction,
+        time=touches.time,
+        warm=np.zeros(N),
+        pose=np.arange(N),
+        instrument=np.zeros(N, dtype=int),
+        reflector=np.zeros(N, dtype=int),
+        position=np.zeros((N, 3)),
+        rotation=np.full((N, 3, 3), np.nan),
+        sigma=np.ones(N),
+        label=touches.label,
+        reflectors=("probe",),
+        instruments=(touches.file,),
+        aligned=np.array([False]),
+    )
 
 
 def _variants(data: Measurements) -> list[Measurements]:

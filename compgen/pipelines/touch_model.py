@@ -117,9 +117,15 @@ def _touches(artefact: Artefact, ways: Ways) -> Touches:
     """The ways as touches at the time of the forecast."""
     count = len(ways.target)
     return Touches(
-        ("planned",) * count, np.zeros(count), False, ways.target, ways.theta[:, 2], ways.normal, np.zeros(count),
-        np.full(count, np.nan),
-    )  # fmt: skip
+        label=("planned",) * count,
+        time=np.zeros(count),
+        timed=False,
+        target=ways.target,
+        theta=ways.theta[:, 2],
+        normal=ways.normal,
+        deflection=np.zeros(count),
+        sigma=np.full(count, np.nan),
+    )
 
 
 def _thermal(forecast: Forecast, theta: Array, tool: Pose) -> tuple[Array, Array]:

@@ -26,7 +26,7 @@ TURNING = 40  # poses that are looked at between two touches
 NEAR = 5 * MM  # from a target: a way between touches that comes so near is named
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PlannedTouches:
     """n touches, the most telling first."""
 
@@ -112,21 +112,21 @@ def plan_path_touches(
         by_anchoring = left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1]
     next_rms = float(np.sqrt(max(plan.next_variance, 0.0) + left))
     return PlannedTouches(
-        job,
-        artefact,
-        targets,
-        chosen,
-        ways,
-        plan,
-        rms,
-        next_rms,
-        p99,
-        model,
-        by_anchoring,
-        sigma,
-        frame[1],
-        frame[0],
-        tuple(notes),
+        job=job,
+        artefact=artefact,
+        targets=targets,
+        ways=chosen,
+        all_ways=ways,
+        plan=plan,
+        rms=rms,
+        next_rms=next_rms,
+        p99=p99,
+        model=model,
+        by_anchoring=by_anchoring,
+        sigma=sigma,
+        frame=frame[1],
+        uframe=frame[0],
+        findings=tuple(notes),
     )
 
 

@@ -27,13 +27,13 @@ def positions_of(planned: PlannedTouches, utool: int, stops: bool) -> TouchPosit
     in_world = Pose(ways.position[:, stages].reshape(-1, 3), rotation)
     theta = ways.theta[:, stages].reshape(-1, 6)
     return TouchPositions(
-        tuple(planned.targets.name[s] for s in ways.target.tolist()),
-        planned.frame.inverse() @ in_world,
-        job.posture,
-        turn_digits(job.robot, theta),
-        planned.uframe,
-        utool,
-        job.robot.controller.decimals,
+        name=tuple(planned.targets.name[s] for s in ways.target.tolist()),
+        pose=planned.frame.inverse() @ in_world,
+        posture=job.posture,
+        turns=turn_digits(job.robot, theta),
+        uframe=planned.uframe,
+        utool=utool,
+        decimals=job.robot.controller.decimals,
     )
 
 

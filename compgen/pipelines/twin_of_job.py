@@ -8,4 +8,11 @@ from compgen.verification.twin import Twin
 def twin_of(job: Job) -> Twin:
     """The real arm of a job."""
     uframe = None if job.frame is None else job.frame.register
-    return Twin(job.robot, job.heat, job.cell.profiles, job.tool.pose, faults_of(job.sources), uframe)
+    return Twin(
+        robot=job.robot,
+        heat=job.heat,
+        profiles=job.cell.profiles,
+        tool=job.tool.pose,
+        faults=faults_of(job.sources),
+        uframe=uframe,
+    )

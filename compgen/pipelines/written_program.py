@@ -32,7 +32,7 @@ ROUNDED = 1e-5  # [m] and [rad] that the digits of a text may add to a correctio
 AHEAD = 5e-3  # [m] beside a statement's own length, that the path may go on for until the next position
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class WrittenFlight:
     """What a written program leaves in the state of a job."""
 
@@ -88,7 +88,9 @@ def fly_written(
     findings += _robot_findings(job, program)
     if with_other_ramps:
         findings += ramp_findings(job, path, program)
-    return WrittenFlight(planned, program, *worst, draws, tuple(findings))
+    return WrittenFlight(
+        planned=planned, program=program, start=worst[0], deviation=worst[1], draws=draws, findings=tuple(findings)
+    )
 
 
 def _robot_findings(job: Job, program: Program) -> list[Finding]:
@@ -115,7 +117,9 @@ def _draws(
         return None
     late = generate.late_start(job, generate.start_window(planned, planned.theta))
     time, motion = planned.trajectory.time[rows], planned.motion.at(rows)
-    driven = DrivenProgram(job, planned.model, path, prepared.theta, time, planned.rise[rows], motion)
+    driven = DrivenProgram(
+        job=job, model=planned.model, path=path, theta=prepared.theta, time=time, rise=planned.rise[rows], motion=motion
+    )
     return fly_draws(driven, prepared, deviation, late, lambda share: progress("draws", share))
 
 

@@ -29,7 +29,7 @@ ANGLES_EQUAL = 1e-11  # rad, and Gibbs vectors
 WIDTH = 2 * (DEGREE + 1) + 4 + 4 * (CUBIC + 1)  # coefficients of a piece
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PiecewiseCurve:
     """A plane curve of K pieces, in the order they are driven, with its height above the surface."""
 
@@ -71,7 +71,7 @@ class PiecewiseCurve:
 
     def subset(self, rows: IntArray) -> "PiecewiseCurve":
         """The pieces at these rows, in their order."""
-        return PiecewiseCurve(*(getattr(self, name)[rows] for name in PiecewiseCurve.__slots__))
+        return PiecewiseCurve(**{name: getattr(self, name)[rows] for name in PiecewiseCurve.__slots__})
 
     def start(self) -> tuple[Array, Array]:
         """Where the first piece starts, (3,) x, y and height [m], and its tilt there, (3,)."""
@@ -125,7 +125,7 @@ def _build_derivatives() -> Any:
 
 def join(*curves: PiecewiseCurve) -> PiecewiseCurve:
     """Curves one after the other."""
-    return PiecewiseCurve(*(np.concatenate([getattr(c, f) for c in curves]) for f in PiecewiseCurve.__slots__))
+    return PiecewiseCurve(**{f: np.concatenate([getattr(c, f) for c in curves]) for f in PiecewiseCurve.__slots__})
 
 
 def goes_on(curve: PiecewiseCurve) -> BoolArray:
@@ -168,7 +168,7 @@ def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> Piec
     poly[:, 0], poly[:, 1] = start[:, :2], end[:, :2] - start[:, :2]
     if start.shape[1] == 3:
         lift[:, 0], lift[:, 1] = start[:, 2], end[:, 2] - start[:, 2]
-    return PiecewiseCurve(poly, np.zeros((len(start), 4)), lift, stop, working, *_plain(len(start)))
+    return _plain(poly=poly, polar=np.zeros((len(start), 4)), lift=lift, stop=stop, working=working)
 
 
 def spiral(
@@ -191,12 +191,16 @@ def spiral(
     stops = np.zeros(quarters, dtype=bool)
     stops[-1] = stop
     flat = np.zeros((quarters, CUBIC + 1))
-    return PiecewiseCurve(poly, polar, flat, stops, np.full(quarters, working), *_plain(quarters))
+    return _plain(poly=poly, polar=polar, lift=flat, stop=stops, working=np.full(quarters, working))
 
 
-def _plain(count: int) -> tuple[Array, Array, IntArray]:
-    """Tilt, pace and least segments of pieces along which the tool stands on the surface, at the feed."""
-    return np.zeros((count, CUBIC + 1, 3)), np.ones(count), np.full(count, SEGMENTS)
+def _plain(poly: Array, polar: Array, lift: Array, stop: BoolArray, working: BoolArray) -> PiecewiseCurve:
+    """Pieces along which the tool stands on the surface, at the feed."""
+    K = len(poly)
+    tilt, pace, least = np.zeros((K, CUBIC + 1, 3)), np.ones(K), np.full(K, SEGMENTS)
+    return PiecewiseCurve(
+        poly=poly, polar=polar, lift=lift, stop=stop, working=working, tilt=tilt, pace=pace, least=least
+    )
 
 
 def u_turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float], reach: float) -> PiecewiseCurve:
@@ -219,4 +223,4 @@ def u_turns(start: Array, end: Array, heading: Array, reach: float) -> Piecewise
     system = np.array([[1, 1, 1, 1], [4, 5, 6, 7], [12, 20, 30, 42], [24, 60, 120, 210]], dtype=float)
     c[:, 4:] = np.linalg.solve(system, np.stack([gap, slope, 0 * gap, 0 * gap], axis=1))
     never = np.zeros(K, dtype=bool)
-    return PiecewiseCurve(c, np.zeros((K, 4)), np.zeros((K, CUBIC + 1)), never, never, *_plain(K))
+    return _plain(poly=c, polar=np.zeros((K, 4)), lift=np.zeros((K, CUBIC + 1)), stop=never, working=never)

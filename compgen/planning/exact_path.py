@@ -42,7 +42,7 @@ class PathPoses(NamedTuple):
     travel: Array  # (M, 3) unit vectors
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ExactPath:
     """A piecewise curve on a surface with an edge; the tool's z axis points into the surface."""
 

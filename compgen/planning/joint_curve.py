@@ -27,7 +27,7 @@ UNEVEN = 20.0  # times the smallest spacing of a polynomial's knots that the lar
 KEPT_AT_STOPS = 5  # waypoints to either side of a stop that stay
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JointCurve:
     """P knots in R runs between stops; the knots at stops are shared by both runs."""
 
@@ -114,7 +114,15 @@ def fit_joint_curve(arc: Array, theta: Array, stop: BoolArray) -> JointCurve:
     knots = np.column_stack([arc[rows], theta[rows]])
     ends = np.flatnonzero(stop[rows])
     begin, degree = _windows(np.diff(knots[:, 0]), ends)
-    return JointCurve(np.ascontiguousarray(knots[:, 0]), knots, rows, ends[:-1], ends[1:], begin, degree)
+    return JointCurve(
+        arc=np.ascontiguousarray(knots[:, 0]),
+        knots=knots,
+        rows=rows,
+        first=ends[:-1],
+        last=ends[1:],
+        begin=begin,
+        degree=degree,
+    )
 
 
 def _windows(spacing: Array, ends: IntArray) -> tuple[IntArray, IntArray]:

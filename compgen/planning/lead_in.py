@@ -84,7 +84,9 @@ def plan_lead_in(arm: Arm, theta: Array, least: Array, travel: float, exact: Exa
             continue
         place, tilt = exact.curve.start()
         line = curves.tilted(curves.line(start.start, place), start.tilt, tilt)
-        there = ExactPath(line, exact.surface, exact.boundary, exact.spin, exact.frame)
+        there = ExactPath(
+            curve=line, surface=exact.surface, boundary=exact.boundary, spin=exact.spin, frame=exact.frame
+        )
         poses, _ = there.pose(np.zeros(len(SAMPLES), dtype=np.int64), SAMPLES)
         if arm.can_drive(poses):
             return start
@@ -124,7 +126,13 @@ def _start(
         height += short
     else:
         return None
-    there = ExactPath(curves.line(local, (*local[:2], 0.0)), exact.surface, exact.boundary, exact.spin, exact.frame)
+    there = ExactPath(
+        curve=curves.line(local, (*local[:2], 0.0)),
+        surface=exact.surface,
+        boundary=exact.boundary,
+        spin=exact.spin,
+        frame=exact.frame,
+    )
     standing, _ = there.pose(np.zeros(1, dtype=np.int64), np.zeros(1))
     turn = rotation_vector(standing.rotation[0].T @ begin.rotation)
     angle = float(np.linalg.norm(turn))

@@ -41,7 +41,7 @@ MAX_WAYPOINTS = 2e7
 CHUNK = 24_576  # cells at a time
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ToolPath:
     """N waypoints with N - 1 segments between them."""
 
@@ -152,7 +152,7 @@ def plan_tool_path(
     """
     pieces = np.arange(len(pattern.poly))
     zeros = np.zeros(len(pieces))
-    bare = ExactPath(pattern, surface, boundary, spin, frame)
+    bare = ExactPath(curve=pattern, surface=surface, boundary=boundary, spin=spin, frame=frame)
     if bare.length(pieces, zeros, zeros + 1).sum() < MIN_LENGTH:
         raise InputError("path: it has zero length; give it a size")
     if lift > 0:
@@ -162,7 +162,7 @@ def plan_tool_path(
         down = curves.tilted(down, tilt if lead_in is None else lead_in.tilt, tilt)
         up = curves.line(end, bare.above(len(pattern.poly) - 1, 1.0, lift), stop=True, working=False)
         pattern = curves.join(down, pattern, curves.tilted(up, tilt_end, tilt_end))
-    exact = ExactPath(pattern, surface, boundary, spin, frame)
+    exact = ExactPath(curve=pattern, surface=surface, boundary=boundary, spin=spin, frame=frame)
     layout = LayoutSettings(chord, spacing, periods)
     return _laid(exact, _cells(exact, layout), layout)
 

@@ -88,7 +88,7 @@ def lay_out(cells: Cells, loosest: Array, pace: Array, first: IntArray, periods:
         np.concatenate([[0.0], np.cumsum(cells.length / np.minimum(cells.limit, shortest))]),
         np.append(begin[1:], changes.size),
     )
-    stretches = _Stretches(n, whole, single, unit, stretch, owner)
+    stretches = _Stretches(n=n, whole=whole, single=single, unit=unit, widest=stretch, owner=owner)
     walk = _walk(way, stretches)
     end = np.append(first[1:], len(pace)) * C
     return _with_rests(_lines(way, stretches, walk), stretches, walk.rest, loosest.ravel()[end - 1])

@@ -50,7 +50,7 @@ class Axes:
         own(self, line=(6, 3), point=(6, 3))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ClassArm:
     """An arm of the class: theta = zero + sign q of joints q counted from the pose that it was read in."""
 
@@ -114,9 +114,15 @@ def in_class_rows(robot: Robot) -> Robot:
     turn = arm.sign * way  # of theta of the class over theta of its rows
     ends = arm.zero + turn * (np.array([robot.lower, robot.upper]) - robot.pendant_zero)
     return replace(
-        robot, a=arm.a, d=arm.d, alpha=arm.alpha, pendant_map=turn[:, None] * robot.pendant_map,
-        pendant_zero=arm.zero, lower=ends.min(axis=0), upper=ends.max(axis=0),
-    )  # fmt: skip
+        robot,
+        a=arm.a,
+        d=arm.d,
+        alpha=arm.alpha,
+        pendant_map=turn[:, None] * robot.pendant_map,
+        pendant_zero=arm.zero,
+        lower=ends.min(axis=0),
+        upper=ends.max(axis=0),
+    )
 
 
 def class_arm(axes: Axes) -> ClassArm:
@@ -167,7 +173,9 @@ def class_arm(axes: Axes) -> ClassArm:
             zero = _plain(solve_flange(robot, pose, posture).theta[0])
             sign = _signs(robot, zero, w, p - origin)
             if sign is not None:
-                arm = ClassArm(a, d, alpha, zero, sign, origin, rotation.T @ flange.rotation)
+                arm = ClassArm(
+                    a=a, d=d, alpha=alpha, zero=zero, sign=sign, origin=origin, turned=rotation.T @ flange.rotation
+                )
                 arms.append((int((sign < 0).sum()), float(np.abs(zero).sum()), arm))
     if not arms:
         raise _no_class("its joints are no chain of the class")
@@ -239,12 +247,33 @@ def _axis(turn: Array) -> Array:
 def _trial(a: Array, d: Array, alpha: Array) -> Robot:
     """A nominal arm of these rows, without limits."""
     controller = Controller(
-        compensation="none", signature="", period=0.008, rounds_up_to_period=False, max_lines=1, max_positions=1,
-        memory=1.0, name_length=8, decimals=3, turn_joints=(1, 4, 6),
-    )  # fmt: skip
+        compensation="none",
+        signature="",
+        period=0.008,
+        rounds_up_to_period=False,
+        max_lines=1,
+        max_positions=1,
+        memory=1.0,
+        name_length=8,
+        decimals=3,
+        turn_joints=(1, 4, 6),
+    )
     big = np.full(6, 1e3)
     return Robot(
-        name="trial", d=d, a=a, alpha=alpha, pendant_map=np.eye(6), pendant_zero=np.zeros(6), lower=-big, upper=big,
-        joint_names=("J1", "J2", "J3", "J4", "J5", "J6"), speed=big, acceleration=big, jerk=big, shoulder_margin=0.0,
-        elbow_margin=0.0, wrist_margin=0.0, controller=controller,
-    )  # fmt: skip
+        name="trial",
+        d=d,
+        a=a,
+        alpha=alpha,
+        pendant_map=np.eye(6),
+        pendant_zero=np.zeros(6),
+        lower=-big,
+        upper=big,
+        joint_names=("J1", "J2", "J3", "J4", "J5", "J6"),
+        speed=big,
+        acceleration=big,
+        jerk=big,
+        shoulder_margin=0.0,
+        elbow_margin=0.0,
+        wrist_margin=0.0,
+        controller=controller,
+    )

@@ -28,7 +28,7 @@ class Frame(NamedTuple):
     rotation: Any  # (3, 3)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Chain:
     """DH rows as CasADi expressions; ``theta`` holds the joint variables."""
 
@@ -86,10 +86,10 @@ def nominal_chain(robot: Robot, theta: Any, tool: Pose | None = None) -> Chain:
     """The chain the controller believes in; ``tool`` is the TCP in the flange."""
     six = range(6)
     return Chain(
-        tuple(theta[i] for i in six),
-        tuple(float(robot.d[i]) for i in six),
-        tuple(float(robot.a[i]) for i in six),
-        tuple(float(robot.alpha[i]) for i in six),
+        theta=tuple(theta[i] for i in six),
+        d=tuple(float(robot.d[i]) for i in six),
+        a=tuple(float(robot.a[i]) for i in six),
+        alpha=tuple(float(robot.alpha[i]) for i in six),
         tool=None if tool is None else Frame(tool.position, tool.rotation),
     )
 

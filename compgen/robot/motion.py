@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MotionEvidence:
     """Where the numbers of a controller's motion come from."""
 
@@ -21,7 +21,7 @@ class MotionEvidence:
     accepted: bool
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerMotion:
     """What becomes of a commanded motion."""
 

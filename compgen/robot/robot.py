@@ -21,7 +21,7 @@ SAME_PERIOD = 1e-6  # of a period: a line that is longer by less lasts whole per
 CLEAR = 1e-9  # [rad] past an edge of the polygon of J2 and J3 that is none
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Controller:
     """What the controller does with a program, and what it can hold."""
 
@@ -47,7 +47,7 @@ class Controller:
         return self.whole_periods(duration) * self.period if self.rounds_up_to_period else duration
 
 
-@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True, kw_only=True)
 class Robot:
     """A six-axis arm with a spherical wrist, standard DH: T = prod Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
 

@@ -127,9 +127,15 @@ def _joint(source: str, element: ElementTree.Element) -> UrdfJoint:
     )
     parent, child = part("parent").get("link", ""), part("child").get("link", "")
     return UrdfJoint(
-        name, element.get("type", ""), parent, child, place, axis / np.linalg.norm(axis),
-        (limits[0], limits[1], limits[2]), None if element.find("mimic") is None else part("mimic").get("joint", ""),
-    )  # fmt: skip
+        name=name,
+        kind=element.get("type", ""),
+        parent=parent,
+        child=child,
+        place=place,
+        axis=axis / np.linalg.norm(axis),
+        limits=(limits[0], limits[1], limits[2]),
+        mimics=None if element.find("mimic") is None else part("mimic").get("joint", ""),
+    )
 
 
 def _chain(source: str, joints: list[UrdfJoint]) -> list[UrdfJoint]:

@@ -22,7 +22,7 @@ from compgen.thermal.duty import JointMotion
 SAMPLES = 2000  # of a motion: heat answers to its mean over minutes
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Drives:
     """Six drives and the masses that they carry."""
 

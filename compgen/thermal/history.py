@@ -11,7 +11,7 @@ from compgen.thermal.model import ThermalModel
 STANDING = Duty("idle", 0.0, 1.0)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class History:
     """Duties before a program, between its runs and after them; without any it starts cold and runs once."""
 

@@ -71,7 +71,7 @@ class Medians:
         own(self, which=("N",), time=("N",), value=("N",), sigma=("N",))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LogPrior:
     """Readings of a log beside what may honestly be: n medians, A amounts."""
 

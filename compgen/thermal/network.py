@@ -26,7 +26,7 @@ from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.model import ThermalModel
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
     """A conducting stretch of structure."""
 
@@ -38,7 +38,7 @@ class Body:
     film: float  # [W/K] of the whole surface
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Housing:
     """A joint between two bodies, where drives give off their heat."""
 
@@ -50,7 +50,7 @@ class Housing:
     drives: tuple[int, ...]  # from 0
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Volumes:
     """V volumes in a row."""
 
@@ -62,9 +62,7 @@ class Volumes:
     place: Array  # (V,) [m] middle of the volume along its body, 0 for a housing
 
     def __post_init__(self) -> None:
-        own(
-            self, capacity=("V",), laplacian=("V", "V"), film=("V",), power=("V", 6), part=("V",), place=("V",)
-        )  # fmt: skip
+        own(self, capacity=("V",), laplacian=("V", "V"), film=("V",), power=("V", 6), part=("V",), place=("V",))
 
 
 def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor: float) -> Volumes:
@@ -105,10 +103,17 @@ def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor:
     g = 1 / (1 / across[:-1] + 1 / across[1:] + 1 / np.array(contact))
     laplacian = np.diag(np.append(g, 0) + np.append(0, g)) - np.diag(g, 1) - np.diag(g, -1)
     share = np.array(power)
-    return Volumes(np.array(capacity), laplacian, np.array(film), share, np.array(part), np.array(place))
+    return Volumes(
+        capacity=np.array(capacity),
+        laplacian=laplacian,
+        film=np.array(film),
+        power=share,
+        part=np.array(part),
+        place=np.array(place),
+    )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class NetworkModel:
     """The network in its modes; fulfils ``ThermalModel``."""
 

@@ -23,7 +23,7 @@ from compgen.thermal.integration import initial_state, state_after
 from compgen.thermal.profiles import Profile, profile_rise
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class NodeModel:
     """K nodes."""
 
@@ -127,4 +127,15 @@ class NodeModel:
 def cold_arm() -> NodeModel:
     """Of an arm whose warmth nobody has measured: one node, which never rises."""
     still, ever = np.zeros(1), np.array([0.0, np.inf])
-    return NodeModel(("arm",), still, np.ones(1), np.full(1, HOUR), 0.0, 1.0, HOUR, ever, np.inf, np.inf)
+    return NodeModel(
+        names=("arm",),
+        reference_rise=still,
+        exponent=np.ones(1),
+        tau=np.full(1, HOUR),
+        idle=0.0,
+        reference_feed=1.0,
+        reference_time=HOUR,
+        box_feed=ever,
+        box_time=np.inf,
+        box_rise=np.inf,
+    )

@@ -58,7 +58,7 @@ class Miss:
         return np.sqrt(np.diag(self.covariance)[: len(self.mean) // 2])
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class RiseFilter:
     """The law of what a forecast misses."""
 
@@ -120,7 +120,9 @@ def filter_of(
     """
     K = len(warmth.lag)
     law = steady_miss(warmth, np.full(K, warmth.law))
-    return RiseFilter(warmth.lag, law, np.full(K, np.hypot(warmth.law, start)), sensors, night, air)
+    return RiseFilter(
+        lag=warmth.lag, law=law, start=np.full(K, np.hypot(warmth.law, start)), sensors=sensors, night=night, air=air
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,7 +11,7 @@ from compgen.thermal.duty import Duty
 MAX_STRETCHES = 200_000  # stretches
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
     """One entry of [[before]], [[cycle]] or [[after]]."""
 

@@ -29,7 +29,7 @@ STEP = 1e-3  # relative, over which the effects of feed, rises and time constant
 Interval = tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ThermalUncertainty:
     """What a robot file says of how well it knows its warmth."""
 
@@ -58,10 +58,12 @@ class ThermalUncertainty:
 
 def nothing_warms(heat: ThermalModel) -> ThermalUncertainty:
     """Of an arm that is taken as cold: what its warmth does is not known, and in no band."""
-    return ThermalUncertainty(0.0, 0.0, 0.0, 0.0, 0.0, np.ones(len(heat.names)), 1.0, 0.0)
+    return ThermalUncertainty(
+        law=0.0, sensors=0.0, air=0.0, feed=0.0, missing=0.0, lag=np.ones(len(heat.names)), reference_time=1.0, idle=0.0
+    )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class HeatChange:
     """How warmth differs from what the files say."""
 
@@ -78,7 +80,8 @@ class HeatChange:
     @classmethod
     def none(cls, nodes: int) -> "HeatChange":
         """Everything as the files say."""
-        return cls(*np.zeros((4, nodes)))
+        zero = np.zeros(nodes)
+        return cls(rise=zero, start=zero, scale=zero, lag=zero)
 
     @property
     def changes_model(self) -> bool:
@@ -88,7 +91,7 @@ class HeatChange:
     def times(self, factor: float) -> "HeatChange":
         """So many times the change."""
         rise, start, scale, lag = (factor * a for a in (self.rise, self.start, self.scale, self.lag))
-        return HeatChange(rise, start, scale, lag, factor * self.air, factor * self.feed)
+        return HeatChange(rise=rise, start=start, scale=scale, lag=lag, air=factor * self.air, feed=factor * self.feed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

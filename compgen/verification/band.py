@@ -41,7 +41,7 @@ class BudgetShare:
     rms: float  # [m] of that radius along the part
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Columns:
     """What one unit of each of Q quantities does to the position error at M waypoints."""
 
@@ -53,7 +53,7 @@ class Columns:
     hidden: Array  # (M,) [m] most that a sensor's error moves the tool before anything contradicts it
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Band:
     """What a file leaves open along a program of N waypoints."""
 
@@ -129,7 +129,15 @@ def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: fl
     touched = radius[on_part]
     shares.sort(key=lambda share: (-share.largest, share.source))
     largest, unseen = float(touched.max()), float(np.concatenate(hidden)[on_part].max())
-    return Band(rows, moment, radius, largest, percentile99(touched, lengths), tuple(shares), unseen)
+    return Band(
+        rows=rows,
+        moment=moment,
+        radius=radius,
+        largest=largest,
+        p99=percentile99(touched, lengths),
+        budget=tuple(shares),
+        hidden=unseen,
+    )
 
 
 def radius_of(moment: Array) -> Array:

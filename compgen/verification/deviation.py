@@ -41,7 +41,7 @@ class Extent:
     where: float  # [m] arc length at the largest
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Deviation:
     """Actual against true pose at M samples of an execution."""
 
@@ -88,7 +88,9 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
         sizes = {"total": row_norms(error), "feed": feed, "cross": cross, "normal": normal, "axis_angle": angle}
         part = weight[touching], arc[touching]
         touched = {name: _extent(np.abs(values[touching]), *part) for name, values in sizes.items()}
-    return Deviation(frozen(arc), frozen(time), frozen(error), frozen(normal), extents, touched)
+    return Deviation(
+        arc=frozen(arc), time=frozen(time), error=frozen(error), normal=frozen(normal), extents=extents, on_part=touched
+    )
 
 
 def sample_lengths(arc: Array) -> Array:

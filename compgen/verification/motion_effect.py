@@ -19,7 +19,7 @@ TYPICAL = ControllerMotion(moving_averages=(0.2, 0.1))
 HALF = 0.5  # the override whose effect is told beside
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class MotionEffect:
     """Of a program at its written speeds, on the part."""
 
@@ -48,7 +48,16 @@ def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffec
     motion = prepared.twin.robot.motion or TYPICAL
     if led is None:
         none = np.zeros(len(prepared.program.speed))
-        return MotionEffect(motion, known, 0.0, 0.0, float(prepared.program.speed[0]), 0.0, 0.0, frozen(none))
+        return MotionEffect(
+            motion=motion,
+            known=known,
+            largest=0.0,
+            where=0.0,
+            speed=float(prepared.program.speed[0]),
+            along=0.0,
+            lag=0.0,
+            off=frozen(none),
+        )
     counts = prepared.samples_per_segment
     segment = np.append(np.repeat(np.arange(len(counts)), counts), len(counts) - 1)
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
@@ -60,9 +69,15 @@ def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffec
     where = length[:k].sum() + length[k] * (worst - int(counts[:k].sum())) / counts[k]
     along = float(np.abs(np.where(on_part, led.along, 0.0)).max())
     return MotionEffect(
-        motion, known, float(off[worst]), float(where), float(prepared.program.speed[k]), along, led.lag,
-        frozen(np.maximum.reduceat(anywhere, prepared.first_samples()[:-1])),
-    )  # fmt: skip
+        motion=motion,
+        known=known,
+        largest=float(off[worst]),
+        where=float(where),
+        speed=float(prepared.program.speed[k]),
+        along=along,
+        lag=led.lag,
+        off=frozen(np.maximum.reduceat(anywhere, prepared.first_samples()[:-1])),
+    )
 
 
 def error_at_half_override(prepared: PreparedProgram, error: Array, touching: BoolArray) -> float:

@@ -62,10 +62,16 @@ def faults_of(sources: Sequence[Source]) -> Faults | None:
                 fields["tool_frame"] = np.concatenate([source.position, source.rotation])
             case ThermalBend():
                 bends = zip(source.rate, source.row, source.axis, source.lever, source.node)
-                distortions += [ThermalDistortion(float(r), int(i), a, v, int(k)) for r, i, a, v, k in bends]
+                distortions += [
+                    ThermalDistortion(bend=float(r), row=int(i), axis=a, lever=v, node=int(k))
+                    for r, i, a, v, k in bends
+                ]
             case ThermalShift():
                 shifts = zip(source.rate, source.row, source.axis, source.node)
-                distortions += [ThermalDistortion(0.0, int(i), a, a, int(k), float(r)) for r, i, a, k in shifts]
+                distortions += [
+                    ThermalDistortion(bend=0.0, row=int(i), axis=a, lever=a, node=int(k), shift=float(r))
+                    for r, i, a, k in shifts
+                ]
             case AxisMap():
                 deviations.append(
                     AxisDeviation(source.axis, source.station, source.forward, source.reverse, source.width)

@@ -79,7 +79,9 @@ def _guarantee_of(table: GuaranteedTable, key: str) -> Guarantee:
     if may_break is None:
         promise = f"share {table.share} with confidence {table.confidence}"
         raise InputError(f"{key}.draws: {draws}: {promise} needs {needed} to {MOST_DRAWS}; give such, or leave it out")
-    return Guarantee(bounds, table.share, table.confidence, draws, may_break, table.seed)
+    return Guarantee(
+        bounds=bounds, share=table.share, confidence=table.confidence, draws=draws, may_break=may_break, seed=table.seed
+    )
 
 
 def _largest(table: LargestTable, guaranteed: Guarantee | None = None) -> Bounds:
@@ -88,6 +90,12 @@ def _largest(table: LargestTable, guaranteed: Guarantee | None = None) -> Bounds
 
     axis = None if table.axis_mdeg is None else table.axis_mdeg * MDEG
     return Bounds(
-        um(table.max_um), um(table.p99_um), um(table.rms_um), um(table.feed_um), um(table.cross_um),
-        um(table.normal_um), axis, guaranteed,
-    )  # fmt: skip
+        max=um(table.max_um),
+        p99=um(table.p99_um),
+        rms=um(table.rms_um),
+        feed=um(table.feed_um),
+        cross=um(table.cross_um),
+        normal=um(table.normal_um),
+        axis=axis,
+        guaranteed=guaranteed,
+    )

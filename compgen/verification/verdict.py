@@ -34,7 +34,7 @@ def verdict_of(findings: Sequence[Finding]) -> Verdict:
     return Verdict.OUTSIDE
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
     """The promise of a path: largest allowed values after correction; None asks for nothing."""
 
@@ -48,7 +48,7 @@ class Bounds:
     guaranteed: "Guarantee | None" = None  # beside: what holds with a probability
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Guarantee:
     """Bounds that a share of all arms and days keeps, verified with a confidence by draws of them."""
 

@@ -24,7 +24,7 @@ from compgen.verification.twin.timing import SAME_POSITION
 AT_FEED = 1e-9  # relative
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class WrittenMotion:
     """The motion of a text of N positions."""
 
@@ -77,4 +77,12 @@ def read_motion(
     statements = np.add.reduceat(np.diff(prepared.unrounded), np.flatnonzero(statement_starts(program.via)))
     rounded_up = float(robot.controller.whole_periods(statements).sum() * robot.controller.period)
     effect = None if touching is None else motion_effect(prepared, touching)
-    return WrittenMotion(frozen(prepared.time), at_feed, frozen(use), as_written, rounded_up, hardest, effect)
+    return WrittenMotion(
+        time=frozen(prepared.time),
+        at_feed=at_feed,
+        use=frozen(use),
+        as_written=as_written,
+        rounded_up=rounded_up,
+        hardest=hardest,
+        effect=effect,
+    )

@@ -134,7 +134,12 @@ def campaign_files(site, seed, folder, sensors):
 
 def predicted(arm, q, side, rise, points):
     """What a robot file says of points on the flange, (M, R, 3) [m] in World."""
-    sources = [SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {}, {}) for k in arm.known]
+    sources = [
+        SymbolicSource(
+            source=k.source, original=k.source, symbols=ca.SX.zeros(0, 1), parameters=(), values={}, prior={}
+        )
+        for k in arm.known
+    ]
     model = build_model(arm.robot, sources, len(arm.nodes))
     P, columns = evaluate(model.flange, q, rise, 0 * rise, side, np.zeros((len(q), 1)), np.zeros((1, 0)))
     R = np.swapaxes(columns.reshape(-1, 3, 3), 1, 2)
@@ -155,7 +160,7 @@ def run(seed, sensors=NODES, robot=None):
         nominal = load_arm(robot or robot_file(folder))
         site = Site(seed, nominal.robot)
         cold, warm, log = campaign_files(site, seed, folder, sensors)
-        files = MeasurementFiles([cold], warm_up=[warm], log=log if sensors else None)
+        files = MeasurementFiles(poses=[cold], warm_up=[warm], log=log if sensors else None)
         data, _ = read_measurements(nominal, files, False)
         start = time.perf_counter()
         result = identify_arm(nominal, data, bool(sensors))

@@ -99,7 +99,14 @@ def along(site, cell, seed, q):
         T = site.arm.flange(q, rise, side, rng)
         true = T[:, :3, 3] + T[:, :3, :3] @ TOOL.position
         error = model.actual_pose(q, rise, motion).position - true
-        columns = columns_at(cell, History(), 0.1, own, Places(q, np.zeros(len(q)), rise, motion, TOOL), model)
+        columns = columns_at(
+            cell,
+            History(),
+            0.1,
+            own,
+            Places(theta=q, time=np.zeros(len(q)), rise=rise, motion=motion, tool=TOOL),
+            model,
+        )
         moment = band_of([columns], np.arange(len(q)), np.zeros(len(q)), cell.fit.scale).moment[:, [0, 3, 5]]
         half = COVERAGE * np.sqrt(moment)
         size = np.sqrt(sum(v**2 for v in columns.undirected.values()))[:, None]

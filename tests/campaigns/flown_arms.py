@@ -173,7 +173,14 @@ def aligned(a, b):
 
 def flown(arm, job, program, path, place, rng, hot):
     """How far the true arm is from the true path, p99 [um]: as found, aligned, and as found without repeatability."""
-    controller = Twin(job.robot, job.heat, job.cell.profiles, job.tool.pose, None, job.frame.register)
+    controller = Twin(
+        robot=job.robot,
+        heat=job.heat,
+        profiles=job.cell.profiles,
+        tool=job.tool.pose,
+        faults=None,
+        uframe=job.frame.register,
+    )
     run = execute(controller, program, ())
     clock = FLOWN_AT * 3600 + run.time
     rise = arm.rises(clock) if hot else np.zeros((len(clock), 5))
@@ -198,7 +205,7 @@ def trial(seed, runs=RUNS, folder=None):
     site.arm = arm = TrueArm(seed)
     rng = np.random.default_rng([seed, 31])
     cold, warm, log = arms.campaign_files(site, seed, folder, NODES)
-    files = MeasurementFiles([cold, reversals_file(site, folder, rng)], warm_up=[warm], log=log)
+    files = MeasurementFiles(poses=[cold, reversals_file(site, folder, rng)], warm_up=[warm], log=log)
     data, _ = read_measurements(nominal, files, False)
     result = arms.identify_arm(nominal, data, True)
     (folder / "mine.toml").write_text(identified_robot_text(nominal, result, [cold, warm, log]))

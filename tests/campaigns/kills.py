@@ -310,7 +310,7 @@ def remember_fits() -> None:
     fit, fits = identify.identify, {}
     for file in POSES:
         arm = load_arm("arm.toml")
-        measurements, _ = read_measurements(arm, MeasurementFiles([file]), True)
+        measurements, _ = read_measurements(arm, MeasurementFiles(poses=[file]), True)
         fits[len(measurements.position)] = fit(
             arm.robot, arm.known, measurements, len(arm.nodes), False, lambda stage, share: None
         )

@@ -193,7 +193,7 @@ def run(seed, kinds=KINDS):
             result = identify_arm(nominal, data, False)
             text = identified_robot_text(nominal, result, files.names)
             arm = arm_of(tomllib.loads(text), text, "identified.toml")
-            unseen, _ = read_measurements(arm, MeasurementFiles([str(fresh)]), True)
+            unseen, _ = read_measurements(arm, MeasurementFiles(poses=[str(fresh)]), True)
             left = validate(arm.robot, arm.known, unseen, len(arm.nodes), None)
             row[kind] = float(np.sqrt((left.identified[~left.outlier] ** 2).mean() / 3) * 1e6)
             row[f"{kind}: held out"] = result.selected.cross_validation.mean * 1e6

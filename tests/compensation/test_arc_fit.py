@@ -22,7 +22,14 @@ def dense(place, parameter, turn=None, chord=CHORD):
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(place(fine), axis=0), axis=1))])
     axes = rotation_matrix(np.zeros_like(p) if turn is None else turn(parameter))
     arc = np.interp(parameter, fine, length)
-    return DensePath(arc, Pose(p, axes), Pose(np.round(p / DIGIT) * DIGIT, axes), DIGIT, chord, 1 * MDEG)
+    return DensePath(
+        arc=arc,
+        commanded=Pose(p, axes),
+        printed=Pose(np.round(p / DIGIT) * DIGIT, axes),
+        digit=DIGIT,
+        chord=chord,
+        angle=1 * MDEG,
+    )
 
 
 def ends_only(path):
@@ -106,7 +113,9 @@ def test_on_a_spiral_arcs_have_the_angle_of_the_third_order():
     b = pitch / (2 * np.pi)
     t = np.arange(3 * np.pi, 11 * np.pi, 0.004)
     path = dense(spiral(pitch), t, chord=CHORD)
-    exact = DensePath(path.arc, path.commanded, path.commanded, DIGIT, CHORD, 1 * MDEG)
+    exact = DensePath(
+        arc=path.arc, commanded=path.commanded, printed=path.commanded, digit=DIGIT, chord=CHORD, angle=1 * MDEG
+    )
     rows, via = fit_moves(exact, ends_only(exact))
     ends = rows[~via]
     angle = np.diff(t[ends])[2:-2]

@@ -15,7 +15,7 @@ from compgen.pipelines.path_file import load_job
 from compgen.robot.motion import ControllerMotion, MotionEvidence
 from compgen.verification.twin.controller.smoothing import gain
 
-ACCEPTED = MotionEvidence("m710ic50", "", "", 1.0, None, True)
+ACCEPTED = MotionEvidence(robot="m710ic50", log_sha256="", program="", override=1.0, held_out=None, accepted=True)
 TWO_MEANS = ControllerMotion(moving_averages=(0.2, 0.1), enabled=True, evidence=ACCEPTED)
 LAG = ControllerMotion(first_orders=(0.05,), enabled=True, evidence=ACCEPTED)
 MODELS = pytest.mark.parametrize("motion", [TWO_MEANS, LAG], ids=["two means", "first order"])
@@ -56,7 +56,13 @@ def commanded(position, speed=0.2, stops=()):
     N = len(position)
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(position, axis=0), axis=1))])
     stop = np.isin(np.arange(N), [0, N - 1, *stops])
-    return Commanded(position, np.linspace(0, 1, N)[:, None] * np.ones(6), arc, np.full(N - 1, speed), stop)
+    return Commanded(
+        position=position,
+        theta=np.linspace(0, 1, N)[:, None] * np.ones(6),
+        arc=arc,
+        speed=np.full(N - 1, speed),
+        stop=stop,
+    )
 
 
 def on_circle(radius, N=3000):

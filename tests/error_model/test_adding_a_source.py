@@ -71,7 +71,9 @@ class Sag:
 
     NAME: ClassVar[str] = "sag"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("amplitude", "amplitude_mdeg", (6,), MDEG, 5 * MDEG, "of each joint"),
+        Parameter(
+            field="amplitude", key="amplitude_mdeg", shape=(6,), unit=MDEG, prior=5 * MDEG, meaning="of each joint"
+        ),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("phase", "phase_deg", 1000 * MDEG),)
     FITTING: ClassVar[Fitting | None] = Fitting("joints", SagTable())

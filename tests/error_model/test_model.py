@@ -131,7 +131,7 @@ def test_twin_and_symbolic_chain_agree_on_random_hot_states(job):
     rng = np.random.default_rng(4)
     tool = Pose(np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1])))
     model = build_error_model(job.robot, job.sources, 5, tool)
-    twin = Twin(job.robot, job.heat, job.cell.profiles, tool)
+    twin = Twin(robot=job.robot, heat=job.heat, profiles=job.cell.profiles, tool=tool)
     theta = rng.uniform(job.robot.lower, job.robot.upper, (1000, 6))
     rise = rng.uniform(-10, 30, (1000, 5))
     hot, real = model.actual_pose(theta, rise), twin.actual_pose(theta, rise, lambda share: None)

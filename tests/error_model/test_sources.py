@@ -151,7 +151,14 @@ def test_wrong_shapes_are_refused(cell):
     with pytest.raises(ValueError, match=r"JointZeros.offset: shape \(5,\)"):
         JointZeros(np.zeros(5))
     with pytest.raises(ValueError, match=r"AxisMap\.reverse"):
-        AxisMap(np.zeros((3, 3)), np.zeros((4, 3)), 0, np.arange(3.0), np.zeros(3), 0.01)
+        AxisMap(
+            forward=np.zeros((3, 3)),
+            reverse=np.zeros((4, 3)),
+            axis=0,
+            station=np.arange(3.0),
+            place=np.zeros(3),
+            width=0.01,
+        )
 
 
 # pendant zero: upper arm up, forearm forward; J1, J2 at (150, 0, 0), J3 at (150, 0, 870), flange at (1341, 0, 1040) mm
@@ -212,9 +219,13 @@ def test_coupling_turns_a_joint_by_the_ratio_of_anothers_way(cell):
 
 def loads(payload=0.0, force=(0, 0, 0), mass=0.0):
     return Loads(
-        mass=np.array([0, mass, 0, 0, 0, 0]), centre=np.array([[0, 0, 0], [-0.435, 0, 0], *4 * [[0, 0, 0]]]),
-        payload=payload, payload_centre=np.zeros(3), gravity=np.array([0, 0, -10.0]), force=np.array(force),
-    )  # fmt: skip
+        mass=np.array([0, mass, 0, 0, 0, 0]),
+        centre=np.array([[0, 0, 0], [-0.435, 0, 0], *4 * [[0, 0, 0]]]),
+        payload=payload,
+        payload_centre=np.zeros(3),
+        gravity=np.array([0, 0, -10.0]),
+        force=np.array(force),
+    )
 
 
 def test_a_payload_bends_joint_two_by_its_moment(cell):
@@ -338,7 +349,7 @@ def line(values, reverse=None):
     station = np.array([1.0, 1.1, 1.25, 1.4, 1.5])
     forward = np.column_stack([values, np.zeros(5), np.zeros(5)])
     other = forward if reverse is None else np.column_stack([reverse, np.zeros(5), np.zeros(5)])
-    return AxisMap(forward, other, 0, station, np.zeros(3), 0.01)
+    return AxisMap(forward=forward, reverse=other, axis=0, station=station, place=np.zeros(3), width=0.01)
 
 
 def test_a_map_is_its_stations_for_each_direction_and_a_spline_between():
@@ -346,7 +357,9 @@ def test_a_map_is_its_stations_for_each_direction_and_a_spline_between():
     source = line(forward, reverse)
     s, t = ca.SX.sym("s"), ca.SX.sym("t", 3)
     none = 6 * (0.0,)
-    chain = Chain(none, none, none, none, tool=Frame(ca.vertcat(s, 0, 0), np.eye(3)))  # nothing but a TCP at s
+    chain = Chain(
+        theta=none, d=none, a=none, alpha=none, tool=Frame(ca.vertcat(s, 0, 0), np.eye(3))
+    )  # nothing but a TCP at s
     shift = source.distort(chain, State(chain, ca.SX.zeros(1), ca.SX.zeros(6), t)).shift
     f = ca.Function("f", [s, t], [shift])
     for k, at in enumerate(source.station):

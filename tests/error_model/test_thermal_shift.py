@@ -42,7 +42,7 @@ def poses(*overrides, kind):
     assert len(sources) == 1
     model = build_error_model(cell.robot, sources, 5, TOOL)
     theta = np.random.default_rng(2).uniform(-1.2, 1.2, (40, 6)) + cell.robot.pendant_zero
-    twin = Twin(cell.robot, cell.heat, (), TOOL, faults_of(sources))
+    twin = Twin(robot=cell.robot, heat=cell.heat, profiles=(), tool=TOOL, faults=faults_of(sources))
     rise = np.repeat(RISE, 40, axis=0)
     return model.nominal_pose(theta), model.actual_pose(theta, rise), twin.actual_pose(theta, rise, lambda share: None)
 

@@ -31,7 +31,7 @@ def identified(tmp_path_factory):
     nominal = load_arm(robot_file(folder))
     site = Site(SEED, nominal.robot)
     cold, warm, log = campaign_files(site, SEED, folder, NODES)
-    data, _ = read_measurements(nominal, MeasurementFiles([cold], warm_up=[warm], log=log), False)
+    data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), False)
     result = identify_arm(nominal, data, True)
     text = identified_robot_text(nominal, result, [cold, warm, log])
     return site, result, arm_of(tomllib.loads(text), text, "identified.toml")
@@ -126,12 +126,22 @@ def test_an_arm_without_a_heat_model_gets_a_plain_warmth(tmp_path):
     pose = np.repeat(np.arange(90), 3)
     position = place[pose] + np.einsum("nij,nj->ni", flange.rotation[pose], np.tile(PRISM, (90, 1)))
     data = Measurements(
-        theta=theta, rise=np.zeros((90, 0)), direction=np.zeros((90, 6)), time=np.arange(90.0), warm=warm, pose=pose,
-        instrument=np.zeros(270, int), reflector=np.tile(np.arange(3), 90),
-        position=position + rng.normal(0, 10e-6, position.shape), rotation=np.full((270, 3, 3), np.nan),
-        sigma=np.ones(270), label=tuple(f"warm.csv: line {i}" for i in range(270)), reflectors=("a", "b", "c"),
-        instruments=("warm.csv",), aligned=np.array([False]),
-    )  # fmt: skip
+        theta=theta,
+        rise=np.zeros((90, 0)),
+        direction=np.zeros((90, 6)),
+        time=np.arange(90.0),
+        warm=warm,
+        pose=pose,
+        instrument=np.zeros(270, int),
+        reflector=np.tile(np.arange(3), 90),
+        position=position + rng.normal(0, 10e-6, position.shape),
+        rotation=np.full((270, 3, 3), np.nan),
+        sigma=np.ones(270),
+        label=tuple(f"warm.csv: line {i}" for i in range(270)),
+        reflectors=("a", "b", "c"),
+        instruments=("warm.csv",),
+        aligned=np.array([False]),
+    )
     result = identify(arm.robot, arm.known, data, 0, False, quiet, arm.facts)
     assert result.selected.fit.noise < 12e-6  # without the growth 17 um
     notes = [f for f in result.findings if f.code == "warm_up"]

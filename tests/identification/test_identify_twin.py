@@ -210,9 +210,9 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     planned, corrected = generate.generate(job, quiet)
     uncorrected = generate.predict(changed(job, "cell.sources", real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
-    facts = (job.robot, job.heat, job.cell.profiles, job.tool.pose)
+    facts = {"robot": job.robot, "heat": job.heat, "profiles": job.cell.profiles, "tool": job.tool.pose}
     real_run, predicted = (
-        execute(Twin(*facts, faults_of(sources)), corrected.program, ()) for sources in (real, job.sources)
+        execute(Twin(**facts, faults=faults_of(sources)), corrected.program, ()) for sources in (real, job.sources)
     )
     # where World lies is known to some 30 um and 0.03 mrad; a part's frame that is taught with the robot takes it up
     difference = real_run.actual.position - aligned(predicted.actual.position, real_run.actual.position)

@@ -10,7 +10,14 @@ from compgen.pipelines.robot_file import load_robot
 
 def seen(reflector, box, instrument=None, view=90.0, joints=(0, 20, -10, 0, -60, 0)):
     robot = load_robot("m710ic50")
-    site = Site(np.array(box) / 1e3, np.array([reflector]) / 1e3, instrument, np.radians(view), 1e-5, 0.8)
+    site = Site(
+        box=np.array(box) / 1e3,
+        reflector=np.array([reflector]) / 1e3,
+        instrument=instrument,
+        view=np.radians(view),
+        noise=1e-5,
+        share=0.8,
+    )
     theta = robot.to_theta(np.radians([joints]))
     return bool(visible_poses(build_model(robot, (), 0), 0, site, theta)[0])
 

@@ -85,22 +85,35 @@ def model(arm):
 def blank(theta, kind, rows, reflectors, **values):
     """Rows of one kind, one a pose unless it is said otherwise."""
     ends = FarEnds(
-        kind=np.full(rows, kind), shift=values.pop("shift", np.zeros((rows, 3))),
-        place=values.pop("place", np.full(rows, NONE)), pose=values.pop("far_pose", np.full(rows, NONE)),
+        kind=np.full(rows, kind),
+        shift=values.pop("shift", np.zeros((rows, 3))),
+        place=values.pop("place", np.full(rows, NONE)),
+        pose=values.pop("far_pose", np.full(rows, NONE)),
         reflector=values.pop("far_reflector", np.zeros(rows, dtype=int)),
-        distance=values.pop("distance", np.full(rows, np.nan)), toward=values.pop("toward", np.full((rows, 3), np.nan)),
-    )  # fmt: skip
+        distance=values.pop("distance", np.full(rows, np.nan)),
+        toward=values.pop("toward", np.full((rows, 3), np.nan)),
+    )
     fixed, instruments = values.pop("fixed", FixedPlaces()), values.pop("instruments", ())
     M = len(theta)
     data = Measurements(
-        theta=theta, rise=np.zeros((M, 0)), direction=np.zeros((M, 6)), time=np.arange(M, dtype=float),
-        warm=np.zeros(M), pose=values.pop("pose", np.arange(rows)),
+        theta=theta,
+        rise=np.zeros((M, 0)),
+        direction=np.zeros((M, 6)),
+        time=np.arange(M, dtype=float),
+        warm=np.zeros(M),
+        pose=values.pop("pose", np.arange(rows)),
         instrument=np.full(rows, 0 if instruments else WORLD),
         reflector=values.pop("reflector", np.zeros(rows, dtype=int)),
-        position=values.pop("position", np.full((rows, 3), np.nan)), rotation=np.full((rows, 3, 3), np.nan),
-        sigma=np.ones(rows), label=tuple(f"{kind}.csv: line {n + 2}" for n in range(rows)), reflectors=reflectors,
-        instruments=instruments, aligned=np.zeros(len(instruments), dtype=bool), ends=ends, fixed=fixed,
-    )  # fmt: skip
+        position=values.pop("position", np.full((rows, 3), np.nan)),
+        rotation=np.full((rows, 3, 3), np.nan),
+        sigma=np.ones(rows),
+        label=tuple(f"{kind}.csv: line {n + 2}" for n in range(rows)),
+        reflectors=reflectors,
+        instruments=instruments,
+        aligned=np.zeros(len(instruments), dtype=bool),
+        ends=ends,
+        fixed=fixed,
+    )
     assert not values
     return data
 
@@ -150,7 +163,7 @@ def everything(arm, model, truth):
     )
     theta = random_theta(robot, rng, 40)
     apart = np.linalg.norm(carried(theta, PRISM[1]) - SOCKET, axis=1)
-    unknown = FixedPlaces(("socket",), np.array([WORLD]), np.full((1, 3), np.nan), np.zeros(1))
+    unknown = FixedPlaces(names=("socket",), frame=np.array([WORLD]), place=np.full((1, 3), np.nan), sigma=np.zeros(1))
     parts.append(
         blank(
             theta,
@@ -167,9 +180,15 @@ def everything(arm, model, truth):
     place = np.arange(60) % 2
     shift = ANYWHERE[place] - carried(theta, PROBE) + rng.normal(0, NOISE, (60, 3))
     length = FixedPlaces(
-        ("box: a", "box: b"), np.full(2, WORLD), np.full((2, 3), np.nan), np.zeros(2), np.array([[0, 1]]),
-        np.array([np.linalg.norm(ANYWHERE[0] - ANYWHERE[1])]), np.array([LENGTH_SIGMA]), True,
-    )  # fmt: skip
+        names=("box: a", "box: b"),
+        frame=np.full(2, WORLD),
+        place=np.full((2, 3), np.nan),
+        sigma=np.zeros(2),
+        between=np.array([[0, 1]]),
+        length=np.array([np.linalg.norm(ANYWHERE[0] - ANYWHERE[1])]),
+        length_sigma=np.array([LENGTH_SIGMA]),
+        certified=True,
+    )
     parts.append(blank(theta, TOUCH, 60, ("probe",), shift=shift, place=place, fixed=length))
     # sides of spheres whose places in the part's frame are known to a sigma
     theta = random_theta(robot, rng, 80)
@@ -180,7 +199,11 @@ def everything(arm, model, truth):
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     shift = spheres[place] - normal * (radius + rng.normal(0, NOISE, (80, 1))) - carried(theta, PROBE)
     known = FixedPlaces(
-        tuple(f"part: {k}" for k in "abcd"), np.zeros(4, int), PART, np.full(4, PLACE_SIGMA), certified=True
+        names=tuple(f"part: {k}" for k in "abcd"),
+        frame=np.zeros(4, int),
+        place=PART,
+        sigma=np.full(4, PLACE_SIGMA),
+        certified=True,
     )
     parts.append(
         blank(
@@ -344,9 +367,15 @@ def test_an_arm_that_grows_by_a_factor_touches_spheres_anywhere_alike(arm, model
     """Without a certified length no row moves: it is why scale is refused then; with one, a row of it does."""
     theta, place = touching(arm.robot, np.random.default_rng(4), ANYWHERE, 60)
     length = FixedPlaces(
-        ("a", "b"), np.full(2, WORLD), np.full((2, 3), np.nan), np.zeros(2), np.array([[0, 1]]),
-        np.array([np.linalg.norm(ANYWHERE[0] - ANYWHERE[1])]), np.array([LENGTH_SIGMA]), True,
-    )  # fmt: skip
+        names=("a", "b"),
+        frame=np.full(2, WORLD),
+        place=np.full((2, 3), np.nan),
+        sigma=np.zeros(2),
+        between=np.array([[0, 1]]),
+        length=np.array([np.linalg.norm(ANYWHERE[0] - ANYWHERE[1])]),
+        length_sigma=np.array([LENGTH_SIGMA]),
+        certified=True,
+    )
     touches = blank(theta, TOUCH, 60, ("probe",), place=place, fixed=length)
     factor = 1e-4
     grown = np.zeros(len(model.parameters))

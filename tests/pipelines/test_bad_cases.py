@@ -117,7 +117,15 @@ def test_places_that_the_text_rounds_to_one_are_driven():
 
 def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
     none = np.zeros((3, 6))
-    stuck = optimise.Solution(none, none, np.eye(3, 6, 1) * [[1e-9], [3e-9], [2e-9]], Status.UNSETTLED, 20, 1e-9, ())
+    stuck = optimise.Solution(
+        correction=none,
+        theta=none,
+        residual=np.eye(3, 6, 1) * [[1e-9], [3e-9], [2e-9]],
+        status=Status.UNSETTLED,
+        iterations=20,
+        last_step=1e-9,
+        active_limits=(),
+    )
     told = job_findings.failed(stuck)
     assert told.startswith("waypoint 2: ")
     assert "raise process.chord_um" in told

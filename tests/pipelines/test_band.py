@@ -45,7 +45,13 @@ def program_of(*overrides, path="spiral_1300"):
     job = load_job(path_file(path), None, [*COARSE, *overrides])
     planned = predict(job, quiet)
     return DrivenProgram(
-        job, planned.model, planned.path, planned.theta, planned.trajectory.time, planned.rise, planned.motion
+        job=job,
+        model=planned.model,
+        path=planned.path,
+        theta=planned.theta,
+        time=planned.trajectory.time,
+        rise=planned.rise,
+        motion=planned.motion,
     )
 
 
@@ -91,9 +97,15 @@ def test_the_band_of_one_expansion_is_its_share_of_the_thermal_error(plain):
     """By hand: cte off by 10 % is 10 % of the error that the warmth makes; 1.96 of such a sigma is 95 %."""
     job = plain.job
     warmth = replace(
-        job.cell.warmth, law=0.0, sensors=0.0, air=0.0, feed=0.0, missing=0.0, growth={},
+        job.cell.warmth,
+        law=0.0,
+        sensors=0.0,
+        air=0.0,
+        feed=0.0,
+        missing=0.0,
+        growth={},
         expansion=(-0.1 * np.sqrt(3), 0.1 * np.sqrt(3)),
-    )  # fmt: skip
+    )
     known = replace(plain, job=replace(job, cell=replace(job.cell, warmth=warmth)))
     band = band_along(known)
     error = np.linalg.norm(plain.model.error(plain.theta, plain.rise, plain.path.target, plain.motion)[:, :3], axis=1)

@@ -47,7 +47,7 @@ def corrected(*overrides: str, robot: str | None = None) -> tuple[Planned, Corre
 
 
 def promise(draws: int = 59, seed: int = 0) -> Guarantee:
-    return Guarantee(Bounds(max=1e-3), 0.95, 0.95, draws, 0, seed)
+    return Guarantee(bounds=Bounds(max=1e-3), share=0.95, confidence=0.95, draws=draws, may_break=0, seed=seed)
 
 
 def fly(result: tuple[Planned, Corrected], guarantee: Guarantee) -> flown.FlownDraws:
@@ -62,7 +62,13 @@ def driven(result: tuple[Planned, Corrected]) -> DrivenProgram:
     planned, made = result
     time = made.trajectory.time
     return DrivenProgram(
-        planned.job, planned.model, planned.path, made.solution.theta, time, planned.rise, planned.motion
+        job=planned.job,
+        model=planned.model,
+        path=planned.path,
+        theta=made.solution.theta,
+        time=time,
+        rise=planned.rise,
+        motion=planned.motion,
     )
 
 

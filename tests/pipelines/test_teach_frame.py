@@ -58,11 +58,22 @@ def poses_at(truth, theta, rise):
     """Where the real arm's flange is, in World as the arm has it: on its real base."""
     N = len(theta)
     data = Measurements(
-        theta=theta, rise=np.tile(rise, (N, 1)), direction=np.zeros((N, 6)), time=np.zeros(N), warm=np.zeros(N),
-        pose=np.arange(N), instrument=np.zeros(N, int), reflector=np.zeros(N, int), position=np.zeros((N, 3)),
-        rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N), label=("",) * N, reflectors=("p",),
-        instruments=("i",), aligned=np.array([False]),
-    )  # fmt: skip
+        theta=theta,
+        rise=np.tile(rise, (N, 1)),
+        direction=np.zeros((N, 6)),
+        time=np.zeros(N),
+        warm=np.zeros(N),
+        pose=np.arange(N),
+        instrument=np.zeros(N, int),
+        reflector=np.zeros(N, int),
+        position=np.zeros((N, 3)),
+        rotation=np.full((N, 3, 3), np.nan),
+        sigma=np.ones(N),
+        label=("",) * N,
+        reflectors=("p",),
+        instruments=("i",),
+        aligned=np.array([False]),
+    )
     flange = BASE @ Pose(*truth.model.pose(data, truth.p))
     return flange.position, flange.rotation
 
@@ -231,7 +242,14 @@ def part_path(frame):
 def real_twin(job, folder):
     """The arm as it is; its base is not in it."""
     faults = faults_of(load_cell(str(folder / "real.toml")).sources)
-    return Twin(job.robot, job.heat, job.cell.profiles, job.tool.pose, faults, job.frame.register)
+    return Twin(
+        robot=job.robot,
+        heat=job.heat,
+        profiles=job.cell.profiles,
+        tool=job.tool.pose,
+        faults=faults,
+        uframe=job.frame.register,
+    )
 
 
 def test_as_found_the_part_is_met_as_well_as_aligned(cell, record):

@@ -76,7 +76,16 @@ def touches_of(cell, artefact, ways, rise, noise):
     there = place_of(cell, Pose(artefact.probe, np.eye(3)), theta, rise)
     off = np.einsum("ni,ni->n", there - ways.position[:, 2], ways.normal) + noise
     sigma = np.full(n, SIGMA)
-    return Touches(("x",) * n, np.zeros(n), False, ways.target, theta, ways.normal, off, sigma)
+    return Touches(
+        label=("x",) * n,
+        time=np.zeros(n),
+        timed=False,
+        target=ways.target,
+        theta=theta,
+        normal=ways.normal,
+        deflection=off,
+        sigma=sigma,
+    )
 
 
 def test_arms_that_drift_are_known_as_well_as_the_plan_says(day, artefact):

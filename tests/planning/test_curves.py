@@ -15,7 +15,16 @@ def anything():
     """One piece with every coefficient at work."""
     rng, off = np.random.default_rng(7), np.array([False])
     poly, polar, lift = rng.normal(size=(1, 8, 2)), rng.normal(size=(1, 4)), rng.normal(size=(1, 4))
-    return PiecewiseCurve(poly, polar, lift, off, off, rng.normal(size=(1, 4, 3)), np.ones(1), np.ones(1, dtype=int))
+    return PiecewiseCurve(
+        poly=poly,
+        polar=polar,
+        lift=lift,
+        stop=off,
+        working=off,
+        tilt=rng.normal(size=(1, 4, 3)),
+        pace=np.ones(1),
+        least=np.ones(1, dtype=int),
+    )
 
 
 KINDS = {

@@ -24,7 +24,9 @@ RNG = np.random.default_rng(3)
 def given(position, normal=None, rotation=None, **changed):
     M = len(position)
     parts = {"feed": np.full(M, np.nan), "contact": np.ones(M, dtype=bool), "stop": np.zeros(M, dtype=bool)} | changed
-    return GivenPoints("points.csv", np.arange(2, M + 2), position, normal, rotation, **parts)
+    return GivenPoints(
+        source="points.csv", line=np.arange(2, M + 2), position=position, normal=normal, rotation=rotation, **parts
+    )
 
 
 def bowl(M=800):

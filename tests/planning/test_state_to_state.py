@@ -32,7 +32,7 @@ def random_blocks(seed, count, longest=0.3, shortest=1e-3):
     v1 = np.minimum(v1, reachable_speed(v0, length, a, j))
     start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
     swap = rng.random(count) < 0.5
-    return Blocks(start, length, np.where(swap, v1, v0), np.where(swap, v0, v1), v, a, j)
+    return Blocks(start=start, length=length, v0=np.where(swap, v1, v0), v1=np.where(swap, v0, v1), v=v, a=a, j=j)
 
 
 def fastest_times(b):
@@ -52,6 +52,10 @@ def fastest_times(b):
         low, high = np.where(fits, peak, low), np.where(fits, high, peak)
     (up, way_up), (down, way_down) = change(b.v0, low), change(b.v1, low)
     return up + down + (b.length - way_up - way_down) / low
+
+
+def block_of(*values):
+    return Blocks(**{name: np.array([float(x)]) for name, x in zip(Blocks.__slots__, values, strict=True)})
 
 
 @pytest.mark.parametrize("longest", [0.3, 1e-5])
@@ -88,20 +92,20 @@ def test_motion_goes_through_every_block_from_its_speed_to_the_next(longest):
 
 def test_ruckig_alone_would_drive_backwards_where_there_is_no_room():
     """2 mm from 0.05 to 0.2 m/s: why a block is looked at before ruckig is asked, and its answer afterwards."""
-    question, answer = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    question, answer = ruckig.InputParameter(1), ruckig.Trajectory(time=1)
     question.current_position, question.target_position = [0.0], [2e-3]
     question.current_velocity, question.target_velocity = [0.05], [0.2]
     question.max_velocity, question.max_acceleration, question.max_jerk = [0.2], [1.0], [5.0]
     assert ruckig.Ruckig(1).calculate(question, answer) is ruckig.Result.Working
     assert min(answer.profiles[0][0].v) < -0.04
-    block = Blocks(*(np.array([x]) for x in (0.25, 2e-3, 0.05, 0.2, 0.2, 1.0, 5.0)))
+    block = block_of(0.25, 2e-3, 0.05, 0.2, 0.2, 1.0, 5.0)
     with pytest.raises(ImpossibleError, match=r"0\.2500 m along the path.*0\.002 m do not hold .* 0\.05 to 0\.2 m/s"):
         drive_blocks(block)
 
 
 def test_an_answer_that_drives_backwards_is_refused_even_if_the_block_was_thought_long_enough(monkeypatch):
     monkeypatch.setattr(state_to_state, "check_room", lambda blocks: None)
-    block = Blocks(*(np.array([x]) for x in (0.25, 2e-3, 0.05, 0.2, 0.2, 1.0, 5.0)))
+    block = block_of(0.25, 2e-3, 0.05, 0.2, 0.2, 1.0, 5.0)
     with pytest.raises(ImpossibleError, match=r"0\.2500 m .* drives backwards"):
         drive_blocks(block)
 
@@ -118,7 +122,7 @@ def answers_falsified(monkeypatch, number, falsify):
             return self.ruckig.validate_input(*arguments)
 
         def calculate(self, question, answer):
-            true = ruckig.Trajectory(1)
+            true = ruckig.Trajectory(time=1)
             outcome = self.ruckig.calculate(question, true)
             own = true.profiles[0][0]
             profile = SimpleNamespace(
@@ -209,7 +213,7 @@ LIMITS = [((0.15, 9, 9), "fast"), ((9, 0.4, 9), "accelerates"), ((9, 9, 2), "jer
 @pytest.mark.parametrize(("limits", "fault"), LIMITS)
 def test_an_answer_over_a_limit_is_refused(monkeypatch, limits, fault):
     """From rest to rest in less time than the limit allows: length and end are right."""
-    block = Blocks(*(np.array([float(x)]) for x in (0.25, 0.1, 0, 0, *limits)))
+    block = block_of(0.25, 0.1, 0, 0, *limits)
     drive_blocks(block)
 
     def quicker(profile):

@@ -27,9 +27,13 @@ from compgen.report.study_tables import band_caveat
 from compgen.verification.band import Band, BudgetShare
 
 BAND = Band(
-    np.array([0, 1]), np.ones((2, 6)) * UM**2, np.ones(2) * UM, 41.3 * UM, 40 * UM,
-    (BudgetShare("cte", 20.4 * UM, 15 * UM), BudgetShare("temperature law", 13.1 * UM, 9 * UM)),
-)  # fmt: skip
+    rows=np.array([0, 1]),
+    moment=np.ones((2, 6)) * UM**2,
+    radius=np.ones(2) * UM,
+    largest=41.3 * UM,
+    p99=40 * UM,
+    budget=(BudgetShare("cte", 20.4 * UM, 15 * UM), BudgetShare("temperature law", 13.1 * UM, 9 * UM)),
+)
 UNKNOWN = (
     Unknown("play", (55 * UM, 175 * UM), "a study", "lost motion"),
     Unknown("the controller's motion", None, "", ""),

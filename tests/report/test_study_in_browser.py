@@ -34,7 +34,15 @@ def write(tmp_path_factory):
             for n, point in enumerate(points)
         ]
         scenarios = tuple(Scenario(n, point) for n, point in enumerate(points))
-        study = Study("paths/line_y.toml", None, (), (key, other), scenarios, False, "0")
+        study = Study(
+            path="paths/line_y.toml",
+            robot=None,
+            base=(),
+            keys=(key, other),
+            scenarios=scenarios,
+            correct=False,
+            identity="0",
+        )
         file = tmp_path_factory.mktemp("study") / "whatif.html"
         file.write_bytes(study_html("What if", study, rows, []))
         return file

@@ -48,7 +48,9 @@ def made_grid(axes, error, after=None):
 
 def study_of(grid):
     scenarios = tuple(Scenario(r["index"], tuple((k, str(r[k])) for k in grid.keys)) for r in grid.rows)
-    return Study("paths/line_y.toml", None, (), grid.keys, scenarios, False, "0")
+    return Study(
+        path="paths/line_y.toml", robot=None, base=(), keys=grid.keys, scenarios=scenarios, correct=False, identity="0"
+    )
 
 
 def by_feed_and_hours(point):
@@ -205,11 +207,18 @@ def test_the_bound_is_the_command_lines_or_the_files_unless_it_is_varied(plane):
 
 def test_answers_show_the_limit_that_they_are_about():
     table = np.array([[0.0, 8.0], [1.0, 4.0], [2.0, 2.0]])
-    figure = answer_figure(Answer("warmup", "s", ("warmup_h", "drift_um"), table, limit=5 * UM))
+    figure = answer_figure(
+        Answer(key="warmup", sentence="s", columns=("warmup_h", "drift_um"), table=table, limit=5 * UM)
+    )
     assert [shape["y0"] for shape in figure["layout"]["shapes"]] == [pytest.approx(5)]
     assert figure["layout"]["xaxis"]["title"]["text"] == "warm-up [h]"
     passes = Answer(
-        "passes", "s", ("feed_mm_s", "minutes", "error_um"), np.array([[20, 9, 3], [50, 4, 7.0]]), ("a", "b"), 5 * UM
+        key="passes",
+        sentence="s",
+        columns=("feed_mm_s", "minutes", "error_um"),
+        table=np.array([[20, 9, 3], [50, 4, 7.0]]),
+        labels=("a", "b"),
+        limit=5 * UM,
     )
     within, beyond = answer_figure(passes)["data"]
     assert unpacked(within["y"]).tolist() == [3.0]
@@ -221,21 +230,41 @@ def test_curves_are_shown_where_they_cross_the_limit():
     late = np.linspace(0, 960, 97)
     table = np.column_stack([late, late / 5, np.linspace(-5, 5, 97), np.abs(np.linspace(-50, 50, 97))])
     columns = ("delay_min", "late_um", "ambient_K", "ambient_um")
-    layout = answer_figure(Answer("validity", "s", columns, table, limit=2 * UM))["layout"]
+    layout = answer_figure(Answer(key="validity", sentence="s", columns=columns, table=table, limit=2 * UM))["layout"]
     assert layout["yaxis"]["range"] == layout["yaxis2"]["range"] == [0, pytest.approx(12)]
     assert layout["xaxis"]["range"] == [0, 70]
     assert layout["xaxis2"]["range"] == [pytest.approx(-1.25), pytest.approx(1.25)]
-    assert "range" not in answer_figure(Answer("validity", "s", columns, table, limit=50 * UM))["layout"]["yaxis"]
+    assert (
+        "range"
+        not in answer_figure(Answer(key="validity", sentence="s", columns=columns, table=table, limit=50 * UM))[
+            "layout"
+        ]["yaxis"]
+    )
 
 
 def test_passes_are_listed_with_those_within_the_limit_first():
     table = np.array([[20, 9, 3], [50, 4, 7.0], [40, 5, 2.0]])
-    html = passes_table(Answer("passes", "s", ("feed_mm_s", "minutes", "error_um"), table, ("a > b", "c", "d"), 5 * UM))
+    html = passes_table(
+        Answer(
+            key="passes",
+            sentence="s",
+            columns=("feed_mm_s", "minutes", "error_um"),
+            table=table,
+            labels=("a > b", "c", "d"),
+            limit=5 * UM,
+        )
+    )
     assert re.findall(r'<th scope="row">([^<]*)', html) == ["d", "a, b", "c"]
 
 
 def test_a_sentence_that_begins_with_the_name_of_a_file_keeps_it():
-    answer = Answer("passes", "raster_2 then a: 3 um", ("feed_mm_s", "minutes", "error_um"), np.ones((1, 3)), ("a",))
+    answer = Answer(
+        key="passes",
+        sentence="raster_2 then a: 3 um",
+        columns=("feed_mm_s", "minutes", "error_um"),
+        table=np.ones((1, 3)),
+        labels=("a",),
+    )
     assert "</span> raster_2 then a: 3 µm</p>" in study_html("t", None, [], [answer]).decode()
 
 

@@ -79,7 +79,15 @@ def test_agrees_with_a_stiff_solver(heat):
 def test_twelve_hours_of_a_hundred_volumes_every_second_are_a_hundred_times_faster(heat):
     """A working day as a robot lives it: 154 s of program, 40 s of rest, and so on; every volume at every second."""
     bodies = [
-        Body(b.name, b.length, 19 if b.name != "d6" else 20, b.capacity, b.conductance, b.film) for b in heat.bodies
+        Body(
+            name=b.name,
+            length=b.length,
+            volumes=19 if b.name != "d6" else 20,
+            capacity=b.capacity,
+            conductance=b.conductance,
+            film=b.film,
+        )
+        for b in heat.bodies
     ]
     volumes = assemble_volumes(bodies, heat.housings, heat.floor)
     assert len(volumes.capacity) == 100
@@ -131,8 +139,13 @@ def test_energy_balance_closes(heat):
 def test_a_bar_heated_at_one_end_takes_its_textbook_shape():
     """A fin of 1 m, housings that weigh nothing at its ends: T = q cosh(m (L - x)) / (k A m sinh(m L))."""
     k, film, q = 2.0, 3.0, 10.0  # W m/K, W/K, W
-    bodies = [Body("a", 1e-3, 1, 1e-6, 1e3, 0.0), Body("fin", 1.0, 400, 100.0, k, film)]
-    volumes = assemble_volumes(bodies, [Housing("end", 1e-6, 0.0, 1e-9, 1e9, (0,))], 1e-12)
+    bodies = [
+        Body(name="a", length=1e-3, volumes=1, capacity=1e-6, conductance=1e3, film=0.0),
+        Body(name="fin", length=1.0, volumes=400, capacity=100.0, conductance=k, film=film),
+    ]
+    volumes = assemble_volumes(
+        bodies, [Housing(name="end", capacity=1e-6, film=0.0, inward=1e-9, outward=1e9, drives=(0,))], 1e-12
+    )
     matrix = volumes.laplacian + np.diag(volumes.film)
     rise = np.linalg.solve(matrix, volumes.power @ np.array([q, 0, 0, 0, 0, 0]))
     fin = volumes.part == 2

@@ -22,7 +22,7 @@ LAG = np.array([7.0, 0.5]) * HOUR
 
 @pytest.fixture
 def rises():
-    return RiseFilter(LAG, np.array([0.9, 0.6]), np.array([1.2, 0.8]), 0.4)
+    return RiseFilter(lag=LAG, law=np.array([0.9, 0.6]), start=np.array([1.2, 0.8]), sensors=0.4)
 
 
 def readings(steps, seed=0):
@@ -93,7 +93,7 @@ def test_a_law_that_is_off_is_found_and_goes_on_being_off(rises):
     t = np.arange(T) * STEP
     missed = 0.8 * (1 - np.exp(-t[:, None] / LAG))
     rows = [Readings(k, np.array([0, 1]), missed[k], np.full(2, 0.05)) for k in range(T)]
-    exact = RiseFilter(rises.lag, rises.law, np.full(2, 0.01), 0.0)
+    exact = RiseFilter(lag=rises.lag, law=rises.law, start=np.full(2, 0.01), sensors=0.0)
     miss = misses(exact, rows, np.zeros((T, 2)), 0)[-1]
     assert_allclose(miss.rise, missed[-1], atol=0.02)
     later = exact.ahead(miss, 0.5 * HOUR).rise
@@ -135,7 +135,7 @@ def test_a_cold_morning_is_of_the_arm_and_not_of_its_sensors():
     true = -6.0 * np.exp(-np.arange(20)[:, None] * STEP / LAG)
     rows = [Readings(step, np.arange(2), true[step], np.full(2, 0.1)) for step in range(20)]
     for night, least, most in ((6.0, 0.0, 0.1), (0.0, 1.0, 6.0)):
-        cold = RiseFilter(LAG, np.array([0.9, 0.6]), np.array([1.2, 0.8]), 0.5, night)
+        cold = RiseFilter(lag=LAG, law=np.array([0.9, 0.6]), start=np.array([1.2, 0.8]), sensors=0.5, night=night)
         off = misses(cold, rows, np.zeros((20, 2)), 0)[-1].rise - true[-1]
         assert least <= np.abs(off).max() < most  # K
 
@@ -144,7 +144,9 @@ def test_a_warm_hall_that_nobody_measured_is_of_the_arm_and_not_of_its_sensors()
     true = 3.0 * -np.expm1(-np.arange(240)[:, None] * STEP / LAG)
     rows = [Readings(step, np.arange(2), true[step], np.full(2, 0.05)) for step in range(240)]
     for air, least, most in ((3.0, 0.0, 1.0), (0.0, 1.5, 3.0)):
-        warm = RiseFilter(LAG, np.array([0.9, 0.6]), np.array([1.2, 0.8]), 0.5, 3.0, air)
+        warm = RiseFilter(
+            lag=LAG, law=np.array([0.9, 0.6]), start=np.array([1.2, 0.8]), sensors=0.5, night=3.0, air=air
+        )
         miss = misses(warm, rows, np.zeros((240, 2)), 0)[-1]
         assert least <= np.abs(miss.rise - true[-1]).max() < most  # K
         assert least <= abs(miss.offset) < most

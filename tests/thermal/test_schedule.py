@@ -60,7 +60,7 @@ def test_a_named_program_runs_at_its_own_feed_unless_told():
 
 def test_runs_with_a_dwell_keep_to_the_shifts_each_at_its_own_time():
     """Eight runs of half an hour, each with as long a dwell, from 8 h on: a shift from 6 to 14 h, a break at 10 h."""
-    step = Step("k", "moving", 0.1, repeat=8, dwell=0.5 * HOUR, shifts=True)
+    step = Step(key="k", state="moving", feed=0.1, repeat=8, dwell=0.5 * HOUR, shifts=True)
     shift = Shift(6 * HOUR, 14 * HOUR, ((10 * HOUR, 10.25 * HOUR),))
     duties = [duty for _, duty in expand_steps([step], [shift], 8 * HOUR, lambda s: 0.5 * HOUR)]
     hours = [(duty.state, duty.duration / HOUR) for duty in duties]
@@ -80,7 +80,10 @@ def test_shifts_move_rest_in_breaks_and_switch_off_between():
 
 def test_a_night_shift_goes_on_past_midnight():
     pieces = expand_steps(
-        [Step("k", "moving", 0.1, duration=DAY, shifts=True)], [Shift(22 * HOUR, 30 * HOUR)], 0.0, lambda s: 0.0
+        [Step(key="k", state="moving", feed=0.1, duration=DAY, shifts=True)],
+        [Shift(22 * HOUR, 30 * HOUR)],
+        0.0,
+        lambda s: 0.0,
     )
     assert [(d.state, d.duration / HOUR) for _, d in pieces] == [("moving", 6), ("off", 16), ("moving", 2)]
 
@@ -90,7 +93,7 @@ def test_a_night_shift_goes_on_past_midnight():
     st.floats(0, 86399),
 )
 def test_stretches_add_up_to_what_was_said(steps, clock):
-    entries = [Step("k", "moving", 0.1, duration=h * HOUR, shifts=s) for h, s in steps]
+    entries = [Step(key="k", state="moving", feed=0.1, duration=h * HOUR, shifts=s) for h, s in steps]
     day = [Shift(6 * HOUR, 14 * HOUR, ((9 * HOUR, 9.5 * HOUR),)), Shift(22 * HOUR, 29 * HOUR)]
     pieces = expand_steps(entries, day, clock, lambda s: 0.0)
     assert sum(d.duration for _, d in pieces) == pytest.approx(sum(h for h, _ in steps) * HOUR, rel=1e-12)

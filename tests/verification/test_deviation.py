@@ -24,7 +24,14 @@ def executed(path, samples, seed=1):
     target, travel = path.at(segment, fraction)
     strayed = np.hstack([rng.normal(size=(samples, 3)) * 100 * UM, rng.normal(size=(samples, 3)) * 1e-4])
     none = np.zeros((samples, 6))
-    execution = Execution(segment, fraction, np.arange(float(samples)), none, none, target.moved(strayed))
+    execution = Execution(
+        segment=segment,
+        fraction=fraction,
+        time=np.arange(float(samples)),
+        rise=none,
+        theta=none,
+        actual=target.moved(strayed),
+    )
     return execution, target, travel
 
 
@@ -79,7 +86,7 @@ def test_chunks_of_an_execution_give_what_the_whole_gives(path):
     execution = executed(path, 9000)[0]
 
     def rows(first, last):
-        return Execution(*(getattr(execution, name)[first:last] for name in Execution.__slots__))
+        return Execution(**{name: getattr(execution, name)[first:last] for name in Execution.__slots__})
 
     whole = deviation_from_path(path, [execution], 9000)
     parts = deviation_from_path(path, [rows(0, 4000), rows(4000, 9000)], 9000)
@@ -117,7 +124,7 @@ def test_each_broken_bound_is_named_with_its_worst_place(path):
     deviation = deviation_from_path(path, [execution], len(execution.time))
     kept = Bounds(max=1.0, p99=1.0, rms=1.0, feed=1.0, cross=1.0, normal=1.0, axis=1.0)
     assert judge(deviation, kept) == []
-    broken = judge(deviation, Bounds(*[1e-6] * 7))
+    broken = judge(deviation, Bounds(max=1e-6, p99=1e-6, rms=1e-6, feed=1e-6, cross=1e-6, normal=1e-6, axis=1e-6))
     assert [f.code.split(".")[1] for f in broken] == [
         "max_um", "p99_um", "rms_um", "feed_um", "cross_um", "normal_um", "axis_mdeg"
     ]  # fmt: skip

@@ -42,7 +42,7 @@ def chain_and_twin(cell, sources, theta, rise):
     model = build_error_model(cell.robot, sources, 5, TOOL)
     nominal = model.nominal_pose(theta).position
     chain = model.actual_pose(theta, rise, direction_states(reversal_widths(sources), theta, nominal))
-    twin = Twin(cell.robot, cell.heat, cell.profiles, TOOL, faults_of(sources))
+    twin = Twin(robot=cell.robot, heat=cell.heat, profiles=cell.profiles, tool=TOOL, faults=faults_of(sources))
     return chain, twin.actual_pose(theta, rise, lambda share: None), nominal
 
 
@@ -131,7 +131,7 @@ def test_a_wrong_fault_in_the_twin_is_seen(cell):
         "mass",
     ):
         wrong = replace(faults, **{name: 1.1 * getattr(faults, name)})
-        twin = Twin(cell.robot, cell.heat, cell.profiles, TOOL, wrong)
+        twin = Twin(robot=cell.robot, heat=cell.heat, profiles=cell.profiles, tool=TOOL, faults=wrong)
         assert np.abs(twin.actual_pose(theta, rise, lambda share: None).position - chain).max() > 1 * UM
 
 

@@ -26,9 +26,19 @@ def straight(lengths, speeds, stops=()):
     fine[[0, -1, *stops]] = True
     position = np.column_stack([x, np.zeros(N), np.zeros(N)])
     program = Program(
-        "P", "", "26-01-01", (), 0, 1, position, np.tile(np.eye(3), (N, 1, 1)), Posture(), np.zeros((N, 3), dtype=int),
-        np.asarray(speeds, dtype=float), fine,
-    )  # fmt: skip
+        name="P",
+        comment="",
+        date="26-01-01",
+        remarks=(),
+        uframe=0,
+        utool=1,
+        position=position,
+        rotation=np.tile(np.eye(3), (N, 1, 1)),
+        posture=Posture(),
+        turns=np.zeros((N, 3), dtype=int),
+        speed=np.asarray(speeds, dtype=float),
+        fine=fine,
+    )
     return program, np.outer(x * PER_METRE, np.ones(6))
 
 

@@ -35,7 +35,14 @@ class JointCompliance(TableSource):
 
     NAME: ClassVar[str] = "compliance"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("compliance", "compliance_urad_Nm", (6,), URAD, URAD, "turn of each joint per torque about it"),
+        Parameter(
+            field="compliance",
+            key="compliance_urad_Nm",
+            shape=(6,),
+            unit=URAD,
+            prior=URAD,
+            meaning="turn of each joint per torque about it",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("joints", ComplianceTable())
 

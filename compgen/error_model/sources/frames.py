@@ -24,8 +24,17 @@ class BaseFrame(TableSource):
 
     NAME: ClassVar[str] = "base_frame"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("position", "position_um", (3,), UM, 1 * MM, "of the arm in World"),
-        Parameter("rotation", "rotation_mdeg", (3,), MDEG, 50 * MDEG, "of the arm in World, rotation vector"),
+        Parameter(
+            field="position", key="position_um", shape=(3,), unit=UM, prior=1 * MM, meaning="of the arm in World"
+        ),
+        Parameter(
+            field="rotation",
+            key="rotation_mdeg",
+            shape=(3,),
+            unit=MDEG,
+            prior=50 * MDEG,
+            meaning="of the arm in World, rotation vector",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = None
 
@@ -50,8 +59,22 @@ class ToolFrame(TableSource):
 
     NAME: ClassVar[str] = "tool_frame"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("position", "position_um", (3,), UM, 500 * UM, "of the tool in the flange"),
-        Parameter("rotation", "rotation_mdeg", (3,), MDEG, 100 * MDEG, "of the tool in the flange, rotation vector"),
+        Parameter(
+            field="position",
+            key="position_um",
+            shape=(3,),
+            unit=UM,
+            prior=500 * UM,
+            meaning="of the tool in the flange",
+        ),
+        Parameter(
+            field="rotation",
+            key="rotation_mdeg",
+            shape=(3,),
+            unit=MDEG,
+            prior=100 * MDEG,
+            meaning="of the tool in the flange, rotation vector",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = None
 

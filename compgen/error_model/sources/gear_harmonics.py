@@ -39,8 +39,22 @@ class GearHarmonics(TableSource):
 
     NAME: ClassVar[str] = "gear_harmonics"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("sine", "sine_mdeg", (6, 2), MDEG, 5 * MDEG, "first and second order, of each joint"),
-        Parameter("cosine", "cosine_mdeg", (6, 2), MDEG, 5 * MDEG, "first and second order, of each joint"),
+        Parameter(
+            field="sine",
+            key="sine_mdeg",
+            shape=(6, 2),
+            unit=MDEG,
+            prior=5 * MDEG,
+            meaning="first and second order, of each joint",
+        ),
+        Parameter(
+            field="cosine",
+            key="cosine_mdeg",
+            shape=(6, 2),
+            unit=MDEG,
+            prior=5 * MDEG,
+            meaning="first and second order, of each joint",
+        ),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("cycles", "cycles", 1.0),)
     FITTING: ClassVar[Fitting | None] = Fitting("joints", GearHarmonicsTable())

@@ -47,8 +47,22 @@ class Hysteresis:
 
     NAME: ClassVar[str] = "hysteresis"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("backlash", "backlash_mdeg", (6,), MDEG, 3 * MDEG, "half the width, of each joint"),
-        Parameter("windup", "windup_urad_Nm", (6,), URAD, 0.02 * URAD, "half the width per load about the joint"),
+        Parameter(
+            field="backlash",
+            key="backlash_mdeg",
+            shape=(6,),
+            unit=MDEG,
+            prior=3 * MDEG,
+            meaning="half the width, of each joint",
+        ),
+        Parameter(
+            field="windup",
+            key="windup_urad_Nm",
+            shape=(6,),
+            unit=URAD,
+            prior=0.02 * URAD,
+            meaning="half the width per load about the joint",
+        ),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("width", "width_mdeg", MDEG), Fact("law", "law", None))
     FITTING: ClassVar[Fitting | None] = Fitting("joints", HysteresisTable(width_mdeg=6 * [200.0]))

@@ -38,7 +38,14 @@ class JointCoupling(TableSource):
 
     NAME: ClassVar[str] = "joint_coupling"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("ratio", "ratio_ppm", (6, 6), PPM, 200 * PPM, "error of the row's joint per motion of the column's"),
+        Parameter(
+            field="ratio",
+            key="ratio_ppm",
+            shape=(6, 6),
+            unit=PPM,
+            prior=200 * PPM,
+            meaning="error of the row's joint per motion of the column's",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("joints", JointCouplingTable())
 

@@ -41,8 +41,22 @@ class JointRipple(TableSource):
 
     NAME: ClassVar[str] = "joint_ripple"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("sine", "sine_mdeg", (6, "H"), MDEG, 0.2 * MDEG, "of each joint and order"),
-        Parameter("cosine", "cosine_mdeg", (6, "H"), MDEG, 0.2 * MDEG, "of each joint and order"),
+        Parameter(
+            field="sine",
+            key="sine_mdeg",
+            shape=(6, "H"),
+            unit=MDEG,
+            prior=0.2 * MDEG,
+            meaning="of each joint and order",
+        ),
+        Parameter(
+            field="cosine",
+            key="cosine_mdeg",
+            shape=(6, "H"),
+            unit=MDEG,
+            prior=0.2 * MDEG,
+            meaning="of each joint and order",
+        ),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("order", "order", 1),)
     FITTING: ClassVar[Fitting | None] = Fitting("ripple", USUAL, replaces=True)

@@ -21,7 +21,14 @@ class JointZeros(TableSource):
 
     NAME: ClassVar[str] = "joint_zeros"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("offset", "offset_mdeg", (6,), MDEG, 50 * MDEG, "zero of each joint theta"),
+        Parameter(
+            field="offset",
+            key="offset_mdeg",
+            shape=(6,),
+            unit=MDEG,
+            prior=50 * MDEG,
+            meaning="zero of each joint theta",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("joint zeros", JointZerosTable())
 

@@ -34,10 +34,19 @@ class LinkOffsets(TableSource):
 
     NAME: ClassVar[str] = "link_offsets"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("d", "d_um", (6,), UM, 500 * UM, "along each joint axis"),
-        Parameter("a", "a_um", (6,), UM, 500 * UM, "along each link"),
-        Parameter("alpha", "alpha_mdeg", (6,), MDEG, 50 * MDEG, "twist of each link"),
-        Parameter("beta", "beta_mdeg", (6,), MDEG, 50 * MDEG, "Hayati angle, where axes are parallel"),
+        Parameter(field="d", key="d_um", shape=(6,), unit=UM, prior=500 * UM, meaning="along each joint axis"),
+        Parameter(field="a", key="a_um", shape=(6,), unit=UM, prior=500 * UM, meaning="along each link"),
+        Parameter(
+            field="alpha", key="alpha_mdeg", shape=(6,), unit=MDEG, prior=50 * MDEG, meaning="twist of each link"
+        ),
+        Parameter(
+            field="beta",
+            key="beta_mdeg",
+            shape=(6,),
+            unit=MDEG,
+            prior=50 * MDEG,
+            meaning="Hayati angle, where axes are parallel",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("geometry", LinkOffsetsTable())
 

@@ -39,7 +39,7 @@ from compgen.error_model.source import (
 from compgen.robot.kinematics import Chain, is_zero
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class AxisMap(TableSource):
     """One line of stations along a World axis."""
 
@@ -52,8 +52,22 @@ class AxisMap(TableSource):
 
     NAME: ClassVar[str] = "map"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("forward", "forward_um", ("S", 3), UM, 300 * UM, "deviation moving to larger coordinates"),
-        Parameter("reverse", "reverse_um", ("S", 3), UM, 300 * UM, "deviation moving to smaller coordinates"),
+        Parameter(
+            field="forward",
+            key="forward_um",
+            shape=("S", 3),
+            unit=UM,
+            prior=300 * UM,
+            meaning="deviation moving to larger coordinates",
+        ),
+        Parameter(
+            field="reverse",
+            key="reverse_um",
+            shape=("S", 3),
+            unit=UM,
+            prior=300 * UM,
+            meaning="deviation moving to smaller coordinates",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = None
     BUDGET: ClassVar[str] = "measured map"

@@ -32,7 +32,7 @@ from compgen.robot.robot import Robot
 ARCSEC = 4.84813681109536e-06  # rad
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ThermalBend:
     """Bends of links, each about an axis with one state."""
 
@@ -48,7 +48,14 @@ class ThermalBend:
 
     NAME: ClassVar[str] = "thermal_bend"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("rate", "rate_arcsec_K", ("B",), ARCSEC, 3 * ARCSEC, "turn of the link's end per kelvin"),
+        Parameter(
+            field="rate",
+            key="rate_arcsec_K",
+            shape=("B",),
+            unit=ARCSEC,
+            prior=3 * ARCSEC,
+            meaning="turn of the link's end per kelvin",
+        ),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (
         Fact("link", "link", None),
@@ -121,11 +128,16 @@ class ThermalBend:
         terms = [*zip(self.link, self.plane, self.node_name), *added]
         link, plane, node = (tuple(term[i] for term in terms) for i in range(3))
         table = ThermalBendTable.model_construct(
-            link=list(link), plane=list(plane), node=list(node), column_mm=float(self.column) / MM,
+            link=list(link),
+            plane=list(plane),
+            node=list(node),
+            column_mm=float(self.column) / MM,
             rate_arcsec_K=[0.0] * len(link),
-        )  # fmt: skip
+        )
         rate = np.append(self.rate, np.zeros(len(added)))
-        bend = ThermalBend(rate, link, plane, node, self.column, **self.derive(table, arm, self.NAME))
+        bend = ThermalBend(
+            rate=rate, link=link, plane=plane, node_name=node, column=self.column, **self.derive(table, arm, self.NAME)
+        )
         return bend, {"rate": np.full(len(added), self.PARAMETERS[0].prior)}
 
     def only(self, terms: BoolArray) -> "ThermalBend":

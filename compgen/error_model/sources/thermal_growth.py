@@ -39,8 +39,22 @@ class ThermalGrowth(TableSource):
 
     NAME: ClassVar[str] = "thermal_growth"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("excess_a", "excess_a", (6,), 1.0, 0.3, "own cte of each a over the file's, less one"),
-        Parameter("excess_d", "excess_d", (6,), 1.0, 0.3, "own cte of each d over the file's, less one"),
+        Parameter(
+            field="excess_a",
+            key="excess_a",
+            shape=(6,),
+            unit=1.0,
+            prior=0.3,
+            meaning="own cte of each a over the file's, less one",
+        ),
+        Parameter(
+            field="excess_d",
+            key="excess_d",
+            shape=(6,),
+            unit=1.0,
+            prior=0.3,
+            meaning="own cte of each d over the file's, less one",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("temperature")
     BUDGET: ClassVar[str] = "cte"

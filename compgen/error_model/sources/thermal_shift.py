@@ -33,7 +33,7 @@ BASE = 6e-6  # [m/K] prior of the column, whose height no table needs to give, a
 OFFERED = ("d1", "base x", "base y")  # beside the lengths that have no profile
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ThermalShift:
     """Shifts along axes, each with one state."""
 
@@ -46,7 +46,7 @@ class ThermalShift:
 
     NAME: ClassVar[str] = "thermal_shift"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("rate", "rate_um_K", ("B",), UM, 3 * UM, "shift per kelvin"),
+        Parameter(field="rate", key="rate_um_K", shape=("B",), unit=UM, prior=3 * UM, meaning="shift per kelvin"),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("of", "of", None), Fact("node_name", "node", None))
     FITTING: ClassVar[Fitting | None] = Fitting("temperature", ThermalShiftTable(of=[], node=[], rate_um_K=[]))
@@ -102,7 +102,9 @@ class ThermalShift:
         table = ThermalShiftTable.model_construct(of=list(of), node=list(node), rate_um_K=[0.0] * len(of))
         rate = np.append(self.rate, np.zeros(len(added)))
         prior = [BASE if n in OFFERED else STEEL * abs(dh_length(arm.robot, cast(LengthName, n))) for n, _ in added]
-        return ThermalShift(rate, of, node, **self.derive(table, arm, self.NAME)), {"rate": np.array(prior)}
+        return ThermalShift(rate=rate, of=of, node_name=node, **self.derive(table, arm, self.NAME)), {
+            "rate": np.array(prior)
+        }
 
     def only(self, terms: BoolArray) -> "ThermalShift":
         """Some of the terms."""

@@ -22,7 +22,7 @@ from compgen.fanuc.vocabulary import ARC_LETTERS, BRACKETS, END, LABEL, POSITION
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Flow:
     """S units of /MN, in order."""
 
@@ -40,9 +40,18 @@ class Flow:
 
     def __post_init__(self) -> None:
         own(
-            self, span=("S", 2), line=("S",), motion=("S",), stop=("S",), locked=("S",), unconditional=("S",),
-            moves=("A",), move_unit=("A",), mention_unit=("U",), mention=("U",),
-        )  # fmt: skip
+            self,
+            span=("S", 2),
+            line=("S",),
+            motion=("S",),
+            stop=("S",),
+            locked=("S",),
+            unconditional=("S",),
+            moves=("A",),
+            move_unit=("A",),
+            mention_unit=("U",),
+            mention=("U",),
+        )
 
     @property
     def may_split_after(self) -> BoolArray:

@@ -32,7 +32,7 @@ _ANY_LABEL = ""  # LBL[R[n]]
 State = TypeVar("State")
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False, slots=True, kw_only=True)
 class Node:
     """A run of motions, or a statement that may change the order."""
 

@@ -44,7 +44,7 @@ class Placement:
 PLAIN = Placement()
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Placements:
     """The placement of each motion."""
 
@@ -111,7 +111,14 @@ def read_placements(
         if state is not None and node.text and FRAME_WRITTEN.search(node.text) and registers_known.settles(node, state)
     )
     shifted = frozenset(i for i in active.tolist() if m.options[i] in with_offset and i not in unknown)
-    return Placements(tuple(table), of_motion, shifted, unknown, settled, tuple(sorted(registers_known.assumed)))
+    return Placements(
+        table=tuple(table),
+        of_motion=of_motion,
+        shifted=shifted,
+        unknown=unknown,
+        settled=settled,
+        assumed=tuple(sorted(registers_known.assumed)),
+    )
 
 
 def _not_followed(options: str, why: str) -> str:

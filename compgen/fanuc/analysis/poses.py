@@ -36,7 +36,7 @@ J1 = AXES.index("J1")
 AS_LISTED = Placements()
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Poses:
     """K rows, one for group 1 of each position."""
 
@@ -124,9 +124,24 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
                 margin[some] = reach
     _, begins, same = np.unique(row, return_index=True, return_inverse=True)
     return Poses(
-        row, p.number[row], p.line[row], Pose(position, rotation), theta, margin, posture, joint_form,
-        tool, tools, base, bases, placement, placements, placed, begins[same.ravel()], stands,
-    )  # fmt: skip
+        row=row,
+        number=p.number[row],
+        line=p.line[row],
+        tcp=Pose(position, rotation),
+        theta=theta,
+        margin=margin,
+        posture=posture,
+        joint_form=joint_form,
+        tool=tool,
+        tools=tools,
+        base=base,
+        bases=bases,
+        placement=placement,
+        placements=placements,
+        placed=placed,
+        first=begins[same.ravel()],
+        stands=stands,
+    )
 
 
 def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArray, dict[tuple[int, int], int]]:

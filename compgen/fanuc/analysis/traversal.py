@@ -28,7 +28,7 @@ RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses
 ASSUMED = {"J": 0.25, "L": 0.1}  # share of joint speed, m/s: where a program leaves the speed to run time
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Traversal:
     """S stations: the targets of all motions that are not disabled, the via point of a C before its end point."""
 

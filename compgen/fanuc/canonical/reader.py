@@ -100,8 +100,28 @@ def interpret(data: bytes) -> Program:
             if (letter == "C") != (via is not None):
                 raise InputError(f"program: line {number}: '{line.strip()}': C has a via and an end, J and L an end")
             if via:
-                targets.append(_Target(number, letter, int(via), f"{speed}{unit}", False, True, acc))
-            targets.append(_Target(number, letter, int(end), f"{speed}{unit}", termination == "FINE", False, acc))
+                targets.append(
+                    _Target(
+                        line=number,
+                        letter=letter,
+                        number=int(via),
+                        speed=f"{speed}{unit}",
+                        fine=False,
+                        via=True,
+                        acc=acc,
+                    )
+                )
+            targets.append(
+                _Target(
+                    line=number,
+                    letter=letter,
+                    number=int(end),
+                    speed=f"{speed}{unit}",
+                    fine=termination == "FINE",
+                    via=False,
+                    acc=acc,
+                )
+            )
         elif frame := _FRAME.match(body):
             frames[frame.group(1)] = int(frame.group(2))
         elif (schedule := _PAYLOAD.match(body)) and not targets:

@@ -14,7 +14,7 @@ from compgen.fanuc.listing.listing import LsProgram, head_text
 from compgen.fanuc.vocabulary import UNSAFE_HEADERS
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ComparedProgram:
     """One program, written and given back."""
 
@@ -60,7 +60,14 @@ def compare_programs(written: LsProgram, backup: LsProgram) -> ComparedProgram:
 
 def not_there(name: str) -> ComparedProgram:
     """A program that was written and that the backup has not."""
-    return ComparedProgram(name, 0, 0, 0.0, (Difference(name, "program", "there", NOTHING),), ())
+    return ComparedProgram(
+        name=name,
+        statements=0,
+        positions=0,
+        step=0.0,
+        differences=(Difference(name, "program", "there", NOTHING),),
+        notes=(),
+    )
 
 
 def _head_differences(written: LsProgram, backup: LsProgram) -> list[Difference]:

@@ -32,7 +32,7 @@ _NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)", re.IGNORECASE)
 _ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LsProgram:
     """A program file: its bytes, and what stands where."""
 

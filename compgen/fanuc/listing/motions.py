@@ -26,7 +26,7 @@ from compgen.fanuc.listing.templates import Matches
 _ENDS_WIDTH = 16  # characters at either end of a line that tell whether it goes on
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Motions:
     """M motion statements, in the order they stand; the via point of a C is its first target."""
 
@@ -109,7 +109,7 @@ def _parse_singly(
     places, units, unmatched = lines.tolist(), unit.tolist(), np.flatnonzero(~matched).tolist()
     is_matched, begins = matched.tolist(), numbered.tolist()
     reached = np.zeros_like(matched)
-    parser = StatementParser(data)
+    parser = StatementParser(data=data)
     k = 0
     while k < len(units) - 1:
         if is_matched[k] and (begins[k] or parser.state == ""):

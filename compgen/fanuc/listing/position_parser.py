@@ -30,7 +30,7 @@ _JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")  # of group 1; those of other gro
 Span = tuple[int, int]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class Group:
     """One motion group of a position; a place (0, 0) is none."""
 
@@ -43,7 +43,7 @@ class Group:
     remote: bool = False  # RX to RR: of the part in the frame of a tool that stands still, in the columns of X to R
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Block:
     """``P[number:name]{ groups };`` and where its parts stand."""
 
@@ -109,7 +109,14 @@ def parse_block(data: bytes, at: int, end: int) -> Block | None:
     if not groups:
         raise refusal(opened.start(1), f"P[{number}] is empty; teach or remove it")
     name = unquoted_name((opened[3] or b"").decode("latin-1"))
-    return Block(number, opened.span(2), name, opened.span(3), tuple(groups), (opened.start(1), at))
+    return Block(
+        number=number,
+        number_span=opened.span(2),
+        name=name,
+        name_span=opened.span(3),
+        groups=tuple(groups),
+        span=(opened.start(1), at),
+    )
 
 
 def _unit_of(axis: str, group: int) -> str:

@@ -24,7 +24,7 @@ from compgen.fanuc.listing.position_parser import (
 from compgen.fanuc.listing.templates import Matches, Template
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Positions:
     """G rows, one for each motion group of each position."""
 

@@ -23,7 +23,7 @@ LONGEST_STATEMENT = 65_536  # characters, far beyond what a controller prints
 LARGEST_NUMBER = 999_999_999  # of all numbers of positions
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class ParsedMotion:
     """A motion statement, and where its parts stand."""
 
@@ -39,7 +39,7 @@ class ParsedMotion:
     span: Span = (0, 0)  # from the letter to the end of the statement's text
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class StatementParser:
     """What was read so far: moves, statements, remarks; and what the next line may belong to."""
 
@@ -48,7 +48,9 @@ class StatementParser:
     lines: list[int] = field(default_factory=list)  # at which statements begin
     remarks: list[tuple[int, str]] = field(default_factory=list)  # line and text
     state: str = ""  # "" between statements, "!" in a remark, "C" a motion without its end, "m" one, "x" other text
-    move: ParsedMotion = field(default_factory=lambda: ParsedMotion(0, "", False))  # the one at work
+    move: ParsedMotion = field(
+        default_factory=lambda: ParsedMotion(line=0, letter="", disabled=False)
+    )  # the one at work
 
     def begin_statement(self) -> None:
         """A statement begins here, whatever came before.
@@ -82,7 +84,7 @@ class StatementParser:
             if match := MOTION.match(data, body, limit):
                 self.state, body = "C", match.end()
                 self.move = ParsedMotion(
-                    number, match[2].decode().upper(), bool(match[1]), span=(match.start(2), limit)
+                    line=number, letter=match[2].decode().upper(), disabled=bool(match[1]), span=(match.start(2), limit)
                 )
             elif data[body:limit].lstrip()[:1] == b"!":
                 self.state = "!"

@@ -49,7 +49,7 @@ def group_statements(
     """
 
     def template_at(k: int) -> tuple[Template, StatementTemplate] | None:
-        parser = StatementParser(data)
+        parser = StatementParser(data=data)
         try:
             for i in range(unit[k], unit[k + 1]):
                 parser.read(int(lines[i]), int(lines[i + 1]), i)

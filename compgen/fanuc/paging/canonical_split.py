@@ -59,7 +59,7 @@ def split_canonical(
         memory = MEMORY_PROGRAM + count * (MEMORY_POSITION + MEMORY_MOTION) + float(_head_size(data))
         motions = (first + 1 if first else 0, last + 1)
         size = ProgramSize(len(remarks[k]) + settings + count, count, memory)
-        return Page(names[k], data, loads[k], motions, size, ())
+        return Page(name=names[k], data=data, load=loads[k], motions=motions, size=size, notes=())
 
     pages = tuple(map_blocks(len(ranges), page, 1))
     name = program.name[: capacity.name_length]

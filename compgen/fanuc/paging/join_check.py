@@ -38,7 +38,7 @@ class JoinError(CompgenError):
     exit_code = 1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ExecutedMotion:
     """One motion as the controller executes it."""
 
@@ -68,7 +68,7 @@ def called_programs(main: bytes) -> tuple[str, ...]:
     return tuple(names)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class MotionSequence:
     """A active motions of a program as listed, by columns; ``motion`` gives one of them."""
 
@@ -84,7 +84,9 @@ class MotionSequence:
         letter, speed, termination, options, frames, _ = (column[i] for column in self.columns)
         rows = range(self.first[i], self.first[i + 1])
         targets = tuple(self.program.text(self.span[k]) if self.span[k, 1] else self.target[k] for k in rows)
-        return ExecutedMotion(letter, targets, speed, termination, options, frames)
+        return ExecutedMotion(
+            letter=letter, targets=targets, speed=speed, termination=termination, options=options, frames=frames
+        )
 
 
 def motion_sequence(program: LsProgram, frames: Mapping[str, str] | None = None) -> MotionSequence:

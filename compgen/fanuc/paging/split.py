@@ -37,7 +37,7 @@ _NUMBER = re.compile(rb"([ \t]*)(\d+)(?=[ \t]*:)")
 _P = re.compile(rb"([Pp]\[(?<![A-Za-z_$]..)[ \t]*)(\d+)")  # its first letter first: four times as fast
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Page:
     """One page of a program, as it is loaded."""
 
@@ -115,7 +115,7 @@ def split_program(
         page_blocks = [blocks[n] for n in used] if renumber else sorted(blocks[n] for n in used)
         data = _page_text(program, name, body, page_blocks, new)
         size = ProgramSize(line_count(body), len(used), _memory(flow, page, body, len(used)))
-        pages.append(Page(name, data, load, (first, behind), size, page.notes))
+        pages.append(Page(name=name, data=data, load=load, motions=(first, behind), size=size, notes=page.notes))
     name = program.name[: capacity.name_length]
     return PagedProgram(name, main_program_text(program.data, name, pages, main_heading), tuple(pages))
 

@@ -42,7 +42,7 @@ BLIND = 0.02  # [s] sigma: a log that leaves more possible has not looked
 KNOWN = 0.1  # of a time, or one interpolation period: how well it must be known, 95 %
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class IdentifiedMotion:
     """What a log tells of the controller's motion."""
 
@@ -103,9 +103,19 @@ def identify(
     findings = _verdict(chosen, alike, intervals, sigma, plainest.rms, limit, noise, len(np.unique(block)), robot)
     progress(1.0)
     return IdentifiedMotion(
-        chosen, chosen.motion, intervals, sigma, tuple(fits), tuple(f.kind for f in alike), noise, limit, plainest.rms,
-        largest, len(np.unique(block)), findings,
-    )  # fmt: skip
+        chosen=chosen,
+        motion=chosen.motion,
+        intervals=intervals,
+        sigma=sigma,
+        tried=tuple(fits),
+        alike=tuple(f.kind for f in alike),
+        noise=noise,
+        limit=limit,
+        held_out=plainest.rms,
+        largest=largest,
+        blocks=len(np.unique(block)),
+        findings=findings,
+    )
 
 
 def _as_well(fit: KindFit, best: KindFit) -> bool:

@@ -36,7 +36,7 @@ ROWS = 20_000  # of all windows
 BLOCK = 0.75  # [s] of rows that are held out, or fitted, together
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Window:
     """K samples of the command and R rows of the log."""
 
@@ -79,7 +79,7 @@ def windows_of(run: ExecutedRun, robot: Robot) -> list[Window]:
     return windows
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Span:
     """Part of a run between two stops."""
 
@@ -121,7 +121,18 @@ def _spans(run: ExecutedRun, written: Array) -> list[_Span]:
             c = written[a] + rate * run_law(np.array([t, u]), np.full(2, duration), np.full(2, at_speed))
             s = np.interp(c, written, course.arc)
             if s[0] >= first and s[1] <= last:
-                spans.append(_Span(float(written[a]), duration, at_speed, rate, t, u, float(s[0]), float(s[1])))
+                spans.append(
+                    _Span(
+                        begin=float(written[a]),
+                        duration=duration,
+                        at_speed=at_speed,
+                        rate=rate,
+                        first=t,
+                        last=u,
+                        low=float(s[0]),
+                        high=float(s[1]),
+                    )
+                )
     return spans
 
 
@@ -171,4 +182,12 @@ def _window(
     blocks = block + np.floor(since / BLOCK).astype(np.int64)
     at = deviation.row[rows]
     off = run.laid.projection.off[at]
-    return Window(position, theta, arc, run.laid.position[at], deviation.arc[rows], off, blocks)
+    return Window(
+        position=position,
+        theta=theta,
+        arc=arc,
+        place=run.laid.position[at],
+        row_arc=deviation.arc[rows],
+        off=off,
+        block=blocks,
+    )

@@ -81,9 +81,24 @@ def anchor(
     touch_next = next_touches(job, artefact, frame, forecast, unknowns, seen, chosen, columns)
     state = _state(job, forecast, unknowns, chosen, prior, path, verdict, made_from or {})
     anchored = Anchored(
-        job, artefact, state, reason, forecast, unknowns, seen, path, innovation, tuple(judged), as_forecast, chosen,
-        left, error, moved, tuple(touch_next), (),
-    )  # fmt: skip
+        job=job,
+        artefact=artefact,
+        state=state,
+        reason=reason,
+        forecast=forecast,
+        unknowns=unknowns,
+        seen=seen,
+        path=path,
+        innovation=innovation,
+        judged=tuple(judged),
+        as_forecast=as_forecast,
+        chosen=chosen,
+        left=left,
+        forecast_error=error,
+        moved=moved,
+        touch_next=tuple(touch_next),
+        findings=(),
+    )
     return replace(anchored, findings=anchor_findings(anchored))
 
 

@@ -38,7 +38,7 @@ class PathColumns:
     carried: Array  # (6, 3 M) the base that carries a displacement of the path
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Estimate:
     """A state, as differences from the forecast."""
 
@@ -94,6 +94,12 @@ def estimate(innovation: Innovation, prior: Prior, h: Hypothesis, columns: PathC
     change = (-2 * (with_y * L).sum(axis=1) + ((L @ V) * L).sum(axis=1)).reshape(M, 3).sum(axis=1)
     covariance = P - C @ innovation.H @ P
     return Estimate(
-        h, T @ innovation.y, T, (covariance + covariance.T) / 2, V, np.sqrt(np.maximum(before, 0.0)),
-        np.sqrt(np.maximum(before + change, 0.0)), (L @ innovation.y).reshape(M, 3),
-    )  # fmt: skip
+        hypothesis=h,
+        x=T @ innovation.y,
+        gain=T,
+        covariance=(covariance + covariance.T) / 2,
+        V=V,
+        before=np.sqrt(np.maximum(before, 0.0)),
+        after=np.sqrt(np.maximum(before + change, 0.0)),
+        correction=(L @ innovation.y).reshape(M, 3),
+    )

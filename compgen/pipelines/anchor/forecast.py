@@ -36,7 +36,7 @@ LONGEST = 2 * HOUR  # that the touches of one state may take
 EACH = 0.5  # of the thermocouples' error that each has by itself
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Forecast:
     """The robot at the last of N touches."""
 
@@ -145,7 +145,9 @@ def _begun(
     cell = replace(job.cell, heat=replace(job.cell.heat, start=state))
     history = replace(job.history, before=(), air=air)
     now = np.asarray(cell.heat.outputs @ state)
-    return Forecast(cell, history, last, state, now, rise, course, own, past)
+    return Forecast(
+        cell=cell, history=history, time=last, state=state, rise=now, touch_rise=rise, course=course, own=own, past=past
+    )
 
 
 def _cut(duties: Sequence[Duty], duration: float) -> tuple[Duty, ...]:

@@ -73,7 +73,7 @@ class Prior:
         return self.forecast + (h.day**2 - 1) * self.day + moved
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Innovation:
     """R coordinates of touches against the forecast."""
 
@@ -93,9 +93,16 @@ class Innovation:
     def rows(self, keep: IntArray) -> "Innovation":
         """Some of the coordinates."""
         return Innovation(
-            self.y[keep], self.H[keep], self.N[keep], self.along[keep], self.target[keep], self.touch[keep],
-            self.place, self.field[np.ix_(keep, keep)], self.sigma[keep],
-        )  # fmt: skip
+            y=self.y[keep],
+            H=self.H[keep],
+            N=self.N[keep],
+            along=self.along[keep],
+            target=self.target[keep],
+            touch=self.touch[keep],
+            place=self.place,
+            field=self.field[np.ix_(keep, keep)],
+            sigma=self.sigma[keep],
+        )
 
     def covariance(self, prior: Prior, h: Hypothesis) -> Array:
         """V_h, (R, R)."""

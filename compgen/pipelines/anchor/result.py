@@ -17,7 +17,7 @@ from compgen.pipelines.anchor.verdict import Moved
 from compgen.pipelines.job import Job
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Anchored:
     """A state, its verdict, and all that speaks for them."""
 

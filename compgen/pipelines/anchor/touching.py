@@ -32,7 +32,7 @@ SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
 SMOOTH = 0.5  # [m] over which what the thermal physics leaves out is alike
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Touched:
     """N touches as poses of the probe, and their targets in World."""
 
@@ -113,9 +113,20 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
     of_place = np.concatenate([artefact.sigma, artefact.plane_sigma])
     open_places = np.where(of_place > 0, of_place, 0.0 if artefact.certified else float(np.median(sigma)))
     return Touched(
-        touches, probe, motion, rise, taught, actual, np.linalg.norm(actual - cold, axis=1), target, np.array(along),
-        touch, np.array(y), open_places, sigma[touch],
-    )  # fmt: skip
+        touches=touches,
+        probe=probe,
+        motion=motion,
+        rise=rise,
+        taught=taught,
+        actual=actual,
+        thermal=np.linalg.norm(actual - cold, axis=1),
+        target=target,
+        along=np.array(along),
+        touch=touch,
+        y=np.array(y),
+        place_sigma=open_places,
+        sigma=sigma[touch],
+    )
 
 
 def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Innovation:

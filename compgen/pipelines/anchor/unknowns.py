@@ -33,7 +33,7 @@ LEAST_RADIUS = 0.2  # [m] of a part
 GROWTH = ("cte", "profile shape")  # in the budget
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Unknowns:
     """The X numbers of x and the Q others, with what is known of x."""
 
@@ -125,7 +125,15 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
     turned[K : K + 6, K : K + 6] = _about(middle, np.full(3, MOVED_SHIFT), np.full(3, MOVED_TURN))
     other_rise = np.array([forecast.added_rise(q, job.feed) for q in others]).reshape(-1, K)
     prior = Prior(P, day, shifted, turned)
-    return Unknowns(parameters, tuple(all_rows), tuple(named), np.array(units[:D]), tuple(others), other_rise, prior)
+    return Unknowns(
+        parameters=parameters,
+        rows=tuple(all_rows),
+        named=tuple(named),
+        unit=np.array(units[:D]),
+        others=tuple(others),
+        other_rise=other_rise,
+        prior=prior,
+    )
 
 
 def _place(parameters: SourceParameters, n: int) -> tuple[str, str, tuple[int, ...]]:

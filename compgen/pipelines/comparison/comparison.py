@@ -54,7 +54,7 @@ class ChangedFindings:
     changed: tuple[FindingText, ...]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Comparison:
     """What differs between outputs A and B."""
 

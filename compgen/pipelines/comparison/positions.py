@@ -27,7 +27,7 @@ UNCHANGED = 1e-9  # [m] or [rad] two numbers that are printed alike
 DECIMALS = 3  # of the numbers in a text, unless the robot's controller has more
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Movement:
     """How far the commanded positions of B are from those of A, at N positions of A."""
 
@@ -114,7 +114,7 @@ def _by_number(one: Commanded, other: Commanded) -> Movement | str:
     if not known.any():
         return "the positions are joint angles"
     turn = relative_rotation(one.rotation[i][known], other.rotation[j][known])
-    return Movement("number", number[known], distance[known], row_norms(turn))
+    return Movement(matched="number", number=number[known], distance=distance[known], angle=row_norms(turn))
 
 
 def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]) -> Movement | None:
@@ -132,13 +132,19 @@ def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array])
     rotation = texts[1].rotation
     turned = interpolate_rotation(rotation[segment], rotation[segment + 1], np.clip(share, 0.0, 1.0))
     angle = row_norms(relative_rotation(texts[0].rotation, turned))
-    return Movement("length", texts[0].number, row_norms(moved), angle)
+    return Movement(matched="length", number=texts[0].number, distance=row_norms(moved), angle=angle)
 
 
 def _by_nearest(one: Commanded, other: Commanded) -> Movement:
     """From each position to the nearest place on the other's path."""
     there = distance_to_path(one.position, drawn(other))
-    return Movement("nearest", one.number, there, None, distance_to_path(other.position, drawn(one)))
+    return Movement(
+        matched="nearest",
+        number=one.number,
+        distance=there,
+        angle=None,
+        back=distance_to_path(other.position, drawn(one)),
+    )
 
 
 def _interpolated(at: Array, length: Array, rows: Array) -> Array:

@@ -138,7 +138,7 @@ def _plan_correction(
     )
     free = scope.free.copy()
     free[[station for station, _ in stations.held]] = False
-    return CorrectionPlan(program, poses, drive, scope, stations, free)
+    return CorrectionPlan(program=program, poses=poses, drive=drive, scope=scope, stations=stations, free=free)
 
 
 def _refuse_unfit(program: LsProgram) -> None:

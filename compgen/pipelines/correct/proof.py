@@ -25,7 +25,7 @@ SUBDIVISIONS = 4  # of each straight line, where it is judged
 FINE_SUBDIVISIONS = 32  # for an arm whose errors depend on the direction of motion
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ProgramExecution:
     """Where the actual tool is, at M samples: each station with known joints, and places on each straight line."""
 
@@ -66,7 +66,7 @@ def execute_program(
     tcp = interpolate_poses(poses, drive, station, fraction)
     pose = drive.pose[station]
     theta, flange = commanded_joints(cell.robot, poses, drive, station, fraction, tcp)
-    twin = Twin(cell.robot, cell.heat, cell.profiles, IDENTITY, faults)
+    twin = Twin(robot=cell.robot, heat=cell.heat, profiles=cell.profiles, tool=IDENTITY, faults=faults)
     twin.confirm_inverse(theta, flange, poses.number[pose] - 1, lambda share: progress(share / 2))
     tools = poses.tools[poses.tool[pose]]
     # an arm that remembers its direction knows it from where a chain of sure neighbours begins

@@ -25,7 +25,7 @@ from compgen.verification.band import Band
 from compgen.verification.verdict import Verdict, verdict_of
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """What may be done to a program beyond moving its positions, and the bound that it must keep."""
 
@@ -74,7 +74,7 @@ def options_of(
     )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class CorrectionPlan:
     """A program with what is known of it before its numbers change."""
 
@@ -86,7 +86,7 @@ class CorrectionPlan:
     free: BoolArray  # (S,) stations that take a correction
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Correction:
     """A corrected program and its proof."""
 

@@ -43,19 +43,22 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
     for tool in np.unique(tools).tolist():
         with_tool = rows[tools == tool]
         places = Places(
-            stations.theta[with_tool],
-            stations.time[with_tool],
-            stations.rise[with_tool],
-            directions.at(with_tool),
-            poses.tools[tool],
+            theta=stations.theta[with_tool],
+            time=stations.time[with_tool],
+            rise=stations.rise[with_tool],
+            motion=directions.at(with_tool),
+            tool=poses.tools[tool],
         )
         model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[tool])
         parts.append((with_tool, columns_at(cell, history, feed, uncertainty, places, model)))
     order = np.argsort(np.concatenate([with_tool for with_tool, _ in parts]), kind="stable")
     first = parts[0][1]
     columns = Columns(
-        np.concatenate([c.column for _, c in parts])[order], first.mean, first.deviation, first.source,
-        {name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
-        np.concatenate([c.hidden for _, c in parts])[order],
-    )  # fmt: skip
+        column=np.concatenate([c.column for _, c in parts])[order],
+        mean=first.mean,
+        deviation=first.deviation,
+        source=first.source,
+        undirected={name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
+        hidden=np.concatenate([c.hidden for _, c in parts])[order],
+    )
     return band_of([columns], rows, np.zeros(len(rows)), cell.fit.scale)

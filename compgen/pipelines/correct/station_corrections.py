@@ -37,7 +37,7 @@ TURN_OF_MOVE = 100.0  # [rad/m], [rad/rad] of a joint: 1 / 20 mm of a shoulder, 
 LARGEST_TURN = 0.1  # [rad] of a joint, that a correction of any size explains
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class StationCorrections:
     """Corrections of S stations; zero where one is held."""
 
@@ -116,7 +116,16 @@ def correct_stations(
     limited: list[tuple[int, str]] = []
     rows = np.flatnonzero(free)
     if not len(rows):
-        return StationCorrections(correction, theta, rise, time, (), (), start, NO_DIRECTION)
+        return StationCorrections(
+            correction=correction,
+            theta=theta,
+            rise=rise,
+            time=time,
+            held=(),
+            limited=(),
+            start=start,
+            midway=NO_DIRECTION,
+        )
     models = error_models(cell, poses, drive.pose[rows])
     motion, midway = station_directions(cell, poses, drive)
     correction[rows], theta[rows] = cancel_errors(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
@@ -135,7 +144,16 @@ def correct_stations(
     for station, _ in illegal:
         correction[station] = 0.0
         theta[station] = poses.theta[drive.pose[station]]
-    return StationCorrections(correction, theta, rise, time, tuple(illegal), tuple(limited), start, midway)
+    return StationCorrections(
+        correction=correction,
+        theta=theta,
+        rise=rise,
+        time=time,
+        held=tuple(illegal),
+        limited=tuple(limited),
+        start=start,
+        midway=midway,
+    )
 
 
 def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorModel]:
@@ -176,9 +194,17 @@ def _build_problem(
     """Positions of one tool and one posture as a problem for the optimiser."""
     tool = int(poses.tool[pose[0]])
     return Problem(
-        cell.robot, models[tool], ALL_POSTURES[int(poses.posture[pose[0]])], poses.tools[tool],
-        poses.tcp[pose], poses.theta[pose], rise, arc, stop, motion,
-    )  # fmt: skip
+        robot=cell.robot,
+        model=models[tool],
+        posture=ALL_POSTURES[int(poses.posture[pose[0]])],
+        tool=poses.tools[tool],
+        target=poses.tcp[pose],
+        theta=poses.theta[pose],
+        rise=rise,
+        arc=arc,
+        stop=stop,
+        direction_state=motion,
+    )
 
 
 def dense_runs(poses: Poses, drive: Traversal, free: BoolArray, period: float) -> list[tuple[int, int]]:

@@ -25,7 +25,7 @@ from compgen.thermal import Ambient, state_after, states_at
 MOST_LATE = 7 * DAY
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Beginning:
     """The robot when a page starts."""
 
@@ -92,7 +92,14 @@ def begin_late(whole: Whole, known: Known, late: float) -> Beginning:
     standing = replace(job.history.standing, duration=late)
     waited = state_after(job.heat, [standing], known.state, job.history.air, clock)
     air = _air_from(job, clock + late, whole)
-    return Beginning(waited, clock + late, known.cell, air, f"it starts {late:.0f} s late", {"late_s": late})
+    return Beginning(
+        state=waited,
+        clock=clock + late,
+        cell=known.cell,
+        air=air,
+        why=f"it starts {late:.0f} s late",
+        cause={"late_s": late},
+    )
 
 
 def begin_at(whole: Whole, known: Known, state: Array, air: float | None, why: str, cause: dict[str, Any]) -> Beginning:
@@ -108,7 +115,7 @@ def begin_at(whole: Whole, known: Known, state: Array, air: float | None, why: s
     """
     clock = known.clock
     later = _air_from(whole.job, clock, whole) if air is None else Ambient(np.zeros(1), np.array([air]))
-    return Beginning(state, clock, known.cell, later, why, cause)
+    return Beginning(state=state, clock=clock, cell=known.cell, air=later, why=why, cause=cause)
 
 
 def _air_from(job: Job, clock: float, whole: Whole) -> Ambient:

@@ -62,7 +62,7 @@ _ANEW = "correct the program anew with cgen correct"
 Begin = Callable[[Cell, Array, JointMotion], tuple[Cell, Array, str, dict[str, Any]]]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class CorrectedJob:
     """What a corrected program in pages was made from."""
 
@@ -75,7 +75,7 @@ class CorrectedJob:
     corrected_sha256: str
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ResumedProgram(PagesAnew):
     """The rest of a corrected program, written anew."""
 
@@ -133,7 +133,15 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         )
     plain = default_frames()
     both = Frames({**plain.uframe, **kinds["uframe"]}, {**plain.utool, **kinds["utool"]})
-    return CorrectedJob(written, cell, both, before, options, planned, corrected_sum)
+    return CorrectedJob(
+        written=written,
+        cell=cell,
+        frames=both,
+        before=before,
+        options=options,
+        planned=planned,
+        corrected_sha256=corrected_sum,
+    )
 
 
 def _pose(row: list[float]) -> Pose:
@@ -206,7 +214,15 @@ def resume_corrected(
     files = {page.file: pages[page.name] for page in written.pages[from_page - 1 :]}
     manifest = _manifest(written, files, entry, results)
     return ResumedProgram(
-        written, from_page, new, {**files, written.manifest_file: manifest}, results, join, why, cause, new.findings
+        written=written,
+        from_page=from_page,
+        correction=new,
+        files={**files, written.manifest_file: manifest},
+        pages=results,
+        join=join,
+        why=why,
+        cause=cause,
+        findings=new.findings,
     )
 
 
@@ -300,7 +316,16 @@ def _results(
             if len(samples) == len(new.judged):
                 samples &= new.judged
             sizes.append(size_of(errors.distance[samples], np.ones(int(samples.sum()))))
-        results.append(PageResult(page.number, page.name, page.file, sizes[0], sizes[1], pages[page.name] != page.data))
+        results.append(
+            PageResult(
+                number=page.number,
+                name=page.name,
+                file=page.file,
+                before=sizes[0],
+                after=sizes[1],
+                is_new=pages[page.name] != page.data,
+            )
+        )
     return tuple(results)
 
 
@@ -320,7 +345,14 @@ def _join(
     old, now = (new.around.poses(loads(text), robot).tcp.position[pose] for text in (old_text, new.text))
     gap = float(np.abs(now - old).max())
     step = float(np.linalg.norm(places[1] - places[0]))
-    return Join(written.pages[from_page - 1].name, gap, step, sizes[0], sizes[1], False)
+    return Join(
+        page=written.pages[from_page - 1].name,
+        gap=gap,
+        step=step,
+        demanded=sizes[0],
+        beyond=sizes[1],
+        on_the_part=False,
+    )
 
 
 def _manifest(

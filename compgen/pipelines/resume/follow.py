@@ -37,7 +37,7 @@ RUNS_AWAY = 2.5  # standard deviations of that offset, from which on nothing is 
 START = 1.0  # [K] that the rises at the planned start may be off, beside the law [assumed]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Look:
     """A running job at the last reading."""
 
@@ -100,7 +100,21 @@ def look_at(
         return None
     if clock := _clock_doubt(times, now):
         none = np.zeros(len(job.heat.names))
-        return Look(now, 0, 0.0, none, none, none, (), 0, None, False, loaded, _notes(log), clock)
+        return Look(
+            time=now,
+            running=0,
+            share=0.0,
+            rise=none,
+            sigma=none,
+            missed=none,
+            forecasts=(),
+            due=0,
+            beginning=None,
+            over=False,
+            loaded=loaded,
+            notes=_notes(log),
+            doubt=clock,
+        )
     air = Ambient(rises.time, rises.air) if log.readings.ambient is not None else job.history.air
     if anchored is not None and not times.planned <= anchored.time <= now:
         anchored = None
@@ -126,7 +140,16 @@ def look_at(
     if not doubt:
         lowest = min(planned_air, *(float(np.nanmin(v)) for v in (rises.air, *rises.readings.values())))
         doubt = _miss_doubt(names, rise, miss.offset / sensors, lowest)
-    forecaster = Forecaster(written, whole, times, course, miss, now, programs, anchored)
+    forecaster = Forecaster(
+        written=written,
+        whole=whole,
+        times=times,
+        course=course,
+        miss=miss,
+        now=now,
+        programs=programs,
+        anchored=anchored,
+    )
     page, elapsed = times.running(now)
     begun = times.last(now)
     count = len(written.pages)
@@ -145,10 +168,20 @@ def look_at(
             hidden = hidden_at_end(prior_of(judged, job.cell.heat, job.cell.warmth, expected), judged, job.cell.heat)
             due, beginning = n, forecaster.beginning(n, source, one, hidden)
     return Look(
-        now, page, elapsed / times.duration[page - 1] if page else 0.0,
-        rise, miss.sigma, miss.rise, tuple(forecasts), due, beginning, over, have,
-        _notes(log), doubt,
-    )  # fmt: skip
+        time=now,
+        running=page,
+        share=elapsed / times.duration[page - 1] if page else 0.0,
+        rise=rise,
+        sigma=miss.sigma,
+        missed=miss.rise,
+        forecasts=tuple(forecasts),
+        due=due,
+        beginning=beginning,
+        over=over,
+        loaded=have,
+        notes=_notes(log),
+        doubt=doubt,
+    )
 
 
 def _miss_doubt(names: Sequence[str], rise: Array, offset: float, lowest: float) -> str:

@@ -40,7 +40,7 @@ class Forecast:
     rise: tuple[float, ...]  # [K] when it starts, or now
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Forecaster:
     """Pages of a job with a state."""
 

@@ -61,9 +61,19 @@ def rest_of_plan(whole: Whole, first: int, beginning: Beginning, old: Program, l
     if beginning.cell is not whole.job.cell:
         model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
     return Planned(
-        job, rest.feed, rest.path, replace(rest.page_stops, added=added), model, rest.theta, rest.motion,
-        trajectory, rise, flight, (), np.arange(len(rest.theta)),
-    )  # fmt: skip
+        job=job,
+        feed=rest.feed,
+        path=rest.path,
+        page_stops=replace(rest.page_stops, added=added),
+        model=model,
+        theta=rest.theta,
+        motion=rest.motion,
+        trajectory=trajectory,
+        rise=rise,
+        twin_result=flight,
+        findings=(),
+        rows=np.arange(len(rest.theta)),
+    )
 
 
 def prepared_rest(job: Job, text: Program, lead: Program | None) -> PreparedProgram:

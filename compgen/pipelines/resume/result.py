@@ -31,7 +31,7 @@ class Size:
         return {f"{name}_um": round(getattr(self, name) / UM, 3) for name in ("max", "p99", "rms")}
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PageResult:
     """One page before and after; off the part altogether where it never touches."""
 
@@ -43,7 +43,7 @@ class PageResult:
     is_new: bool  # its bytes are others
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Join:
     """What the tool does at the stop where the first new page begins."""
 
@@ -77,7 +77,7 @@ class PagesAnew:
         return tuple(page.file for page in self.pages if not page.is_new)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Resumed(PagesAnew):
     """The rest of a job, written anew."""
 

@@ -119,9 +119,20 @@ def resume(
         *_moved_findings(beginning),
     )
     resumed = Resumed(
-        written, from_page, beginning, whole.job.heat.outputs @ known.state, planned, text, pages, starts, deviation,
-        band_along(planned.driven(solution.theta, problem.direction_state)), results, join, verdict,
-    )  # fmt: skip
+        written=written,
+        from_page=from_page,
+        beginning=beginning,
+        planned_rise=whole.job.heat.outputs @ known.state,
+        planned=planned,
+        program=text,
+        files=pages,
+        starts=starts,
+        deviation=deviation,
+        band=band_along(planned.driven(solution.theta, problem.direction_state)),
+        pages=results,
+        join=join,
+        findings=verdict,
+    )
     return replace(resumed, files={**pages, written.manifest_file: manifest_anew(resumed, date, loaded, done)})
 
 
@@ -171,7 +182,7 @@ def _join(planned: Planned, page: str, gap: float, lead: Program, deviation: Dev
     step = target + beyond - held
     touching = bool(path.contact[0] and path.contact[1])
     step_size, demanded, left = (float(np.linalg.norm(v)) for v in (step, target - held, beyond))
-    return Join(page, gap, step_size, demanded, left, touching)
+    return Join(page=page, gap=gap, step=step_size, demanded=demanded, beyond=left, on_the_part=touching)
 
 
 def _join_findings(join: Join | None, written: WrittenJob, whole: Whole) -> list[Finding]:
@@ -226,7 +237,16 @@ def _page_results(
             chosen = mask[rows]
             length = np.gradient(deviation.arc[rows]) if rows.stop - rows.start > 1 else np.ones(1)
             sizes.append(size_of(row_norms(deviation.error[rows])[chosen], length[chosen]))
-        results.append(PageResult(page.number, page.name, page.file, sizes[0], sizes[1], files[page.file] != page.data))
+        results.append(
+            PageResult(
+                number=page.number,
+                name=page.name,
+                file=page.file,
+                before=sizes[0],
+                after=sizes[1],
+                is_new=files[page.file] != page.data,
+            )
+        )
     return tuple(results)
 
 

@@ -26,7 +26,7 @@ from compgen.verification.deviation import Deviation
 from compgen.verification.written_motion import WrittenMotion
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Whole:
     """N waypoints of a job: those that its program has."""
 
@@ -78,15 +78,34 @@ def plan_whole(job: Job, progress: Progress) -> Whole:
     if plan.page_stops is None or plan.page_stops.obstacle:
         raise InputError(f"{job.source}: this job is one file, and has no pages; generate it anew")
     motion = direction_states(reversal_widths(job.sources), plan.theta, plan.path.target.position)
-    whole = Whole(job, plan.feed, plan.path, plan.page_stops, plan.model, plan.theta, motion, plan.trajectory)
+    whole = Whole(
+        job=job,
+        feed=plan.feed,
+        path=plan.path,
+        page_stops=plan.page_stops,
+        model=plan.model,
+        theta=plan.theta,
+        motion=motion,
+        trajectory=plan.trajectory,
+    )
     if job.plan.process.thin is None:
         return whole
     rows = np.arange(len(plan.theta))
     # which waypoints were left out depends on the correction that was written first
     planned = Planned(
-        job, plan.feed, plan.path, plan.page_stops, plan.model, plan.theta, motion, plan.trajectory,
-        planned_rises(job, plan.joint_motion), run_in_background(_not_flown, 1), (), rows,
-    )  # fmt: skip
+        job=job,
+        feed=plan.feed,
+        path=plan.path,
+        page_stops=plan.page_stops,
+        model=plan.model,
+        theta=plan.theta,
+        motion=motion,
+        trajectory=plan.trajectory,
+        rise=planned_rises(job, plan.joint_motion),
+        twin_result=run_in_background(_not_flown, 1),
+        findings=(),
+        rows=rows,
+    )
     kept, *_ = find_correction(planned, progress)
     return whole.subset(kept.rows)
 

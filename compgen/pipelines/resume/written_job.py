@@ -20,7 +20,7 @@ EDITED = "it was edited since: put the file back as it was written, or write the
 CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class WrittenPage:
     """One page as the manifest and the file have it."""
 
@@ -38,7 +38,7 @@ class WrittenPage:
         return sha256(self.data).hexdigest() == self.sha256
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class WrittenJob:
     """The files of a job in pages."""
 
@@ -82,12 +82,17 @@ def read_written_job(folder: Path) -> WrittenJob:
         raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
     pages = tuple(
         WrittenPage(
-            entry["order"], entry["name"], entry["file"], entry["sha256"], first - 1, last - 1,
-            _content(folder, entry["file"], manifest.name),
+            number=entry["order"],
+            name=entry["name"],
+            file=entry["file"],
+            sha256=entry["sha256"],
+            first=first - 1,
+            last=last - 1,
+            data=_content(folder, entry["file"], manifest.name),
         )
         for entry in entries
         for first, last in [_extent(record, entry)]
-    )  # fmt: skip
+    )
     _check_row(manifest, pages)
     _check_replaced(manifest, record, pages)
     if not is_as_written(record):
@@ -99,7 +104,9 @@ def read_written_job(folder: Path) -> WrittenJob:
     main = _content(folder, main_file, manifest.name)
     if sha256(main).hexdigest() != main_sha:
         raise InputError(f"{folder / main_file}: it is not the main program that {manifest.name} names; write it anew")
-    return WrittenJob(str(folder), manifest.name, record, main_file, main, pages)
+    return WrittenJob(
+        folder=str(folder), manifest_file=manifest.name, record=record, main_file=main_file, main=main, pages=pages
+    )
 
 
 def _manifest_of(folder: Path) -> Path:

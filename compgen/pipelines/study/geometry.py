@@ -16,7 +16,7 @@ from compgen.thermal import JointMotion
 from compgen.verification.twin import Execution, PreparedProgram, prepare
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Geometry:
     """What scenarios share that differ in temperatures only: the uncorrected text, executed at M samples."""
 
@@ -61,14 +61,29 @@ def lay_out(job: Job) -> Geometry:
 def executed(job: Job, path: ToolPath, prepared: PreparedProgram) -> Geometry:
     """A prepared text of a path, executed once."""
     execution = prepared.execute()
-    return Geometry(job, path, prepared, execution.segment, execution.fraction, execution.time, execution.theta)
+    return Geometry(
+        job=job,
+        path=path,
+        prepared=prepared,
+        segment=execution.segment,
+        fraction=execution.fraction,
+        now=execution.time,
+        theta=execution.theta,
+    )
 
 
 def execute_with(job: Job, geometry: Geometry) -> Execution:
     """The uncorrected text executed with another job's warmth: the twin's clock, heat and arm."""
     rise = geometry.rises(job)
     actual = flown_pose(job, geometry, rise)
-    return Execution(geometry.segment, geometry.fraction, geometry.now, rise, geometry.theta, actual)
+    return Execution(
+        segment=geometry.segment,
+        fraction=geometry.fraction,
+        time=geometry.now,
+        rise=rise,
+        theta=geometry.theta,
+        actual=actual,
+    )
 
 
 def flown_pose(job: Job, geometry: Geometry, rise: Array) -> Pose:

@@ -41,7 +41,7 @@ class ModelStep:
     step: float
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LiveQuantity:
     """One number that the files do not know."""
 
@@ -58,7 +58,7 @@ class LiveQuantity:
     model: int  # number of its pair of models; -1: none
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LiveBand:
     """What the formula needs at N samples."""
 
@@ -130,22 +130,39 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
             absolute = (live.cte * (1 + q.limits[0]), live.cte * (1 + q.limits[1]))
         quantities.append(
             LiveQuantity(
-                q.source or "", single(cold[:, :, k]),
-                single(of_q) if np.abs(of_q).max(initial=0.0) > LEAST else None, is_expansion,
-                q.mean, q.deviation, absolute, steady_miss(job.cell.warmth, heat.rise), heat.start, heat.air, number,
+                source=q.source or "",
+                column=single(cold[:, :, k]),
+                by_rise=single(of_q) if np.abs(of_q).max(initial=0.0) > LEAST else None,
+                expands=is_expansion,
+                mean=q.mean,
+                deviation=q.deviation,
+                absolute=absolute,
+                missed=steady_miss(job.cell.warmth, heat.rise),
+                start=heat.start,
+                air=heat.air,
+                model=number,
             )
-        )  # fmt: skip
+        )
     build_up = BuildUp(1 / job.cell.warmth.lag, job.cell.warmth.idle)
     fit = job.cell.fit
     undirected = [("fit noise", fit.noise)]
     if fit.repeatability is not None:
         undirected.append(("repeatability", fit.repeatability))
     return LiveBand(
-        thin.now, part_weight(geometry, thin), single(both - growth), single(growth),
-        single(own_heat(job, geometry)[some]), tuple(quantities),
-        tuple(models), build_up, _through_cycle(live, build_up), tuple(undirected), least_missing(job.cell), fit.scale,
-        job.feed,
-    )  # fmt: skip
+        time=thin.now,
+        on_part=part_weight(geometry, thin),
+        slope=single(both - growth),
+        growth=single(growth),
+        program=single(own_heat(job, geometry)[some]),
+        quantities=tuple(quantities),
+        models=tuple(models),
+        build_up=build_up,
+        build_up_cycle=_through_cycle(live, build_up),
+        undirected=tuple(undirected),
+        missing=least_missing(job.cell),
+        scale=fit.scale,
+        feed=job.feed,
+    )
 
 
 def _model_step(job: Job, live: Live, feed: float, scale: Array, lag: Array) -> ModelStep:
@@ -217,7 +234,7 @@ def _at_start(law: NodeLaw | BuildUp, live: Live, state: State, begin: Array, cy
     """Modes of a law as the program starts, in still air: the day, the cycle until its run, and standing."""
     z = after_stages(law, law.rate, state.stages, begin)
     z = np.exp(-law.rate * live.heat.run[state.run]) * z + cycle[state.run]
-    return after_stages(law, law.rate, [Stage("idle", state.delay)], z)
+    return after_stages(law, law.rate, [Stage(state="idle", duration=state.delay)], z)
 
 
 def _by_step(live: Live, band: LiveBand, state: State, pair: ModelStep) -> Array:

@@ -27,7 +27,7 @@ from compgen.verification.twin import prepare
 FIRST_START = "start={run=1, delay_min=0}"
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LiveJob:
     """A living page's numbers with the runs that they come from."""
 
@@ -66,7 +66,18 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
     places = [places_of(job, flown, dearer) for flown in (before, after)]
     live = Live(day, _heat(first, day), places[0], places[1], 1.0 if cte is None else cte)
     band = band_places(job, live, planned_text, dearer)
-    return LiveJob(path_file, robot, tuple(overrides), job, planned, corrected, before, after, live, band)
+    return LiveJob(
+        path_file=path_file,
+        robot=robot,
+        overrides=tuple(overrides),
+        job=job,
+        planned=planned,
+        corrected=corrected,
+        before=before,
+        after=after,
+        live=live,
+        band=band,
+    )
 
 
 def rises_as_planned(job: Job, geometry: Geometry) -> Array:
@@ -84,7 +95,15 @@ def _heat(job: Job, day: Day) -> Heat:
     cycle = np.array([state_after(heat, duties, np.zeros(len(heat.rate))) for duties in until])
     stages = tuple(tuple(fixed_stages(duties)) for duties in until)
     law = NodeLaw.of(heat) if isinstance(heat, NodeModel) else None
-    return Heat(heat, law, history.air, heat.steady_state(history.standing), run, cycle, stages)
+    return Heat(
+        model=heat,
+        law=law,
+        air=history.air,
+        standing=heat.steady_state(history.standing),
+        run=run,
+        cycle=cycle,
+        cycle_stages=stages,
+    )
 
 
 def cycle_until(history: History, time: float) -> tuple[Duty, ...]:

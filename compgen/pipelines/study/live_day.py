@@ -35,7 +35,7 @@ class Stops:
     held: Array  # (F, S) H
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Stage:
     """An entry of [[before]], or a part of one."""
 
@@ -170,5 +170,6 @@ def goals_of(law: NodeLaw | BuildUp | None, stage: Stage, modes: int) -> tuple[A
 def fixed_stages(duties: Sequence[Duty], goal: "dict[Duty, Array] | None" = None) -> list[Stage]:
     """Stretches as stages that no slider moves; ``goal`` of each for a model that is no law."""
     return [
-        Stage(d.state, d.duration, d.feed, d.share, goal=None if goal is None else goal[d]) for d in duties
-    ]  # fmt: skip
+        Stage(state=d.state, duration=d.duration, feed=d.feed, share=d.share, goal=None if goal is None else goal[d])
+        for d in duties
+    ]

@@ -28,7 +28,7 @@ ONE_START = "compensation.average_over={override_percent=[100]}"  # of a file th
 Setting = tuple[float, ...]  # a value of each slider, in its unit
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Heat:
     """The modes of a job's heat, and what the cycle adds to them."""
 
@@ -52,7 +52,7 @@ class Live:
     cte: float  # as planned; 1 where no slider moves it
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class State:
     """The robot as its program starts."""
 
@@ -101,7 +101,7 @@ def state_of(live: Live, setting: Setting) -> State:
     z = np.exp(-rate * heat.run[run]) * z + heat.cycle[run]
     z = heat.standing + (z - heat.standing) * np.exp(-rate * delay)
     elapsed = sum(stage.total for stage in stages) + float(heat.run[run]) + delay
-    return State(z, elapsed, delay, air, stages, run)
+    return State(z=z, elapsed=elapsed, delay=delay, air=air, stages=stages, run=run)
 
 
 def moved_stage(stage: Stage, slider: Slider, value: float) -> Stage:

@@ -40,7 +40,7 @@ NEARBY = 12  # drawn changes about the planned rises
 STRETCHES = 400  # in which the farthest in each of some directions are kept
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Flown:
     """A text as the twin flies it in the planned state, at M samples."""
 
@@ -52,7 +52,7 @@ class Flown:
     error: Array  # (M, 3) [m]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Places:
     """P places of one text and M samples between them, in the order of the path."""
 
@@ -103,8 +103,18 @@ def places_of(job: Job, flown: Flown, dearer: Job | None) -> Places:
     )
     position, slope, growth, program, own, share, length = carried
     return Places(
-        arc[rows], position, geometry.now[rows], gap, slope, growth, program, own, place[chosen], share, length
-    )  # fmt: skip
+        arc=arc[rows],
+        position=position,
+        time=geometry.now[rows],
+        gap=gap,
+        slope=slope,
+        growth=growth,
+        program=program,
+        own=own,
+        place=place[chosen],
+        share=share,
+        length=length,
+    )
 
 
 def single(values: Array) -> Array:
@@ -116,9 +126,23 @@ def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
     """A text flown as planned, at rises (M, K) [K]."""
     position = flown_pose(job, geometry, rise).position
     actual = Pose(position, np.broadcast_to(np.eye(3), (len(position), 3, 3)))
-    flown = Execution(geometry.segment, geometry.fraction, geometry.now, rise, geometry.theta, actual)
+    flown = Execution(
+        segment=geometry.segment,
+        fraction=geometry.fraction,
+        time=geometry.now,
+        rise=rise,
+        theta=geometry.theta,
+        actual=actual,
+    )
     deviation = deviation_from_path(geometry.path, [flown], len(rise))
-    return Flown(geometry, samples_on_part(geometry), deviation.arc, rise, position, deviation.error)
+    return Flown(
+        geometry=geometry,
+        on_part=samples_on_part(geometry),
+        arc=deviation.arc,
+        rise=rise,
+        position=position,
+        error=deviation.error,
+    )
 
 
 def samples_on_part(geometry: Geometry) -> BoolArray:

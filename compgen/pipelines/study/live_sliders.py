@@ -31,7 +31,7 @@ AROUND = 10.0  # [K] that the air can be moved to either side
 MOST_RUNS = 200  # that a slider stops at
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Slider:
     """One number of the day that can be moved."""
 
@@ -133,10 +133,20 @@ def _stage_in_shifts(row: StepTable, programs: Programs) -> Stage:
     program, share = row.program or "", 1.0 if row.duty is None else row.duty
     feed = programs.plan(program).process.feed if row.feed_mm_s is None else row.feed_mm_s * MM
     if row.repeat is None:
-        return Stage("moving", (row.duration_h or 0.0) * HOUR, feed, share, keeps_to_shifts=True)
+        return Stage(
+            state="moving", duration=(row.duration_h or 0.0) * HOUR, feed=feed, share=share, keeps_to_shifts=True
+        )
     run_time = float(programs.motion(program, feed).time[-1])
     return Stage(
-        "moving", run_time, feed, share, row.repeat, row.dwell_s or 0.0, row.dwell or "idle", True, keeps_to_shifts=True
+        state="moving",
+        duration=run_time,
+        feed=feed,
+        share=share,
+        count=row.repeat,
+        dwell=row.dwell_s or 0.0,
+        rest=row.dwell or "idle",
+        repeated=True,
+        keeps_to_shifts=True,
     )
 
 
@@ -162,12 +172,28 @@ def _stage(duties: Sequence[Duty], repeat: int | None, goals: dict[Duty, Array] 
     first = duties[0]
     goal = None if goals is None else goals[first]
     if repeat is None:
-        return Stage(first.state, first.duration, first.feed, first.share, goal=goal)
+        return Stage(state=first.state, duration=first.duration, feed=first.feed, share=first.share, goal=goal)
     if len(duties) == 1:
-        return Stage(first.state, first.duration / repeat, first.feed, first.share, repeat, repeated=True, goal=goal)
+        return Stage(
+            state=first.state,
+            duration=first.duration / repeat,
+            feed=first.feed,
+            share=first.share,
+            count=repeat,
+            repeated=True,
+            goal=goal,
+        )
     dwell = duties[1]
     return Stage(
-        first.state, first.duration, first.feed, first.share, repeat, dwell.duration, dwell.state, True, goal=goal
+        state=first.state,
+        duration=first.duration,
+        feed=first.feed,
+        share=first.share,
+        count=repeat,
+        dwell=dwell.duration,
+        rest=dwell.state,
+        repeated=True,
+        goal=goal,
     )
 
 
@@ -207,19 +233,68 @@ def _sliders_of_stage(n: int, name: str, stage: Stage) -> list[Slider]:
     key, sliders = f"before.{n}", []
     if stage.repeated:
         most = float(max(2 * stage.count, 20))
-        sliders.append(Slider("repeat", f"{key}.repeat", f"{name}: runs", "", 1, most, 1, stage.count, stage=n))
+        sliders.append(
+            Slider(
+                kind="repeat",
+                key=f"{key}.repeat",
+                label=f"{name}: runs",
+                unit="",
+                low=1,
+                high=most,
+                step=1,
+                value=stage.count,
+                stage=n,
+            )
+        )
     else:
         hours = round(stage.duration / HOUR, 9)
         most = max(8.0, 2 * hours)
         label = f"{name}: hours"
-        sliders.append(Slider("duration", f"{key}.duration_h", label, "h", 0, most, 0.05, hours, stage=n))
+        sliders.append(
+            Slider(
+                kind="duration",
+                key=f"{key}.duration_h",
+                label=label,
+                unit="h",
+                low=0,
+                high=most,
+                step=0.05,
+                value=hours,
+                stage=n,
+            )
+        )
     if stage.state != "moving":
         return sliders
     feed, stops = _mm_s(stage.feed), () if stage.stops is None else tuple(map(_mm_s, stage.stops.feed.tolist()))
     low, high = (min(stops), max(stops)) if stops else (5.0, max(MOST_FEED, feed))
     label = f"{name}: feed"
-    sliders.append(Slider("feed", f"{key}.feed_mm_s", label, "mm/s", min(low, feed), high, 1, feed, stops, n))
-    sliders.append(Slider("duty", f"{key}.duty", f"{name}: duty", "of time", 0, 1, 0.01, stage.share, stage=n))
+    sliders.append(
+        Slider(
+            kind="feed",
+            key=f"{key}.feed_mm_s",
+            label=label,
+            unit="mm/s",
+            low=min(low, feed),
+            high=high,
+            step=1,
+            value=feed,
+            stops=stops,
+            stage=n,
+        )
+    )
+    sliders.append(
+        Slider(
+            kind="duty",
+            key=f"{key}.duty",
+            label=f"{name}: duty",
+            unit="of time",
+            low=0,
+            high=1,
+            step=0.01,
+            value=stage.share,
+            stage=n,
+        )
+    )
     return sliders
 
 
@@ -237,7 +312,19 @@ def _air(path: PathFile, job: Job) -> tuple[list[Slider], list[str]]:
     for k, (key, label, knots) in enumerate(names):
         value = round(reference + float(air.rise[k]), 9)
         low, high = max(-20.0, np.floor(value) - AROUND), min(60.0, np.ceil(value) + AROUND)
-        sliders.append(Slider("air", f"ambient.{key}", label, "degC", low, high, 0.1, value, knots=knots))
+        sliders.append(
+            Slider(
+                kind="air",
+                key=f"ambient.{key}",
+                label=label,
+                unit="degC",
+                low=low,
+                high=high,
+                step=0.1,
+                value=value,
+                knots=knots,
+            )
+        )
     return sliders, []
 
 
@@ -247,12 +334,36 @@ def _start(path: PathFile, job: Job) -> tuple[list[Slider], list[str]]:
     if job.ensemble is not None:
         run, delay = run + job.ensemble.runs[0], delay + job.ensemble.delay[0] / MINUTE
     most, runs = max(LONGEST_DELAY, 2 * delay), len(job.history.runs)
-    sliders = [Slider("delay", "start.delay_min", "Start delay, servo on", "min", 0, most, 0.5, delay)]
+    sliders = [
+        Slider(
+            kind="delay",
+            key="start.delay_min",
+            label="Start delay, servo on",
+            unit="min",
+            low=0,
+            high=most,
+            step=0.5,
+            value=delay,
+        )
+    ]
     if runs == 1:
         return sliders, ["Run of the schedule: the path has no [[cycle]], so that the program runs once."]
     stops = sorted({*np.linspace(1, runs, min(runs, MOST_RUNS)).round().astype(int).tolist(), run})
     label = f"Run of the schedule, of {runs}"
-    return [*sliders, Slider("run", "start.run", label, "", 1, runs, 1, float(run), tuple(map(float, stops)))], []
+    return [
+        *sliders,
+        Slider(
+            kind="run",
+            key="start.run",
+            label=label,
+            unit="",
+            low=1,
+            high=runs,
+            step=1,
+            value=float(run),
+            stops=tuple(map(float, stops)),
+        ),
+    ], []
 
 
 def _cte(robot_data: dict[str, Any], job: Job) -> tuple[list[Slider], list[str]]:
@@ -264,4 +375,15 @@ def _cte(robot_data: dict[str, Any], job: Job) -> tuple[list[Slider], list[str]]
         return [], ["Coefficient of expansion: it is 0 in the robot file (thermal.cte_um_m_K)."]
     low, high = sorted((0.6 * value, 1.6 * value))
     key, label = "robot.thermal.cte_um_m_K", "Coefficient of expansion"
-    return [Slider("cte", key, label, "um/(m K)", round(low, 2), round(high, 2), 0.05, float(value))], []
+    return [
+        Slider(
+            kind="cte",
+            key=key,
+            label=label,
+            unit="um/(m K)",
+            low=round(low, 2),
+            high=round(high, 2),
+            step=0.05,
+            value=float(value),
+        )
+    ], []

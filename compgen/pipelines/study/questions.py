@@ -23,7 +23,7 @@ LONGEST = 48.0 * HOUR
 MOST_PASSES = 6
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Answer:
     """A sentence, and the table behind it: one column of x, others of y."""
 
@@ -65,7 +65,7 @@ def warmup(job: Job, limit: float) -> Answer:
         sentence = f"no warm-up is needed{feed}: drift within one program stays below {limit / UM:g} um"
     else:
         sentence = f"warm up {needed:.2f} h{feed}: drift within one program then stays below {limit / UM:g} um"
-    return Answer("warmup", sentence, ("warmup_h", "drift_um"), table, limit=limit)
+    return Answer(key="warmup", sentence=sentence, columns=("warmup_h", "drift_um"), table=table, limit=limit)
 
 
 def validity(job: Job, limit: float) -> Answer:
@@ -98,7 +98,11 @@ def validity(job: Job, limit: float) -> Answer:
     rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays)]
     rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs)]
     return Answer(
-        "validity", sentence, ("delay_min", "late_um", "ambient_K", "ambient_um"), np.array(rows), limit=limit
+        key="validity",
+        sentence=sentence,
+        columns=("delay_min", "late_um", "ambient_K", "ambient_um"),
+        table=np.array(rows),
+        limit=limit,
     )
 
 
@@ -130,8 +134,12 @@ def contributions(job: Job, limit: float) -> Answer:
         f"the largest error, {total:.1f} um, comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um"
     )
     return Answer(
-        "contributions", sentence, ("row", "of_largest_um", "own_largest_um"), table, tuple(labels)
-    )  # fmt: skip
+        key="contributions",
+        sentence=sentence,
+        columns=("row", "of_largest_um", "own_largest_um"),
+        table=table,
+        labels=tuple(labels),
+    )
 
 
 def steady(job: Job, limit: float) -> Answer:
@@ -150,7 +158,7 @@ def steady(job: Job, limit: float) -> Answer:
         f"{end / UM:.1f} um after {near:.1f} h"
     )
     table = np.column_stack([hours, errors / UM, gaps / UM])
-    return Answer("steady", sentence, ("hours", "error_um", "to_go_um"), table, limit=limit)
+    return Answer(key="steady", sentence=sentence, columns=("hours", "error_um", "to_go_um"), table=table, limit=limit)
 
 
 def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job], limit: float) -> Answer:
@@ -188,7 +196,14 @@ def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job
     )
     labels = tuple(" > ".join(jobs[n].name for n in f[1]) for f in candidates)
     table = np.array([[f[0] / MM, f[3] / MINUTE, f[2] / UM] for f in candidates])
-    return Answer("passes", sentence, ("feed_mm_s", "minutes", "error_um"), table, labels, limit)
+    return Answer(
+        key="passes",
+        sentence=sentence,
+        columns=("feed_mm_s", "minutes", "error_um"),
+        table=table,
+        labels=labels,
+        limit=limit,
+    )
 
 
 ASKS: dict[str, Callable[[Job, float], Answer]] = {

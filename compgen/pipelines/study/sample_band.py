@@ -33,7 +33,7 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
     rises = thin.rises(job) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
     low, high = position.min(axis=0), position.max(axis=0)
     uncertainty = quantities_of(job, middle=(low + high) / 2)
-    places = Places(thin.theta, thin.now, rises, motion, job.tool.pose)
+    places = Places(theta=thin.theta, time=thin.now, rise=rises, motion=motion, tool=job.tool.pose)
     columns = columns_at(job.cell, history or job.history, job.feed, uncertainty, places, model)
     return band_of([columns], np.arange(len(some)), part_weight(geometry, thin), job.cell.fit.scale)
 

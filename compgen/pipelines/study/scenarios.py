@@ -49,7 +49,7 @@ class Scenario:
         return [f"{key}={value}" for key, value in self.values]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
     """All scenarios of a path."""
 
@@ -99,7 +99,15 @@ def build(
     _check_values(path, robot, base, scenarios)
     inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
     identity = sha256(json.dumps(inputs).encode()).hexdigest()
-    return Study(path, robot, tuple(base), tuple(every), scenarios, correct, identity)
+    return Study(
+        path=path,
+        robot=robot,
+        base=tuple(base),
+        keys=tuple(every),
+        scenarios=scenarios,
+        correct=correct,
+        identity=identity,
+    )
 
 
 def _inputs(path: str, robot: str | None, base: Sequence[str]) -> str:

@@ -15,7 +15,7 @@ from compgen.verification.band import Band
 POINTS = 2000
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Timeline:
     """A day at M moments, and R runs of the program in it."""
 
@@ -31,9 +31,15 @@ class Timeline:
 
     def __post_init__(self) -> None:
         own(
-            self, time=("M",), rise=("M", "K"), air=("M",), run=("R",), run_rise=("R", "K"), error=("R",),
+            self,
+            time=("M",),
+            rise=("M", "K"),
+            air=("M",),
+            run=("R",),
+            run_rise=("R", "K"),
+            error=("R",),
             residual=("R",),
-        )  # fmt: skip
+        )
 
 
 def timeline(job: Job) -> Timeline:
@@ -64,6 +70,13 @@ def timeline(job: Job) -> Timeline:
         for n in (0, int(np.argmax(largest)))
     ]
     return Timeline(
-        time, rise, history.air.at(time), history.clock, starts, run_rise, np.array(largest), np.array(left),
-        (bands[0], bands[1]),
-    )  # fmt: skip
+        time=time,
+        rise=rise,
+        air=history.air.at(time),
+        start=history.clock,
+        run=starts,
+        run_rise=run_rise,
+        error=np.array(largest),
+        residual=np.array(left),
+        band=(bands[0], bands[1]),
+    )

@@ -146,7 +146,14 @@ class _Grid(NamedTuple):
         cell = row * shape[0] + column
         order = np.argsort(cell, kind="stable")
         entries = np.bincount(cell, minlength=shape[0] * shape[1])
-        return cls(low, size, shape, np.cumsum(entries) - entries, entries, rows[owner[order]])
+        return cls(
+            low=low,
+            size=size,
+            shape=shape,
+            first=np.cumsum(entries) - entries,
+            entries=entries,
+            facets=rows[owner[order]],
+        )
 
     def cell_of(self, xy: Array) -> IntArray:
         """The cell of each place, (M,)."""

@@ -67,7 +67,7 @@ def read_apt(source: str | Path) -> GivenPoints:
             vector or is missing from some of the points, a word that is not known to move nothing.
     """
     name = str(source)
-    rows = PointRows(name)
+    rows = PointRows(source=name)
     feed, rapid, place = np.nan, False, None
     axis: tuple[float, float, float] | None = None
     end, behind = (0, ""), []

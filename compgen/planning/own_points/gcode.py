@@ -56,7 +56,7 @@ def read_gcode(source: str | Path) -> GivenPoints:
             place of all axes is known.
     """
     name = str(source)
-    rows, reader, behind = PointRows(name), _Reader(name), []
+    rows, reader, behind = PointRows(source=name), _Reader(name), []
     for n, text in enumerate(read_lines(source, "a G-code file"), 1):
         block = _uncommented(text)
         if reader.end is not None:

@@ -28,7 +28,7 @@ class GivenArcs:
         own(self, centre=("M", 2), swept=("M",))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class GivenPoints:
     """M points of a path in the frame of the part, in the order they are driven."""
 

@@ -58,7 +58,7 @@ FIRST_HALF = np.diag(0.5 ** np.arange(QUINTIC + 1))
 SECOND_HALF = np.array([[comb(i, k) * 0.5**i for i in range(QUINTIC + 1)] for k in range(QUINTIC + 1)])
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Ways:
     """W lines and arcs, or helices, from point to point of local points."""
 
@@ -123,14 +123,14 @@ def line_path(points: LocalPoints, arcs: GivenArcs | None, tolerance: Tolerance)
     last = np.append(owner[1:] != owner[:-1], True)
     stop[last] = np.append(points.stop[1:-1] | sharp, True)
     curve = PiecewiseCurve(
-        np.concatenate([line_poly, poly])[order],
-        np.concatenate([line_polar, polar])[order],
-        cubic[..., 0],
-        stop,
-        contact[owner],
-        cubic[..., 1:],
-        pace[owner],
-        np.ones(len(order), dtype=np.int64),
+        poly=np.concatenate([line_poly, poly])[order],
+        polar=np.concatenate([line_polar, polar])[order],
+        lift=cubic[..., 0],
+        stop=stop,
+        working=contact[owner],
+        tilt=cubic[..., 1:],
+        pace=pace[owner],
+        least=np.ones(len(order), dtype=np.int64),
     )
     return SpaceCurve(curve, int((sharp & ~points.stop[1:-1]).sum()), NO_BULGE)
 
@@ -143,7 +143,16 @@ def _ways(points: LocalPoints, arcs: GivenArcs | None) -> _Ways:
     radius = np.column_stack([row_norms(out[0]), row_norms(out[1])])
     radius[swept == 0] = 0.0
     angle = np.arctan2(out[0][:, 1], out[0][:, 0])
-    return _Ways(place[:-1], step, centre, radius, angle, swept, points.tilt[:-1], np.diff(points.tilt, axis=0))
+    return _Ways(
+        start=place[:-1],
+        step=step,
+        centre=centre,
+        radius=radius,
+        angle=angle,
+        swept=swept,
+        tilt=points.tilt[:-1],
+        turn=np.diff(points.tilt, axis=0),
+    )
 
 
 def _roundings(ways: _Ways, tolerance: Tolerance, stop: BoolArray) -> tuple[Array, BoolArray]:

@@ -81,7 +81,14 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     contact[twin], stop[twin] = contact[twin - 1], stop[twin - 1]
     rows = np.delete(np.arange(len(t)), twin - 1)
     points = GivenPoints(
-        source, rows + 1, position[rows], normal[rows], None, np.full(len(rows), np.nan), contact[rows], stop[rows]
+        source=source,
+        line=rows + 1,
+        position=position[rows],
+        normal=normal[rows],
+        rotation=None,
+        feed=np.full(len(rows), np.nan),
+        contact=contact[rows],
+        stop=stop[rows],
     )
     return Laid(points, float(on.sum() / touching.sum()), hollow, _off_smooth(mesh, over.facet[on]))
 

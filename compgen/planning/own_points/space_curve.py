@@ -338,4 +338,13 @@ def _pieces(knots: Array, v: Array, slope: Array, contact: BoolArray, pace: Arra
     stop = np.zeros(K, dtype=bool)
     stop[-1] = True
     least = np.full(K, -(-SEGMENTS // K))
-    return PiecewiseCurve(poly, np.zeros((K, 4)), cubic[:, :, 2], stop, contact, cubic[:, :, 3:], pace, least)
+    return PiecewiseCurve(
+        poly=poly,
+        polar=np.zeros((K, 4)),
+        lift=cubic[:, :, 2],
+        stop=stop,
+        working=contact,
+        tilt=cubic[:, :, 3:],
+        pace=pace,
+        least=least,
+    )

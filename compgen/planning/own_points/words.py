@@ -49,7 +49,7 @@ class Arc(NamedTuple):
 LINE = Arc((0.0, 0.0), 0.0)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class PointRows:
     """Points in the order they are read; ``given`` freezes them."""
 

@@ -40,7 +40,7 @@ class Partition:
     first: IntArray  # (R,) first block of each
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Blocks:
     """B blocks with zero acceleration at their edges: where, how long, the speeds there, and the limits inside."""
 
@@ -54,7 +54,7 @@ class Blocks:
 
     def at(self, rows: IntArray) -> "Blocks":
         """Some of the blocks."""
-        return Blocks(*(getattr(self, name)[rows] for name in Blocks.__slots__))
+        return Blocks(**{name: getattr(self, name)[rows] for name in Blocks.__slots__})
 
 
 def cut_blocks(arc: Array, stop: BoolArray, followable: Array) -> Partition:
@@ -109,7 +109,7 @@ def limit_blocks(
     A, J = np.minimum(A, 50.0), np.minimum(J, 2000.0)
     length = partition.end - partition.begin
     speed = edge_speeds(BlockLimits(length, V, A, J), partition.first)
-    return Blocks(partition.begin, length, speed[:-1], speed[1:], V, A, J)
+    return Blocks(start=partition.begin, length=length, v0=speed[:-1], v1=speed[1:], v=V, a=A, j=J)
 
 
 def _limit_ratios(robot: Robot, joints: JointCurve, partition: Partition) -> Array:

@@ -35,7 +35,7 @@ class Passage(NamedTuple):
         return Passage(self.phase[rows], self.since[rows])
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Phases:
     """Stretches of constant jerk along the arc, in order."""
 

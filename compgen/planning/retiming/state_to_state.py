@@ -36,7 +36,7 @@ class _Stretches:
     j: Array  # (B, 7) [m/s3]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Pieces:
     """P stretches that last, in order."""
 
@@ -77,7 +77,15 @@ def drive_blocks(blocks: Blocks, progress: Callable[[float], None] = lambda shar
             (driven.j, none),
         )
     )
-    return Phases(np.concatenate([[0.0], np.cumsum(duration)[:-1]]), duration, s0, v0, a0, j, owner[order])
+    return Phases(
+        start=np.concatenate([[0.0], np.cumsum(duration)[:-1]]),
+        duration=duration,
+        s0=s0,
+        v0=v0,
+        a0=a0,
+        j=j,
+        block=owner[order],
+    )
 
 
 def check_room(b: Blocks) -> None:
@@ -156,7 +164,7 @@ def _integrate(b: Blocks, stretches: _Stretches) -> _Pieces:
     states[:, :, 0] += b.start[:, None]
     keep = np.flatnonzero(duration.ravel() > 0)
     s0, v0, a0 = states.reshape(-1, 3)[keep].T
-    return _Pieces(duration.ravel()[keep], s0, v0, a0, jerk.ravel()[keep], keep // STRETCHES)
+    return _Pieces(duration=duration.ravel()[keep], s0=s0, v0=v0, a0=a0, j=jerk.ravel()[keep], block=keep // STRETCHES)
 
 
 def _impossible(b: Blocks, n: int, reason: str) -> ImpossibleError:

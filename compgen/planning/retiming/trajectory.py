@@ -32,7 +32,7 @@ from compgen.robot.robot import Controller, Robot
 SAME_FEED = 0.005  # relative: a line of a period that is shorter by so much is written with the feed
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Trajectory:
     """Joint motion along a path, with the speeds its program must name."""
 
@@ -121,7 +121,14 @@ def retime(
     at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
     progress(1.0)
     driven = driven_speed(time, length, speed, stop)
-    return Trajectory(frozen(time), frozen(speed), frozen(driven), phases, utilisation, at_feed)
+    return Trajectory(
+        time=frozen(time),
+        speed=frozen(speed),
+        driven_speed=frozen(driven),
+        phases=phases,
+        utilisation=utilisation,
+        at_feed=at_feed,
+    )
 
 
 def _programmed_speeds(arc: Array, time: Array, blocks: Blocks, partition: Partition) -> Array:

@@ -30,7 +30,7 @@ from compgen.report.notebook.machine import log_findings, logger, numpy_alone
 from compgen.report.notebook.tables import data_frame, plotly_figure
 
 
-@dataclass(frozen=True, eq=False, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False, kw_only=True)
 class IdentifiedRobot:
     """Error sources fitted to N measured places, and the verdict."""
 
@@ -162,7 +162,14 @@ def identify(
         (arm.source, file_hash(arm.source)),
         [("measured", file, file_hash(file)) for file in files.names],
     )
-    identified = IdentifiedRobot(arm.robot.name, result, report, text.encode(), posterior.encode(), inputs)
+    identified = IdentifiedRobot(
+        name=arm.robot.name,
+        result=result,
+        report=report,
+        robot_file=text.encode(),
+        posterior=posterior.encode(),
+        inputs=inputs,
+    )
     logger.info("%r", identified)
     log_findings(identified.name, result.findings)
     return identified

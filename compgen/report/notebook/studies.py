@@ -41,7 +41,7 @@ MAX_PROCESSES = 1024
 EXAMPLE = "{'duty': [0.2, 0.5]}"
 
 
-@dataclass(frozen=True, eq=False, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False, kw_only=True)
 class StudyResult:
     """A row for each scenario, in the order of the grid, and the answers to the questions."""
 
@@ -163,7 +163,14 @@ def study(
         grid = build(name, robot_name, base, axes, listed, correct) if axes or listed else None
         answers = answer_questions(name, robot_name, base, questions, limit_um * UM, pass_files, feeds)
         rows = _rows(grid, processes, report_progress) if grid is not None else []
-    result = StudyResult(name, tuple(base), grid, tuple(rows), tuple(answers), base_job(name, robot_name, base))
+    result = StudyResult(
+        path=name,
+        overrides=tuple(base),
+        study=grid,
+        rows=tuple(rows),
+        answers=tuple(answers),
+        base=base_job(name, robot_name, base),
+    )
     for sentence in result.sentences:
         logger.info("%s: %s", name, sentence)
     return result

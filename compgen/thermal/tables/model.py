@@ -99,23 +99,23 @@ def network_of(
         )
     bodies = tuple(
         Body(
-            b.name,
-            b.length_mm * MM,
-            b.volumes,
-            b.mass_kg * b.heat_capacity_J_kgK,
-            b.conductance_W_mm_K * MM,
-            b.film_W_K,
+            name=b.name,
+            length=b.length_mm * MM,
+            volumes=b.volumes,
+            capacity=b.mass_kg * b.heat_capacity_J_kgK,
+            conductance=b.conductance_W_mm_K * MM,
+            film=b.film_W_K,
         )
         for b in table.body
     )
     housings = tuple(
         Housing(
-            h.name,
-            h.mass_kg * h.heat_capacity_J_kgK,
-            h.film_W_K,
-            h.inward_W_K,
-            h.outward_W_K,
-            tuple(d - 1 for d in h.drives),
+            name=h.name,
+            capacity=h.mass_kg * h.heat_capacity_J_kgK,
+            film=h.film_W_K,
+            inward=h.inward_W_K,
+            outward=h.outward_W_K,
+            drives=tuple(d - 1 for d in h.drives),
         )
         for h in table.housing
     )
@@ -151,15 +151,15 @@ def network_of(
         names=tuple(names),
         robot=robot,
         drives=Drives(
-            np.array(table.rated_W),
-            robot.speed,
-            table.loss.holding,
-            table.loss.coulomb,
-            table.loss.viscous,
-            np.array(table.link_kg),
-            np.array(table.link_centre_mm) * MM,
-            table.payload_kg,
-            np.array(table.payload_centre_mm) * MM,
+            rated_power=np.array(table.rated_W),
+            rated_speed=robot.speed,
+            holding=table.loss.holding,
+            coulomb=table.loss.coulomb,
+            viscous=table.loss.viscous,
+            link_mass=np.array(table.link_kg),
+            link_centre=np.array(table.link_centre_mm) * MM,
+            payload_mass=table.payload_kg,
+            payload_centre=np.array(table.payload_centre_mm) * MM,
         ),
         bodies=bodies,
         housings=housings,

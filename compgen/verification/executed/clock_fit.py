@@ -42,7 +42,7 @@ class Stand:
     at_stop: bool  # where the program stops; else it was held
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ClockFit:
     """The log's clock against the course's."""
 
@@ -86,7 +86,15 @@ def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit
     clock = course.periods if rounded else course.cruise
     stretches = others if rounded else stretches
     if not stretches:
-        return ClockFit((), (), float(time[0]), np.full(len(time), np.nan), 0.0, 0.0, rounded)
+        return ClockFit(
+            stretches=(),
+            stands=(),
+            start=float(time[0]),
+            late=np.full(len(time), np.nan),
+            took=0.0,
+            expected=0.0,
+            rounded=rounded,
+        )
     stretches = _pooled(time, course.at(clock, arc), run, inside, stretches)
     return _assessed(course, clock, time, arc, run, inside, stretches, held, rounded, stands)
 
@@ -238,7 +246,9 @@ def _assessed(
     begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
     since = time[first] - (c[first] - clock[begin] + (cost[begin + 1] - cost[begin]) / 2) / rates[0]
     start = float(time[resting[-1]] if len(resting) else since)
-    return ClockFit(stretches, tuple(stands), start, late, took, expected, rounded)
+    return ClockFit(
+        stretches=stretches, stands=tuple(stands), start=start, late=late, took=took, expected=expected, rounded=rounded
+    )
 
 
 def _pooled(

@@ -21,7 +21,7 @@ CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
 LONGEST_DIVISION = 4000  # nodes of one arc
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Course:
     """N nodes in World; ``frame`` and ``tool`` are those that the program runs in."""
 
@@ -43,9 +43,19 @@ class Course:
 
     def __post_init__(self) -> None:
         own(
-            self, position=("N", 3), rotation=("N", 3, 3), arc=("N",), judged=("S",), cruise=("N",), periods=("N",),
-            planned=("N",), stop=("N",), wait=("N",), number=("N",), theta=("N", 6),
-        )  # fmt: skip
+            self,
+            position=("N", 3),
+            rotation=("N", 3, 3),
+            arc=("N",),
+            judged=("S",),
+            cruise=("N",),
+            periods=("N",),
+            planned=("N",),
+            stop=("N",),
+            wait=("N",),
+            number=("N",),
+            theta=("N", 6),
+        )
 
     @property
     def length(self) -> float:

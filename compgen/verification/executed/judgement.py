@@ -32,7 +32,7 @@ LEAST_OFFSET = 0.1e-3  # m
 REFUSED_OFFSET = 0.5e-3  # m
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ExecutedRun:
     """A log judged against a program's text."""
 

@@ -27,7 +27,7 @@ TURNED = 10 * DEG  # orientations that are farther off are of another unit or to
 SEVERAL = 400  # rows that orientations and shapes are compared at
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LaidLog:
     """M rows of a log along a course."""
 
@@ -62,7 +62,15 @@ def lay(log: PositionLog, course: Course, robot: Robot, world: bool) -> LaidLog:
     position, travelled, noise, track = followed
     if not log.is_joints:
         _check_orientation(log, course, travelled, track, world)
-    return LaidLog(log, log.time, position, travelled, noise, track, project(course, position, travelled, track))
+    return LaidLog(
+        log=log,
+        time=log.time,
+        position=position,
+        travelled=travelled,
+        noise=noise,
+        track=track,
+        projection=project(course, position, travelled, track),
+    )
 
 
 _Followed = tuple[Array, Array, float, Track]

@@ -18,7 +18,7 @@ SPEED_SPAN = 0.04  # [s] over which a row's speed is taken
 RESTING = 0.01  # of the written speed: the robot stands
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PathDeviation:
     """R rows of a log that are on the course, from the first to the last of them."""
 
@@ -36,9 +36,16 @@ class PathDeviation:
 
     def __post_init__(self) -> None:
         own(
-            self, row=("R",), time=("R",), arc=("R",), across=("R",), normal=("R",), distance=("R",), speed=("R",),
+            self,
+            row=("R",),
+            time=("R",),
+            arc=("R",),
+            across=("R",),
+            normal=("R",),
+            distance=("R",),
+            speed=("R",),
             judged=("R",),
-        )  # fmt: skip
+        )
 
 
 def deviation_of(course: Course, laid: LaidLog) -> PathDeviation:
@@ -61,8 +68,18 @@ def deviation_of(course: Course, laid: LaidLog) -> PathDeviation:
         for name, values in (("total", distance), ("across", np.abs(across)), ("normal", np.abs(normal))):
             extents[name] = _extent(values[judged], weight, arc[judged])
     return PathDeviation(
-        rows, time, arc, across, normal, distance, _speed(time, arc), judged, noise, extents, away
-    )  # fmt: skip
+        row=rows,
+        time=time,
+        arc=arc,
+        across=across,
+        normal=normal,
+        distance=distance,
+        speed=_speed(time, arc),
+        judged=judged,
+        noise=noise,
+        extents=extents,
+        away=away,
+    )
 
 
 def _lengths(arc: Array) -> Array:

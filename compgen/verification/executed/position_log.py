@@ -24,7 +24,7 @@ SHORTEST_STEP = 0.5e-3  # s
 SLACK = 1.05  # of a step: clocks jitter
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PositionLog:
     """M rows of a log, as they were written: positions in some frame, or joints as the pendant has them."""
 
@@ -87,7 +87,14 @@ def read_position_log(source: str | Path) -> PositionLog:
     if np.ptp(numbers, axis=0).max() == 0:
         raise InputError(f"{source}: all {len(rows)} rows have the same position; log while the program runs")
     units = [DEG] * 6 if columns == JOINTS else [MM] * 3 + [DEG] * 3
-    return PositionLog(table, rows, frozen(time), columns, frozen(numbers * units), int(is_gap.sum()))
+    return PositionLog(
+        table=table,
+        row=rows,
+        time=frozen(time),
+        columns=columns,
+        numbers=frozen(numbers * units),
+        gaps=int(is_gap.sum()),
+    )
 
 
 def _columns(table: CsvTable) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ SPACING = 1e-3  # m between samples at most
 CHUNK = 16384  # segments at a time
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Execution:
     """What the real arm does with a program, at M samples."""
 
@@ -59,7 +59,7 @@ class Execution:
         )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PreparedProgram:
     """A program of N positions, S segments between them, with the joints, times and rises that its execution needs."""
 
@@ -158,7 +158,7 @@ class PreparedProgram:
         if self.led is not None:
             start = int(self.samples_per_segment[:first].sum())
             actual = self.led.moved(actual, slice(start, start + len(segment)))
-        return Execution(segment, fraction, time, rise, theta, actual), history
+        return Execution(segment=segment, fraction=fraction, time=time, rise=rise, theta=theta, actual=actual), history
 
     def rise_and_growth(self, segment: IntArray, fraction: Array, time: Array) -> tuple[Array, Array]:
         """Rises (M, K) [K] and growths (M, 6) [m] on segments, (M,), at their fractions (M,) and times (M,) [s].
@@ -198,9 +198,13 @@ class PreparedProgram:
             taken = statement_times(controller, np.diff(unrounded), self.program.via)
             time, factor = np.concatenate([[0.0], np.cumsum(taken)]), np.diff(self.time) / taken
         slower = replace(
-            self, time=time, unrounded=unrounded, driven=self.driven * factor, highest=self.highest * factor,
+            self,
+            time=time,
+            unrounded=unrounded,
+            driven=self.driven * factor,
+            highest=self.highest * factor,
             override=self.override * share,
-        )  # fmt: skip
+        )
         return replace(slower, led=slower.motion_deviation())
 
     def motion_deviation(self) -> MotionDeviation | None:
@@ -253,8 +257,8 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
     turn = relative_rotation(program.rotation[:-1], program.rotation[1:])
     samples_per_segment = 2 * np.maximum(1, np.ceil(sweep.length / (2 * SPACING) - 1e-9)).astype(np.int64)
     prepared = PreparedProgram(
-        twin,
-        program,
+        twin=twin,
+        program=program,
         theta=theta,
         turn=turn,
         samples_per_segment=samples_per_segment,

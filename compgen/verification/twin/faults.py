@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ThermalDistortion:
     """A link that bends about an axis, or shifts along it, with the rise of a node."""
 
@@ -31,7 +31,7 @@ class AxisDeviation:
     width: float  # [m] over which the direction of travel turns
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Faults:
     """What is wrong with an arm; what is left out is perfect."""
 

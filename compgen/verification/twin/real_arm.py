@@ -26,7 +26,7 @@ INVERSE_TOLERANCE = 1e-9  # m; ten times that in a rotation: how far the nominal
 CONFIRMED = 1000  # samples of a motion that pinocchio repeats
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Twin:
     """The real arm with its tool, its heat and its faults."""
 

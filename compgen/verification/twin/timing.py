@@ -61,7 +61,12 @@ class _Lines(NamedTuple):
     def of(self, rows: slice | BoolArray) -> "_Lines":
         """Some of them."""
         return _Lines(
-            self.word[rows], self.length[rows], self.from_stop[rows], self.to_stop[rows], self.a[rows], self.j[rows]
+            word=self.word[rows],
+            length=self.length[rows],
+            from_stop=self.from_stop[rows],
+            to_stop=self.to_stop[rows],
+            a=self.a[rows],
+            j=self.j[rows],
         )
 
 
@@ -100,7 +105,8 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
         theta: Joints at its positions, (N, 6) [rad].
     """
     robot, way = robot.at_acceleration(program.acc), np.maximum(length, SAME_POSITION)
-    lines = _Lines(program.speed, way, program.fine[:-1], program.fine[1:], *_ramp_limits(robot, program, theta, way))
+    a, j = _ramp_limits(robot, program, theta, way)
+    lines = _Lines(word=program.speed, length=way, from_stop=program.fine[:-1], to_stop=program.fine[1:], a=a, j=j)
     driven = _drive(lines)
     taken = statement_times(robot.controller, driven.duration, program.via)
     unrounded = np.concatenate([[0.0], np.cumsum(driven.duration)])

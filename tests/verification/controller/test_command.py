@@ -21,9 +21,19 @@ def program(points, speed, fine):
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1))
     speeds = np.broadcast_to(np.asarray(speed, dtype=float), (N - 1,)).copy()
     return Program(
-        "TEST", "", "26-01-01", (), 0, 1, np.asarray(points, dtype=float), down, Posture(), np.zeros((N, 3), dtype=int),
-        speeds, np.asarray(fine, dtype=bool),
-    )  # fmt: skip
+        name="TEST",
+        comment="",
+        date="26-01-01",
+        remarks=(),
+        uframe=0,
+        utool=1,
+        position=np.asarray(points, dtype=float),
+        rotation=down,
+        posture=Posture(),
+        turns=np.zeros((N, 3), dtype=int),
+        speed=speeds,
+        fine=np.asarray(fine, dtype=bool),
+    )
 
 
 def path_of(text, ramp):

@@ -28,7 +28,20 @@ def program(points, speed, fine=None, rotation=None):
     rotation = np.tile(DOWN, (N, 1, 1)) if rotation is None else rotation
     speeds = np.broadcast_to(np.asarray(speed, dtype=float), (N - 1,)).copy()
     turns = np.zeros((N, 3), dtype=int)
-    return Program("T", "", "26-01-01", (), 0, 1, np.asarray(points), rotation, Posture(), turns, speeds, fine)
+    return Program(
+        name="T",
+        comment="",
+        date="26-01-01",
+        remarks=(),
+        uframe=0,
+        utool=1,
+        position=np.asarray(points),
+        rotation=rotation,
+        posture=Posture(),
+        turns=turns,
+        speed=speeds,
+        fine=fine,
+    )
 
 
 def led(robot, motion, text, period=0.008, override=1.0, counts=4):

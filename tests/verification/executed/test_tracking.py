@@ -19,9 +19,21 @@ def course(points):
     stop[[0, -1]] = True
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1))
     return Course(
-        points, down, arc, np.ones(N - 1, dtype=bool), clock, clock, clock, stop, np.zeros(N), np.arange(1, N + 1),
-        np.full((N, 6), np.nan), IDENTITY, IDENTITY, (0, 0),
-    )  # fmt: skip
+        position=points,
+        rotation=down,
+        arc=arc,
+        judged=np.ones(N - 1, dtype=bool),
+        cruise=clock,
+        periods=clock,
+        planned=clock,
+        stop=stop,
+        wait=np.zeros(N),
+        number=np.arange(1, N + 1),
+        theta=np.full((N, 6), np.nan),
+        frame=IDENTITY,
+        tool=IDENTITY,
+        numbers=(0, 0),
+    )
 
 
 def raster(sweeps=10, step=0.002, length=0.2):

@@ -105,7 +105,7 @@ class WrittenPath:
         return nearest_turns(joints, between)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Command:
     """M samples of a commanded motion, a step apart, from the first position to the last and until all has settled."""
 
@@ -120,7 +120,7 @@ class Command:
         own(self, time=("M",), segment=("M",), fraction=("M",), position=("M", 3), arc=("M",))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class CommandClock:
     """When a controller commands what of a program: N positions, R runs between stops."""
 
@@ -170,7 +170,15 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle
     at_speed = np.diff(arrive[stops])
     duration = at_speed + ramps
     begin = np.concatenate([[0.0], np.cumsum(duration + wait[stops[1:]])])
-    return CommandClock(begin[:-1], duration, at_speed, arrive[stops[:-1]], arrive, arrive + inner, float(begin[-1]))
+    return CommandClock(
+        begin=begin[:-1],
+        duration=duration,
+        at_speed=at_speed,
+        first=arrive[stops[:-1]],
+        arrive=arrive,
+        leave=arrive + inner,
+        end=float(begin[-1]),
+    )
 
 
 def sample_command(
@@ -204,7 +212,9 @@ def command_at(path: WrittenPath, arcs: Array, number: Array, time: Array, step:
     segment = np.minimum(number.astype(np.int64), len(arcs) - 2)
     fraction = number - segment
     arc = arcs[segment] + fraction * path.sweep.length[segment]
-    return Command(step, time, segment, fraction, path.places(segment, fraction), arc)
+    return Command(
+        step=step, time=time, segment=segment, fraction=fraction, position=path.places(segment, fraction), arc=arc
+    )
 
 
 def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
