@@ -252,7 +252,7 @@ def offsets(folder: Path) -> Drawn:
         ]
     keys = ("nothing", "offset", "full")
     return svg(900, 200, "What one offset leaves", body), {
-        key: number(value) for key, (_, value) in zip(keys, shown)
+        key: number(value) for key, (_, value) in zip(keys, shown, strict=True)
     }  # fmt: skip
 
 
@@ -282,7 +282,10 @@ def anchor(folder: Path) -> Drawn:
         name: [[float(p[f"before_d{axis}_um"]) for axis in "xyz"] for p in points] for name, points in ways.items()
     }
     time = [float(p["time_s"]) for p in ways["truth"]][::20]
-    off = {name: [math.dist(x, y) for x, y in zip(place[name], place["truth"])] for name in ("planned", "anchored")}
+    off = {
+        name: [math.dist(x, y) for x, y in zip(place[name], place["truth"], strict=True)]
+        for name in ("planned", "anchored")
+    }
     curves = [("by the plan", time, off["planned"][::20]), ("by eight touches", time, off["anchored"][::20])]
     rms = {name: math.sqrt(sum(x * x for x in values) / len(values)) for name, values in off.items()}
     picture = chart(curves, "How far off the forecast is", across="time [s]", up="forecast against the true arm [µm]")

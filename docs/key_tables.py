@@ -51,11 +51,13 @@ def _tables(schema: Schema, table: Schema, path: tuple[str, ...]) -> Iterator[st
             yield from _patterns(schema, *uses[0])
             continue
         names = [".".join((*path, key)) for key, _ in uses]
-        headings = [f"`[[{n}]]`" if "items" in value else f"`[{n}]`" for n, (_, value) in zip(names, uses)]
+        headings = [f"`[[{n}]]`" if "items" in value else f"`[{n}]`" for n, (_, value) in zip(names, uses, strict=True)]
         inner = schema["$defs"][reference]
         yield from (f"### {', '.join(headings)}", "", inner["description"], "")
         if len(uses) > 1:
-            yield from (f"- {heading}: {value['description']}" for heading, (_, value) in zip(headings, uses))
+            yield from (
+                f"- {heading}: {value['description']}" for heading, (_, value) in zip(headings, uses, strict=True)
+            )
             yield ""
         if names == ["sources"]:
             source = schema["$defs"]["JointZerosTable"]["properties"]
@@ -74,7 +76,7 @@ def _patterns(schema: Schema, key: str, value: Schema) -> Iterator[str]:
     pattern = {"enum": names, "description": "Shape of the path."}
     shared = {"properties": {"pattern": pattern, **common}, "required": ["pattern", *common]}
     yield from (f"### `[{key}]`", "", value["description"], "", *_rows(shared))
-    for name, choice in zip(names, choices):
+    for name, choice in zip(names, choices, strict=True):
         own = {k: v for k, v in choice["properties"].items() if k not in (*common, "pattern")}
         yield from (f'### `[{key}]` with `pattern = "{name}"`', "", choice["description"], "")
         yield from _rows({**choice, "properties": own})

@@ -48,7 +48,7 @@ def text(x: float, y: float, words: str, *, anchor: str = "start", colour: str =
 
 def colour(share: float) -> str:
     """Between the ramp's colours."""
-    for (a, low), (b, high) in zip(RAMP, RAMP[1:]):
+    for (a, low), (b, high) in zip(RAMP, RAMP[1:], strict=False):
         if share <= b:
             u = (max(share, 0.0) - a) / (b - a)
             mix = [round(int(low[i : i + 2], 16) * (1 - u) + int(high[i : i + 2], 16) * u) for i in (1, 3, 5)]
@@ -67,7 +67,7 @@ def ticks(least: float, most: float, count: int = 5) -> list[float]:
 def stretches(points: list[Point], shades: list[int]) -> list[tuple[int, list[Point]]]:
     """The path in stretches of one shade, without the points that lie on a straight line between their neighbours."""
     out: list[tuple[int, list[Point]]] = []
-    for k, (here, ahead) in enumerate(zip(points, points[1:])):
+    for k, (here, ahead) in enumerate(zip(points, points[1:], strict=False)):
         if k and shades[k] == out[-1][0]:
             before = out[-1][1][-2]
             turn = (here[0] - before[0]) * (ahead[1] - here[1]) - (here[1] - before[1]) * (ahead[0] - here[0])
@@ -84,12 +84,12 @@ def maps(x: list[float], y: list[float], sizes: dict[str, list[float]], alt: str
     x, y = y, [-value for value in x]
     scale = min(330 / (max(x) - min(x)), 250 / (max(y) - min(y)))
     body, bottom = [], 60 + scale * (max(y) - min(y))
-    for left, (side, size) in zip((30, 470), sizes.items()):
+    for left, (side, size) in zip((30, 470), sizes.items(), strict=True):
         top = max(size)
         places = 1 if top >= 10 else 2
         body.append(text(left, 28, f"{side}: up to {top:.{places}f} µm", colour=INK, size=17))
         body.append(f'<g fill="none" stroke-width="{width}">')
-        flat = [(left + (a - min(x)) * scale, bottom - (b - min(y)) * scale) for a, b in zip(x, y)]
+        flat = [(left + (a - min(x)) * scale, bottom - (b - min(y)) * scale) for a, b in zip(x, y, strict=True)]
         shades = [round(LEVELS * value / top) for value in size]
         for shade, way in stretches(flat, shades):
             line = " ".join(f"{a:.1f},{b:.1f}" for a, b in way)
@@ -141,8 +141,8 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
         body.append(f'<line x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{INK}" stroke-dasharray="1 4"/>')
         body.append(text(right + 8, y + 5, limit[0], colour=INK))
     heights: list[float] = []
-    for (name, x, y), (tint, dashes) in zip(curves, CURVES):
-        line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y))
+    for (name, x, y), (tint, dashes) in zip(curves, CURVES, strict=True):
+        line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y, strict=True))
         body.append(
             f'<polyline points="{line}" fill="none" stroke="{tint}" stroke-width="2.5" stroke-dasharray="{dashes}"/>'
         )

@@ -25,7 +25,9 @@ def curve_rows() -> list[list[str]]:
     """Measured beside predicted, curve by curve."""
     nodes, network = bend_fit.sizes(bend_fit.curves()), bend_fit.sizes(bend_fit.curves(NETWORK))
     rows = []
-    for curve, row, a, b, sigma in zip(bend_fit.CURVES, bend_fit.measured(), nodes, network, bend_fit.sigma()):
+    for curve, row, a, b, sigma in zip(
+        bend_fit.CURVES, bend_fit.measured(), nodes, network, bend_fit.sigma(), strict=True
+    ):
         lines = row["source"].removeprefix("study lines ")
         goal = float(row["measured_um"])
         off = (a - goal) / sigma
@@ -62,7 +64,9 @@ def _sizes(causes: tuple[str, ...], size: np.ndarray) -> str:
     if not causes or len(causes) > 2:
         return ""
     units = {"cte": (100.0, " %"), "a1": (1.0, " um"), "a3": (1.0, " um")}
-    shown = ((s * units.get(c, (1.0, ""))[0], units.get(c, (1.0, " arcsec"))[1]) for c, s in zip(causes, size))
+    shown = (
+        (s * units.get(c, (1.0, ""))[0], units.get(c, (1.0, " arcsec"))[1]) for c, s in zip(causes, size, strict=True)
+    )
     return ", ".join(f"{value:+.1f}{unit}" for value, unit in shown)
 
 

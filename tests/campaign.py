@@ -90,7 +90,7 @@ def run(seed, temperatures=True, file=None):
     flagged = best.outlier[: len(outlier)]
     hits = int((flagged & outlier).sum())
     extra = int(best.outlier.sum()) - hits
-    value = {t.name: v for t, v in zip(truth.model.parameters, truth.p)}
+    value = {t.name: v for t, v in zip(truth.model.parameters, truth.p, strict=True)}
     covered = [
         abs(best.p[k] - value[t.name]) <= 1.96 * best.sigma[k]
         for k, t in enumerate(identification.model.parameters)

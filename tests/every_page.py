@@ -76,7 +76,7 @@ def _measured(folder: Path) -> list[object]:
     rows = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
     places = data.position / MM
     places[7, 2] += 5.0  # a slip of the tracker
-    for pose, reflector, joints, place in zip(data.pose, data.reflector, pendant, places):
+    for pose, reflector, joints, place in zip(data.pose, data.reflector, pendant, places, strict=True):
         rows.append(",".join([str(pose), data.reflectors[reflector], *(f"{v:.6f}" for v in (*joints, *place))]))
     (folder / "poses.csv").write_text("\n".join(rows) + "\n")
     return [truth.arm.source, "--poses", "poses.csv", "--force"]

@@ -48,7 +48,7 @@ def motion(course, run):
     clock = getattr(course, run.clock)
     stops = np.flatnonzero(course.stop)
     times, arcs, now = [], [], 0.0
-    for a, b in zip(stops[:-1], stops[1:]):
+    for a, b in zip(stops[:-1], stops[1:], strict=True):
         stand = run.wait.get(int(a), 0.0)
         if stand:
             times.append([now, now + stand])
@@ -174,7 +174,7 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
 
     corners = [(0, 0), (0.30, 0), (0.30, 0.04), (0, 0.04), (0, 0.08), (0.30, 0.08)]
     points, fine = [(0.0, -0.03, 0.0)], [True]
-    for k, (a, b) in enumerate(zip(corners[:-1], corners[1:])):
+    for k, (a, b) in enumerate(zip(corners[:-1], corners[1:], strict=True)):
         n = round(np.hypot(b[0] - a[0], b[1] - a[1]) / 0.02)
         for j in range(k > 0, n + 1):
             points.append((a[0] + (b[0] - a[0]) * j / n, a[1] + (b[1] - a[1]) * j / n, 0.0))

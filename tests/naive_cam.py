@@ -62,25 +62,25 @@ class Arc:
 
     def at(self, share: float) -> Place:
         """Where it is after a share of it; the radius and the height run evenly from start to end."""
-        out = [s - c for s, c in zip(self.start, self.centre)]
-        rise = dot([e - c for e, c in zip(self.end, self.centre)], self.axis)
-        end = [e - c - rise * a for e, c, a in zip(self.end, self.centre, self.axis)]
+        out = [s - c for s, c in zip(self.start, self.centre, strict=True)]
+        rise = dot([e - c for e, c in zip(self.end, self.centre, strict=True)], self.axis)
+        end = [e - c - rise * a for e, c, a in zip(self.end, self.centre, self.axis, strict=True)]
         radius = length(out) + share * (length(end) - length(out))
         unit = [v / length(out) for v in out]
         aside = cross(self.axis, unit)
         cos, sin = math.cos(share * self.turn), math.sin(share * self.turn)
         x, y, z = (
             c + radius * (cos * u + sin * v) + share * rise * a
-            for c, u, v, a in zip(self.centre, unit, aside, self.axis)
+            for c, u, v, a in zip(self.centre, unit, aside, self.axis, strict=True)
         )
         return x, y, z
 
     @property
     def unsure(self) -> float:
         """By how much [mm] the radii at both ends differ: the file's rounding."""
-        rise = dot([e - c for e, c in zip(self.end, self.centre)], self.axis)
-        end = [e - c - rise * a for e, c, a in zip(self.end, self.centre, self.axis)]
-        return abs(length(end) - length([s - c for s, c in zip(self.start, self.centre)]))
+        rise = dot([e - c for e, c in zip(self.end, self.centre, strict=True)], self.axis)
+        end = [e - c - rise * a for e, c, a in zip(self.end, self.centre, self.axis, strict=True)]
+        return abs(length(end) - length([s - c for s, c in zip(self.start, self.centre, strict=True)]))
 
 
 @dataclass
@@ -95,7 +95,7 @@ class Reading:
 
 
 def dot(a, b) -> float:
-    return sum(x * y for x, y in zip(a, b))
+    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 def cross(a, b) -> list[float]:
@@ -328,7 +328,7 @@ def arc(at, end, around, plane, left, centres_absolute, feed, n) -> Arc:
 
 def checked(move: Arc) -> Arc:
     """The arc, when it has a radius and ends where it says."""
-    if length([s - c for s, c in zip(move.start, move.centre)]) == 0 or move.unsure > APART_MM:
+    if length([s - c for s, c in zip(move.start, move.centre, strict=True)]) == 0 or move.unsure > APART_MM:
         raise Unreadable(f"line {move.line}: the centre is not in the middle between start and end")
     return move
 
@@ -416,7 +416,7 @@ def apt(text: str) -> Reading:
                 raise Unreadable(f"line {n}: a tool's axis that is no unit vector, or not in every line")
             end = tuple(scale * v for v in values[:3])
             if major == "GODLTA":
-                end, axis = tuple(a + e for a, e in zip(at, end)), normal
+                end, axis = tuple(a + e for a, e in zip(at, end, strict=True)), normal
             if major == "FROM" and at is not None:
                 raise Unreadable(f"line {n}: FROM after a motion")
             if at is None:
@@ -440,11 +440,11 @@ def apt_arc(at, end, circle, feed, normal, n) -> Arc:
     if abs(length(axis) - 1) > 1e-3:
         raise Unreadable(f"line {n}: a circle's axis is no unit vector")
     axis = tuple(a / length(axis) for a in axis)
-    high = dot([a - c for a, c in zip(at, centre)], axis)
-    centre = tuple(c + high * a for c, a in zip(centre, axis))
-    out, last = [a - c for a, c in zip(at, centre)], [e - c for e, c in zip(end, centre)]
+    high = dot([a - c for a, c in zip(at, centre, strict=True)], axis)
+    centre = tuple(c + high * a for c, a in zip(centre, axis, strict=True))
+    out, last = [a - c for a, c in zip(at, centre, strict=True)], [e - c for e, c in zip(end, centre, strict=True)]
     turn = math.atan2(dot(cross(out, last), axis), dot(out, last)) % (2 * math.pi)
-    flat = [a - b - (dot(last, axis) - dot(out, axis)) * c for a, b, c in zip(last, out, axis)]
+    flat = [a - b - (dot(last, axis) - dot(out, axis)) * c for a, b, c in zip(last, out, axis, strict=True)]
     turn = 2 * math.pi if length(flat) < 1e-9 else turn  # back above or below where it began
     move = checked(Arc(at, end, centre, axis, turn, feed, False, normal, n))
     if abs(length(out) - radius) > APART_MM or turn == 0:
@@ -470,7 +470,7 @@ def points(text: str) -> Reading:
     for n, cells in rows[1:]:
         if len(cells) != len(header):
             raise Unreadable(f"line {n}: {len(cells)} cells")
-        row = {name: cell.strip(" \t") for name, cell in zip(header, cells)}
+        row = {name: cell.strip(" \t") for name, cell in zip(header, cells, strict=True)}
         end = tuple(number(row[c], True) for c in COLUMNS[:3])
         normal = tuple(number(row[c], True) for c in "ijk") if "i" in row else None
         if normal and abs(length(normal) - 1) > 1e-3:

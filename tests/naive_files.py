@@ -183,7 +183,7 @@ def table(text):
     head = cut[0]
     if len(set(head)) != len(head) or any(len(row) != len(head) for row in cut):
         raise ValueError("cells are not those of the header")
-    return [dict(zip(head, row)) for row in cut[1:]]
+    return [dict(zip(head, row, strict=True)) for row in cut[1:]]
 
 
 def cells(line):

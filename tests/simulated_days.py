@@ -121,11 +121,13 @@ def drawn_day(
     if taught:
         first = _touch(job, replace(twin, tool=PROBE), np.array([*stand.values()]), np.zeros((4, K)), np.zeros(6), rng)
         told_at = (flange_pose(job.robot, first) @ PROBE).position / MM
-        text = artefact_text(dict(zip(stand, told_at.tolist())), 0.0, "taught = {}\n").replace("certified = true\n", "")
+        text = artefact_text(dict(zip(stand, told_at.tolist(), strict=True)), 0.0, "taught = {}\n").replace(
+            "certified = true\n", ""
+        )
     (folder / "artefact.toml").write_text(text)
     pendant = job.robot.to_pendant(theta) / DEG
     rows = ["time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,sigma_um" + ",nx,ny,nz" * sided]
-    for t, n, j, d in zip(when, names, pendant.tolist(), way.tolist()):
+    for t, n, j, d in zip(when, names, pendant.tolist(), way.tolist(), strict=True):
         direction = f",{','.join(f'{v:g}' for v in d)}" if sided else ""
         rows.append(f"{t:.0f},{n},{','.join(f'{v:.6f}' for v in j)},{NOISE / UM:g}{direction}")
     (folder / "touches.csv").write_text("\n".join(rows) + "\n")
@@ -136,7 +138,7 @@ def drawn_day(
         table = [",".join(["time_s", "ambient_degC", *(f"{n}_degC" for n in sensed)])]
         table += [
             f"{t:.0f},{AIR + a + 0.1 * rng.standard_normal():.2f},{','.join(f'{v:.2f}' for v in row)}"
-            for t, a, row in zip(grid, air.at(grid), read)
+            for t, a, row in zip(grid, air.at(grid), read, strict=True)
         ]
         (folder / "log.csv").write_text("\n".join(table) + "\n")
         job = load_job(path_file(path), overrides=[*overrides, "before=[]", f"log.file='{folder / 'log.csv'}'"])

@@ -209,7 +209,7 @@ BESIDE = (
 )
 CURVE = "x_mm,y_mm,z_mm\n" + "".join(
     f"{r * np.cos(a):.3f},{r * np.sin(a):.3f},{5e-4 * r * r:.3f}\n"
-    for r, a in zip(np.linspace(20, 60, 200), np.linspace(0, 9, 200))
+    for r, a in zip(np.linspace(20, 60, 200), np.linspace(0, 9, 200), strict=True)
 )
 APT = (
     "UNITS/MM\nFROM/300,0,90\nRAPID\nGOTO/0,0,9\nFEDRAT/1800\nGOTO/0,0,0\nGOTO/90,0,0\nGOTO/0,9,0\nGOTO/90,0,0\nFINI\n"
@@ -375,7 +375,7 @@ def test_its_heat_along_a_program_is_the_equation_integrated():
     law, rng = heat.fitted(), np.random.default_rng(3)
     time, speed = np.concatenate([[0.0], np.cumsum(rng.uniform(1, 200, 60))]), rng.uniform(20, 200, 60)
     rise, fine = np.full(5, 2.0), []
-    for seconds, v in zip(np.diff(time), speed):
+    for seconds, v in zip(np.diff(time), speed, strict=True):
         fine.append(rise)
         for _ in range(400):
             rise = rise + seconds / 400 * (law.steady("moving", [v])[0] - rise) / law.tau

@@ -30,7 +30,7 @@ def test_a_row_is_what_the_twin_says_today(name, feed, controller):
     shown = next(line for line in PAGE.splitlines() if line.startswith(key))
     computed = cells(motion.row(name, feed, controller))
     assert cells(shown)[:3] == computed[:3]
-    for old, new in zip(cells(shown)[3:], computed[3:]):
+    for old, new in zip(cells(shown)[3:], computed[3:], strict=True):
         assert float(new) == pytest.approx(float(old), abs=1.01 if "." not in old else 0.11, rel=0.01)
 
 

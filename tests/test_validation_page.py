@@ -19,7 +19,7 @@ def test_the_page_is_what_its_script_writes(monkeypatch):
     monkeypatch.setattr(validation, "plot", lambda *_: None)
     shown, computed = (ROOT / "docs" / "validation.md").read_text(), validation.page()
     assert NUMBER.sub("#", shown) == NUMBER.sub("#", computed)
-    pairs = list(zip(NUMBER.findall(shown), NUMBER.findall(computed)))
+    pairs = list(zip(NUMBER.findall(shown), NUMBER.findall(computed), strict=True))
     assert len(pairs) > 300
     for old, new in pairs:
         digits = len(old.partition(".")[2])

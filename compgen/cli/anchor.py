@@ -91,10 +91,10 @@ def _show(result: "Anchored", files: list[str]) -> None:
     rises = ", ".join(
         f"{name} {rise:.1f} +- {2 * s:.1f} (forecast {was:.1f})"
         for name, rise, s, was in zip(
-            state.nodes, state.rise.tolist(), sigma[:K].tolist(), result.forecast.rise.tolist()
+            state.nodes, state.rise.tolist(), sigma[:K].tolist(), result.forecast.rise.tolist(), strict=True
         )
     )
-    base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist()))
+    base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
     lines = [
         f"{state.verdict}: {result.reason}",
         f"the path's place is open by {before / UM:.1f} um rms before the touches, {after / UM:.1f} um after",

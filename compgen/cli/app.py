@@ -70,7 +70,7 @@ def print_version(version: Annotated[bool, typer.Option("--version", help="Print
 
 
 for title, commands in SECTIONS.items():
-    for name, command in zip(NAMES[title], commands):
+    for name, command in zip(NAMES[title], commands, strict=False):
         app.command(name, epilog=example_of(name))(command)
 
 

@@ -26,7 +26,7 @@ def poses_csv(pendant: Array, targets: Sequence[Sequence[int]]) -> bytes:
 def expected_csv(terms: Sequence[FreeParameter], plan: PosePlan) -> bytes:
     """Each parameter's uncertainty before and after the measurement."""
     lines = ["parameter,prior_sigma,expected_sigma"]
-    for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
+    for term, prior, sigma in zip(terms, plan.prior, plan.sigma, strict=True):
         name = text_cell(term.name)
         name = f'"{name}"' if "," in name else name
         lines.append(f"{name},{prior / term.unit:.6g},{sigma / term.unit:.6g}")
@@ -42,7 +42,7 @@ def pose_plan_record(
         "reversal_runs": runs,
         "parameters": [
             {"name": t.name, "prior_sigma": prior / t.unit, "expected_sigma": sigma / t.unit}
-            for t, prior, sigma in zip(terms, plan.prior.tolist(), plan.sigma.tolist())
+            for t, prior, sigma in zip(terms, plan.prior.tolist(), plan.sigma.tolist(), strict=True)
         ],
         "findings": [f.record() for f in findings],
         "files": files,
@@ -60,7 +60,7 @@ def show_pose_plan(
     """Print how well each parameter will be known, findings, and the files."""
     console = stdout_console()
     table = Table("parameter", "sigma before", "expected after", "known")
-    for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
+    for term, prior, sigma in zip(terms, plan.prior, plan.sigma, strict=True):
         known = 100 * (1 - (sigma / prior) ** 2)
         table.add_row(term.name, f"{prior / term.unit:.4g}", f"{sigma / term.unit:.4g}", f"{known:.0f} %")
     console.print(table)

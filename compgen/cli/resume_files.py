@@ -42,5 +42,5 @@ def put_files(
     foreign = [name for name in RESUME_FILES if (folder / name).exists() and "from_page" not in read_record(record)]
     if foreign:
         raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume or follow wrote; move it away")
-    reports = page_files(folder, dict(zip(RESUME_FILES, (report, page))), figures, options)
+    reports = page_files(folder, dict(zip(RESUME_FILES, (report, page), strict=True)), figures, options)
     replace_together(folder, {**reports, **changed})

@@ -32,7 +32,9 @@ def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
     print_table(console, f"{planned.job.name} from page {resumed.from_page} on", pages_table(resumed.pages))
     rises = ", ".join(
         f"{name} {now:.2f} ({now - then:+.2f})"
-        for name, now, then in zip(planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist())
+        for name, now, then in zip(
+            planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist(), strict=True
+        )
     )
     lines = [f"because {beginning.why}; rise [K], and against the plan: {rises}"]
     if resumed.join is not None:

@@ -116,7 +116,7 @@ class DensePath:
         rooms = (chord, height), (chord + np.sqrt(3) / 2 * self.digit, height + self.digit / 2)
         wanted, axis = self.commanded.position[row], self.commanded.rotation[row, :, 2]
         worst = turned / self.angle
-        for pose, (room, height_room) in zip((self.commanded, self.printed), rooms):
+        for pose, (room, height_room) in zip((self.commanded, self.printed), rooms, strict=True):
             with np.errstate(invalid="ignore"):
                 at, least = places(pose)
                 off = at - wanted
@@ -178,7 +178,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
         if not len(bad):
             break
         more = np.clip(np.cbrt(misses[bad]), 1.02, 2.0)
-        for k, factor in zip(bad.tolist(), more.tolist()):
+        for k, factor in zip(bad.tolist(), more.tolist(), strict=True):
             density[start[k] : end[k]] *= factor
     is_arc = (via > start) & (misses <= 1) & (end - start >= LEAST_ROWS)
     keep, middle = np.zeros(N, dtype=bool), np.zeros(N, dtype=bool)

@@ -48,7 +48,7 @@ class LocalProgram:
 
     def residual(self, x: Array, s: Values) -> Values:
         """G + s at a point, zero where there is no constraint."""
-        return tuple(np.where(c.included, c.value(x) + t, 0.0) for c, t in zip(self.constraints, s))
+        return tuple(np.where(c.included, c.value(x) + t, 0.0) for c, t in zip(self.constraints, s, strict=True))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -135,7 +135,7 @@ def _first_iterate(local: LocalProgram) -> _Iterate:
     """Slacks as large as the constraints are from their limits, a micrometre at least, and mu = 1."""
     constraints = local.constraints
     s = tuple(np.where(c.included, np.maximum(-c.value(local.x), 1.0), 1.0) for c in constraints)
-    lam = tuple(np.where(c.included, 1.0 / t, 0.0) for c, t in zip(constraints, s))
+    lam = tuple(np.where(c.included, 1.0 / t, 0.0) for c, t in zip(constraints, s, strict=True))
     return _Iterate(local.x, s, lam, local.residual(local.x, s))
 
 
@@ -148,7 +148,7 @@ def _assemble_system(local: LocalProgram, smoothness: Array, free: BoolArray, at
     """
     derivatives = tuple(c.about(at.x) for c in local.constraints)
     block, coupling = local.hessian.copy(), np.zeros((len(free) - 1, 3, 3))
-    for derivative, s, lam in zip(derivatives, at.s, at.lam):
+    for derivative, s, lam in zip(derivatives, at.s, at.lam, strict=True):
         derivative.add_hessian(lam / s, lam, block, coupling)
     matrix = assemble(smoothness, block, coupling, np.repeat(~free, 6))
     gradient = local.gradient + times(local.hessian, at.x - local.x) + smoothness_times(smoothness, at.x)
@@ -172,34 +172,38 @@ def _choose_target(system: _KktSystem, mu: float, count: int) -> Values:
     primal, dual = _step_length(at.s, affine.ds), _step_length(at.lam, affine.dlam)
     affine_mu = _inner_product(_moved(at.s, primal, affine.ds), _moved(at.lam, dual, affine.dlam)) / count
     target_mu = max(mu * min(1.0, affine_mu / mu) ** 3, FINAL_MU)
-    return tuple(target_mu - a * b for a, b in zip(affine.ds, affine.dlam))  # its lam s bends off by dlam ds
+    return tuple(
+        target_mu - a * b for a, b in zip(affine.ds, affine.dlam, strict=True)
+    )  # its lam s bends off by dlam ds
 
 
 def _newton_step(system: _KktSystem, target: Values) -> _Step:
     """Newton's step to lam s = target."""
     included, s, lam, r = system.included, system.at.s, system.at.lam, system.at.r
-    push = tuple(np.where(on, (m + k * q) / t, 0.0) for on, m, k, q, t in zip(included, target, lam, r, s))
+    push = tuple(np.where(on, (m + k * q) / t, 0.0) for on, m, k, q, t in zip(included, target, lam, r, s, strict=True))
     gradient = system.cost_gradient.copy()
-    for derivative, y in zip(system.derivatives, push):
+    for derivative, y in zip(system.derivatives, push, strict=True):
         derivative.add_transposed(y, gradient)
     gradient[~system.free] = 0.0
     dx = cho_solve_banded((system.factor, False), -gradient.ravel(), overwrite_b=True).reshape(-1, 6)
     dg = tuple(derivative.times(dx) for derivative in system.derivatives)
-    ds = tuple(np.where(on, -q - a, 0.0) for on, q, a in zip(included, r, dg))
-    dlam = tuple(np.where(on, (m - k * a) / t - k, 0.0) for on, m, k, t, a in zip(included, target, lam, s, ds))
+    ds = tuple(np.where(on, -q - a, 0.0) for on, q, a in zip(included, r, dg, strict=True))
+    dlam = tuple(
+        np.where(on, (m - k * a) / t - k, 0.0) for on, m, k, t, a in zip(included, target, lam, s, ds, strict=True)
+    )
     return _Step(dx, ds, dlam)
 
 
 def _moved(values: Values, share: float, change: Values) -> Values:
-    return tuple(a + share * b for a, b in zip(values, change))
+    return tuple(a + share * b for a, b in zip(values, change, strict=True))
 
 
 def _inner_product(a: Values, b: Values) -> float:
-    return sum(float((v * w).sum()) for v, w in zip(a, b))
+    return sum(float((v * w).sum()) for v, w in zip(a, b, strict=True))
 
 
 def _step_length(values: Values, change: Values) -> float:
     """The share of a step that keeps values above zero, at most 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        shrink = max(float((-b / a).max(initial=0.0, where=a > 0)) for a, b in zip(values, change))
+        shrink = max(float((-b / a).max(initial=0.0, where=a > 0)) for a, b in zip(values, change, strict=True))
     return min(1.0, BOUNDARY_FRACTION / shrink) if shrink > 0 else 1.0

@@ -71,7 +71,7 @@ def _drawn_in(problem: Problem, rows: IntArray, margin: Callable[[IntArray, Arra
         margin: Of some of these (n,), numbers into ``rows``, and dtheta/dc there (n, 6, 6), to [rad] (n, 6).
     """
     robot, theta = problem.robot, problem.theta[rows]
-    margins = zip(theta.min(axis=0) - robot.lower, robot.upper - theta.max(axis=0))
+    margins = zip(theta.min(axis=0) - robot.lower, robot.upper - theta.max(axis=0), strict=True)
     area = robot.interference
     at_edge = np.zeros(len(theta), dtype=bool) if area is None else area.clearance(theta) < NEAR_LIMIT
     if all(min(pair) > NEAR_LIMIT for pair in margins) and not at_edge.any():
@@ -91,7 +91,7 @@ def find_violations(problem: Problem, settings: Settings, correction: Array, joi
     """Which waypoints break a limit, (N,); ``joints`` where they are known."""
     theta, margin = joints or problem.joints(correction)
     violating = margin < 0
-    for q, lower, upper in zip(theta.T, problem.robot.lower - 1e-12, problem.robot.upper + 1e-12):
+    for q, lower, upper in zip(theta.T, problem.robot.lower - 1e-12, problem.robot.upper + 1e-12, strict=True):
         if q.min() < lower or q.max() > upper:
             violating |= (q < lower) | (q > upper)
     if problem.robot.interference is not None:
@@ -226,7 +226,7 @@ def active_limits(problem: Problem, settings: Settings, correction: Array) -> tu
     change = correction[1:] - correction[:-1]
     active = {
         f"joint {name} limit": (q < lower + ACTIVE_JOINT) | (q > upper - ACTIVE_JOINT)
-        for q, lower, upper, name in zip(theta.T, robot.lower, robot.upper, robot.joint_names)
+        for q, lower, upper, name in zip(theta.T, robot.lower, robot.upper, robot.joint_names, strict=True)
     } | {
         "J2/J3 interference": np.zeros(len(theta), dtype=bool)
         if robot.interference is None

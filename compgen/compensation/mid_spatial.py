@@ -35,7 +35,7 @@ def mid_spatial(path: ToolPath, correction: Array) -> float:
     """
     sum_of_squares, count = 0.0, 0
     stops = np.flatnonzero(path.stop)
-    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist()):
+    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
         arc = path.arc[first : last + 1]
         if arc[-1] - arc[0] > 5 * BAND[1]:
             rows = slice(first, last + 1)

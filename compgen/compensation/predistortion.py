@@ -116,7 +116,7 @@ def _smooth_curvature(
     step, kernel = _kernel(motion)
     half, edges = len(kernel) // 2, np.flatnonzero(breaks)
     through = np.zeros_like(rows)
-    for first, last in zip(edges[:-1].tolist(), edges[1:].tolist()):
+    for first, last in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         inner = slice(first + 1, last)
         if last - first < 3 or not bent[inner].any():
             continue
@@ -173,7 +173,7 @@ def _square_of_way(robot: Robot, motion: ControllerMotion, path: Commanded, bent
         averaged = gap < path.speed * min(t for t in (*motion.moving_averages, *motion.first_orders) if t > 0)
         square[1:] += np.where(averaged, gap**2 / 6, 0.0)
     stops = np.flatnonzero(path.stop)
-    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist()):
+    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
         rows = slice(first, last + 1)
         if not bent[rows].any():
             continue

@@ -137,7 +137,7 @@ def read_csv(
             raise InputError(
                 f"{name}: line {line}: {len(row)} cells where the header has {len(header)}; give each column a cell"
             )
-    return CsvTable(name, header, tuple(zip(*(row for _, row in body))), tuple(line for line, _ in body))
+    return CsvTable(name, header, tuple(zip(*(row for _, row in body), strict=False)), tuple(line for line, _ in body))
 
 
 def _all_numbers(
@@ -208,7 +208,7 @@ def check_header(
     if len(header) == 1 and ";" in header[0]:
         raise InputError(f"{source}: line {line}: cells are parted by semicolons; save it with commas")
     labels = [name if QUOTABLE.fullmatch(name) else str(n) for n, name in enumerate(header, 1)]
-    for name, label in zip(header, labels):
+    for name, label in zip(header, labels, strict=False):
         if not name:
             raise InputError(f"{source}: line {line}, column {label}: has no name; name it, or remove it")
         if header.count(name) > 1:

@@ -165,7 +165,7 @@ def parse_fixed(text: Bytes, places: list[int], decimals: int = DECIMALS) -> Int
     What is no number is read as a wrong one: check by writing.
     """
     words = np.empty((len(places), len(text), 8), dtype="<u2")
-    for row, at in zip(words, places):
+    for row, at in zip(words, places, strict=False):
         row.view(np.complex128)[:, 0] = word_view(text, at, np.complex128)
     tens = _PAIR.take(words[..., 0]) * 100 + _PAIR.take(words[..., 1])
     rest = _PAIR.take(words[..., 2]) * 10 + _PAIR.take(words[..., 3])
@@ -209,7 +209,7 @@ def short_columns(table: Array | IntArray, decimals: int, before: bytes = b"") -
         tail = np.take(_fraction_words(decimals - 3, 0), high.astype(np.int64))
         tail |= np.take(_fraction_words(3, decimals - 3), size.astype(np.int64))
     point = len(before) + signed + width + 1
-    return [Column(point + decimals, ((0, h), (point, t)), ragged=True) for h, t in zip(head, tail)]
+    return [Column(point + decimals, ((0, h), (point, t)), ragged=True) for h, t in zip(head, tail, strict=False)]
 
 
 def _words(*parts: Bytes | bytes) -> Words:

@@ -194,7 +194,7 @@ def state_text(state: AnchoredState) -> str:
         f"sigma_mdeg = {_numbers(sigma[K + 3 : K + BASE] / MDEG)}",
         "",
     ]
-    for name, change, s in zip(state.drifting, state.drift.tolist(), sigma[K + BASE :].tolist()):
+    for name, change, s in zip(state.drifting, state.drift.tolist(), sigma[K + BASE :].tolist(), strict=True):
         lines += ["[[drifting]]", f'parameter = "{name}"', f"change = {_number(change)}", f"sigma = {_number(s)}", ""]
     rows = correlation_rows(state.covariance / np.outer(size, size))
     # a table of the top level stands before any other: TOML reads keys into the table above them

@@ -86,7 +86,9 @@ def unknown_share(widths: ReversalWidths | None, theta: Array, position: Array) 
     else:
         joint = np.exp(-np.abs(np.diff(theta, axis=0, prepend=theta[:1])).cumsum(axis=0) / widths.joint)
     shares = joint, np.exp(-length[:, None] / widths.travel)
-    return DirectionState(*(np.where(np.isinf(w), 0.0, x) for w, x in zip((widths.joint, widths.travel), shares)))
+    return DirectionState(
+        *(np.where(np.isinf(w), 0.0, x) for w, x in zip((widths.joint, widths.travel), shares, strict=True))
+    )
 
 
 def play_operator(step: Array, start: Array | float = 0.0) -> Array:

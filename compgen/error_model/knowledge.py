@@ -62,7 +62,7 @@ class SourceParameters:
     def moved(self, change: Array) -> tuple[Source, ...]:
         """The sources with other values: a change (P,) [SI] is added; frames that nothing displaces are left out."""
         fields: dict[tuple[int, str], Array] = {}
-        for entry, value in zip(self.entries, change.tolist()):
+        for entry, value in zip(self.entries, change.tolist(), strict=True):
             key = entry.source, entry.field
             fields.setdefault(key, np.array(getattr(self.sources[entry.source], entry.field)))[entry.index] += value
         changed = []

@@ -96,7 +96,7 @@ def posterior_text(posterior: ParameterPosterior, robot: str) -> str:
     correlation = posterior.covariance / np.outer(scale, scale)
     rows = [
         json.dumps({"name": p.name, "value": _digits(v / p.unit), "sigma": _digits(s / p.unit)})
-        for p, v, s in zip(posterior.parameters, posterior.value.tolist(), sigma.tolist())
+        for p, v, s in zip(posterior.parameters, posterior.value.tolist(), sigma.tolist(), strict=True)
     ]
     lines = correlation_rows(correlation)
     return (

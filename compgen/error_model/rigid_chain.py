@@ -44,7 +44,7 @@ class RigidChain:
         N = len(q)
         position = np.tile(self.flange.position, (N, 1))
         rotation = np.tile(self.flange.rotation, (N, 1, 1))
-        for w, p, angle in zip(self.line[::-1], self.point[::-1], q.T[::-1]):
+        for w, p, angle in zip(self.line[::-1], self.point[::-1], q.T[::-1], strict=True):
             turn = rotation_matrix(angle[:, None] * w)
             position = np.einsum("nij,nj->ni", turn, position - p) + p
             rotation = turn @ rotation

@@ -226,7 +226,9 @@ def freeze_parameters(source: Any) -> None:
         actual = value.shape if isinstance(value, ca.SX) else np.shape(value)
         if isinstance(value, ca.SX) and len(shape) == 1 and actual == (actual[0], 1):
             actual = actual[:1]
-        expected = tuple(lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, actual))
+        expected = tuple(
+            lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, actual, strict=True)
+        )
         if len(actual) != len(shape) or actual != expected:
             raise ValueError(f"{type(source).__name__}.{name}: shape {actual}, expected {shape}")
         if not isinstance(value, ca.SX):

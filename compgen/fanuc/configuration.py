@@ -80,7 +80,7 @@ def postures_of(robot: Robot, theta: Array) -> list[Posture]:
     Flip when J5 > 0; up when cos(theta_3 + g) > 0 with g = atan2(a3, d4); front when the wrist centre lies before
     axis 1.
     """
-    return [Posture(bool(f), bool(u), bool(w)) for f, u, w in zip(*_front_up_flip(robot, theta))]
+    return [Posture(bool(f), bool(u), bool(w)) for f, u, w in zip(*_front_up_flip(robot, theta), strict=True)]
 
 
 def posture_indices(robot: Robot, theta: Array) -> IntArray:

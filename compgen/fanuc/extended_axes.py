@@ -94,7 +94,7 @@ def _base(table: Any, key: str, path: str) -> tuple[str, float, Pose]:
     units = [unit for unit in ("mm", "deg") if f"at_{unit}" in table]
     if len(units) != 1:
         raise InputError(f"{path}: {key}: give at_mm or at_deg, one of them: the axis' value there")
-    for name, tilt in zip(("w_deg", "p_deg"), values[3:5]):
+    for name, tilt in zip(("w_deg", "p_deg"), values[3:5], strict=True):
         if abs(tilt) > _UPRIGHT:
             raise InputError(f"{path}: {key}.{name}: {tilt:g} deg: the arm must stand upright on its rail; give 0")
     return units[0], length_or_angle(table, f"at_{units[0]}", key, path), pose_of(values)

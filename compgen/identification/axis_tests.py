@@ -97,7 +97,10 @@ def _joints(table: CsvTable, robot: Robot, tcp: Array) -> Array:
             "here, so lines need their joints"
         ) from None
     N = len(tcp)
-    angles = [table.numbers(c) * DEG if table.has(c) else np.full(N, d * DEG) for c, d in zip(TURN, (180.0, 0.0, 0.0))]
+    angles = [
+        table.numbers(c) * DEG if table.has(c) else np.full(N, d * DEG)
+        for c, d in zip(TURN, (180.0, 0.0, 0.0), strict=True)
+    ]
     tool = Pose(np.array([_constant(table, c) for c in TOOL]) * MM, np.eye(3))
     flange = flange_from_tool(Pose(tcp, from_wpr(*angles)), tool)
     try:

@@ -82,7 +82,9 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
             continue
         training = [
             a.without(b)
-            for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, data, rho, held_out, False))
+            for a, b in zip(
+                all_rows, channel_equations(fitted.linear, weight, u, data, rho, held_out, False), strict=True
+            )
         ]
         if sum(t.rows for t in training) * (data.sigma**2).min() < 3:
             continue

@@ -70,8 +70,8 @@ def read_distances(
     check_moving(source, pendant / DEG, force)
     clock = time if time is not None else np.arange(N, dtype=float)
     reflector = np.array([reflectors.index(name) for name in a_name])
-    other = np.array([reflectors.index(name) if c else 0 for name, c in zip(b_name, carried)])
-    place = np.array([NONE if c else sockets.index(name) for name, c in zip(b_name, carried)])
+    other = np.array([reflectors.index(name) if c else 0 for name, c in zip(b_name, carried, strict=True)])
+    place = np.array([NONE if c else sockets.index(name) for name, c in zip(b_name, carried, strict=True)])
     _check_two_ends(table, pose_a, pose_b, reflector, other, distance)
     if not frames_known:
         _check_measured_enough(table, reflectors, sockets, reflector, other, place, carried)
@@ -131,8 +131,8 @@ def _named_ends(
     table: CsvTable, a_name: list[str], b_name: list[str], carried: BoolArray
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names of the reflectors on the flange, and of the places that stand in the cell."""
-    on_flange = [*a_name, *(name for name, c in zip(b_name, carried) if c)]
-    standing = [name for name, c in zip(b_name, carried) if not c]
+    on_flange = [*a_name, *(name for name, c in zip(b_name, carried, strict=True) if c)]
+    standing = [name for name, c in zip(b_name, carried, strict=True) if not c]
     for n, name in enumerate(b_name):
         if not carried[n] and name in on_flange:
             raise InputError(
@@ -171,7 +171,9 @@ def _check_two_ends(
             f"{table.location(int(same[0]), FAR[0])}: both ends are the same target at the same joints; mend the row"
         )
     rows: dict[tuple[float, ...], int] = {}
-    for n, key in enumerate(zip(pose_a.tolist(), pose_b.tolist(), reflector.tolist(), other.tolist(), distance)):
+    for n, key in enumerate(
+        zip(pose_a.tolist(), pose_b.tolist(), reflector.tolist(), other.tolist(), distance, strict=True)
+    ):
         if key in rows:
             raise InputError(f"{table.location(n)}: duplicate of line {table.line[rows[key]]}; remove one")
         rows[key] = n

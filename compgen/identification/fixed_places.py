@@ -68,10 +68,12 @@ def merged_places(parts: Sequence[FixedPlaces], first_frame: Sequence[int]) -> t
     numbers = [np.array([names.index(name) for name in part.names], dtype=int) for part in parts]
     frame, place, sigma = np.full(len(names), WORLD), np.full((len(names), 3), np.nan), np.zeros(len(names))
     lengths: dict[tuple[int, int], tuple[float, float]] = {}
-    for part, number, first in zip(parts, numbers, first_frame):
+    for part, number, first in zip(parts, numbers, first_frame, strict=True):
         frame[number] = np.where(part.frame == WORLD, WORLD, part.frame + first)
         place[number], sigma[number] = part.place, part.sigma
-        for (a, b), length, of_length in zip(part.between.tolist(), part.length.tolist(), part.length_sigma.tolist()):
+        for (a, b), length, of_length in zip(
+            part.between.tolist(), part.length.tolist(), part.length_sigma.tolist(), strict=True
+        ):
             lengths[int(number[a]), int(number[b])] = (length, of_length)
     values = np.array(list(lengths.values())).reshape(-1, 2)
     between = np.array(list(lengths), dtype=int).reshape(-1, 2)

@@ -76,10 +76,16 @@ class Identification:
             **fit_limits_record(self.limits),
             **self._frames(frames),
             "reflector_mm": {
-                name: _nine_digits(place / MM) for name, place in zip(self.data.reflectors, frames.reflector)
+                name: _nine_digits(place / MM)
+                for name, place in zip(self.data.reflectors, frames.reflector, strict=True)
             },
             **(
-                {"place_mm": {n: _nine_digits(place / MM) for n, place in zip(self.data.fixed.names, frames.place)}}
+                {
+                    "place_mm": {
+                        n: _nine_digits(place / MM)
+                        for n, place in zip(self.data.fixed.names, frames.place, strict=True)
+                    }
+                }
                 if len(frames.place)
                 else {}
             ),
@@ -217,7 +223,7 @@ def fitted_sources(
     Thermal terms that were offered and not needed are left out; without temperatures none is known.
     """
     of_file = {k.source.NAME: k for k in known}
-    fit_of = dict(zip(model.parameters, zip(fitted.p, fitted.sigma, fitted.active)))
+    fit_of = dict(zip(model.parameters, zip(fitted.p, fitted.sigma, fitted.active, strict=True), strict=True))
     sources: list[UncertainSource] = []
     for source in symbolic:
         old = of_file.get(source.original.NAME)

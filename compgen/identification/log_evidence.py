@@ -55,7 +55,7 @@ def log_findings(model: ArmModel, data: Measurements, fitted: Fit, nodes: Sequen
 
 def moved_clocks(data: Measurements) -> Iterator[tuple[Array, str]]:
     """Rises (M, K) [K] by the log with its clock moved, and each in words."""
-    for shift, rise in zip(CLOCK_SHIFTS.tolist(), () if data.shifted is None else data.shifted):
+    for shift, rise in zip(CLOCK_SHIFTS.tolist(), () if data.shifted is None else data.shifted, strict=False):
         minutes, seconds = f"{abs(shift) / MINUTE:.0f} min", f"{abs(shift):.0f} s"
         side, mend = ("ahead of", f"take {seconds} from") if shift > 0 else ("behind", f"add {seconds} to")
         yield rise, f"where its clock is {minutes} {side} theirs; give both one clock: {mend} its time_s"

@@ -141,7 +141,7 @@ class Measurements:
         per_row = ("pose", "instrument", "reflector", "position", "rotation", "sigma")
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         values.update({name: values[name][rows] for name in per_row})
-        values["label"] = tuple(label for label, keep in zip(self.label, rows.tolist()) if keep)
+        values["label"] = tuple(label for label, keep in zip(self.label, rows.tolist(), strict=True) if keep)
         if self.ends is not None:
             values["ends"] = FarEnds(**{f.name: getattr(self.ends, f.name)[rows] for f in fields(self.ends)})
         return Measurements(**values)
@@ -165,9 +165,9 @@ def concatenate(files: list[Measurements]) -> Measurements:
         direction=stack("direction"),
         time=stack("time"),
         warm=stack("warm"),
-        pose=np.concatenate([p.pose + n for p, n in zip(files, poses.tolist())]),
-        instrument=np.concatenate([_numbered(p.instrument, n) for p, n in zip(files, frames.tolist())]),
-        reflector=np.concatenate([number[p.reflector] for p, number in zip(files, reflector)]),
+        pose=np.concatenate([p.pose + n for p, n in zip(files, poses.tolist(), strict=True)]),
+        instrument=np.concatenate([_numbered(p.instrument, n) for p, n in zip(files, frames.tolist(), strict=True)]),
+        reflector=np.concatenate([number[p.reflector] for p, number in zip(files, reflector, strict=True)]),
         position=stack("position"),
         rotation=stack("rotation"),
         sigma=stack("sigma"),
@@ -189,7 +189,7 @@ def _stacked_guesses(files: list[Measurements], reflector: list[IntArray], count
     if all(p.guess is None for p in files):
         return None
     guess = np.full((count, 3), np.nan)
-    for p, number in zip(files, reflector):
+    for p, number in zip(files, reflector, strict=True):
         if p.guess is not None:
             guess[number] = p.guess
     return guess
@@ -213,7 +213,7 @@ def _stacked_ends(
     if all(p.ends is None for p in files):
         return None
     parts = []
-    for p, reflectors, places, first in zip(files, reflector, place, poses):
+    for p, reflectors, places, first in zip(files, reflector, place, poses, strict=True):
         ends = p.ends or plain_ends(len(p.pose))
         parts.append(
             replace(

@@ -173,7 +173,7 @@ def _check_lengths(model: ArmModel, rows: Measurements, frames: InstrumentFrames
     place = initial_frames(rows, position, rotation).place
     touched = np.zeros(len(place), dtype=bool)
     touched[rows.ends.place if rows.ends is not None else 0] = True
-    for (a, b), length in zip(rows.fixed.between.tolist(), rows.fixed.length.tolist()):
+    for (a, b), length in zip(rows.fixed.between.tolist(), rows.fixed.length.tolist(), strict=True):
         by_arm = float(np.linalg.norm(place[a] - place[b]))
         if touched[a] and touched[b] and abs(by_arm - length) > 2 * SUSPECT:
             units = ((1000.0, "metres"), (1e-3, "um"), (25.4, "inches"))

@@ -149,7 +149,7 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
     """The first row of each pose in time, and the pose of each row."""
     first: list[int] = []
     pose = np.empty(len(pendant), dtype=int)
-    for before, i in zip([-1, *rows.tolist()[:-1]], rows.tolist()):
+    for before, i in zip([-1, *rows.tolist()[:-1]], rows.tolist(), strict=True):
         same_joints = before >= 0 and bool(np.abs(pendant[i] - pendant[before]).max() * DEG <= SAME)
         same_time = before >= 0 and (time is None or time[i] == time[before])
         if time is not None and same_time and not same_joints:
@@ -166,7 +166,7 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
 
 def _check_duplicates(table: CsvTable, pendant: Array, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
     rows: dict[tuple[int, int], int] = {}  # of each pose and reflector
-    for i, key in enumerate(zip(pose.tolist(), reflector.tolist())):
+    for i, key in enumerate(zip(pose.tolist(), reflector.tolist(), strict=True)):
         if key in rows:
             raise InputError(
                 f"{table.location(i)}: duplicate of line {table.line[rows[key]]}: the same pose and target "

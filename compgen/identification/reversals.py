@@ -101,7 +101,7 @@ def directions(theta: Array, motion: Array, widths: ReversalWidths) -> Array:
     """
     result = np.zeros_like(theta)
     starts = [*np.flatnonzero(~motion.any(axis=1)).tolist(), len(theta)]
-    for first, end in zip(starts[:-1], starts[1:]):
+    for first, end in zip(starts[:-1], starts[1:], strict=True):
         result[first:end] = direction_states(widths, theta[first:end], np.zeros((end - first, 3))).direction
     return result
 

@@ -102,7 +102,7 @@ def reachable_ways(
     rng, each = np.random.default_rng(1), MOST // len(ways)  # the same ways at every run
     rows = [np.sort(rng.permutation(len(part[0]))[:each]) for part in ways]
     target, normal, position, rotation = (
-        np.concatenate([part[k][some] for part, some in zip(ways, rows)]) for k in range(4)
+        np.concatenate([part[k][some] for part, some in zip(ways, rows, strict=True)]) for k in range(4)
     )
     theta, reached = _drive(robot, posture, near, probe, position, rotation)
     reached &= _clear(targets, probe, target, position, rotation)
@@ -208,7 +208,7 @@ def _gaps(targets: Targets, probe: Probe, ball: Array, flange: Array) -> Array:
     """Distances of stems from balls to flanges, (K, 3) each [m], from targets and stems below them, (K, S) [m]."""
     stem = ball[:, None] + (flange - ball)[:, None] * np.linspace(0.0, 1.0, POINTS)[:, None]  # (K, POINTS, 3)
     gaps = np.empty((len(ball), len(targets.name)))
-    for s, (place, radius) in enumerate(zip(targets.place, targets.radius)):
+    for s, (place, radius) in enumerate(zip(targets.place, targets.radius, strict=True)):
         off = stem - place
         off[:, :, 2] = np.maximum(off[:, :, 2], 0.0)
         gaps[:, s] = np.linalg.norm(off, axis=2).min(axis=1) - radius - probe.radius

@@ -117,7 +117,9 @@ def _spheres(artefact: Artefact, touched: IntArray, name: str, frame: int) -> Fi
     place_sigma = _sigma(artefact.sigma, by_places)
     lengths = {
         (index[int(a)], index[int(b)]): (length, sigma)
-        for (a, b), length, sigma in zip(artefact.between, artefact.length, _sigma(artefact.length_sigma, by_lengths))
+        for (a, b), length, sigma in zip(
+            artefact.between, artefact.length, _sigma(artefact.length_sigma, by_lengths), strict=True
+        )
         if int(a) in index and int(b) in index
     }
     certified = (by_lengths and bool(lengths)) or (by_places and len(given) > 1)

@@ -242,7 +242,7 @@ def _check_doubled(table: CsvTable) -> None:
     """Raises InputError where a touch with a time stands twice: it would count twice."""
     if not table.has("time_s"):
         return
-    cells = list(zip(*(table.columns[k] for k in range(len(table.header)))))
+    cells = list(zip(*(table.columns[k] for k in range(len(table.header))), strict=True))
     first = {row: n for n, row in reversed(list(enumerate(cells)))}
     doubled = next((n for n, row in enumerate(cells) if first[row] != n), None)
     if doubled is not None:

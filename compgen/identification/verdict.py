@@ -128,7 +128,7 @@ def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> list[F
     far = [
         (abs(value), f"{t.field}{t.index[0] + 1} fits {(lengths[t.field][t.index[0]] + value) / MM:.1f} mm, where the "
          f"robot file has {lengths[t.field][t.index[0]] / MM:.1f}")
-        for t, value in zip(model.parameters, fitted.p.tolist())
+        for t, value in zip(model.parameters, fitted.p.tolist(), strict=True)
         if t.source == "link_offsets" and t.field in lengths and abs(value) > FOREIGN
     ]  # fmt: skip
     if not far:

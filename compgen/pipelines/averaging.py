@@ -210,7 +210,7 @@ def _largest(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: Int
     off_part = np.append(np.repeat(~on_part & path.contact.any(), np.diff(first)), False)
     error = np.where(off_part[:, None], 0.0, at_mean.error)
     largest = np.zeros(len(moved))
-    for j, (a, b) in enumerate(zip(waypoints.tolist(), waypoints[1:].tolist())):
+    for j, (a, b) in enumerate(zip(waypoints.tolist(), waypoints[1:].tolist(), strict=False)):
         rows = a + np.unique(np.concatenate([error[a : b + 1].argmin(axis=0), error[a : b + 1].argmax(axis=0)]))
         rows = rows[~off_part[rows]]
         share = ((at_mean.arc[rows] - at_mean.arc[a]) / (at_mean.arc[b] - at_mean.arc[a]))[:, None]

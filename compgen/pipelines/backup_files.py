@@ -37,12 +37,15 @@ def verify_backup(written: str, backup: str) -> list[ComparedProgram]:
         return [_compare(programs[0], other)]
     there = {path.name.upper(): path for path in sorted(other.iterdir())}
     backups = [there.get(f"{path.stem.upper()}.LS") for path in programs]
-    for path, listing in zip(programs, backups):
+    for path, listing in zip(programs, backups, strict=False):
         if listing is None and (binary := there.get(f"{path.stem.upper()}.TP")) is not None:
             raise InputError(f"{binary}: {BINARY}")
     if not any(backups):
         raise InputError(f"{backup}: {programs[0].name} is not in it; give the folder with the .LS files of the backup")
-    return [not_there(p.stem) if listing is None else _compare(p, listing) for p, listing in zip(programs, backups)]
+    return [
+        not_there(p.stem) if listing is None else _compare(p, listing)
+        for p, listing in zip(programs, backups, strict=False)
+    ]
 
 
 def _compare(written: Path, backup: Path) -> ComparedProgram:

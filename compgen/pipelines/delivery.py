@@ -77,7 +77,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
     capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
     with naming_file(job.source):
         paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
-    facts = [{**_place_of(page), **page_facts(job, start)} for page, start in zip(paged.pages, starts)]
+    facts = [{**_place_of(page), **page_facts(job, start)} for page, start in zip(paged.pages, starts, strict=True)]
     head = {
         "compgen": __version__,
         "inputs_sha256": job.inputs_hash,
@@ -131,13 +131,13 @@ def page_facts(job: Job, start: PageStart) -> dict[str, object]:
     return {
         "start_s": round(start.time, 3),
         "start_window_s": round(start.window, 1),
-        "rise_K": {name: round(float(r), 4) for name, r in zip(job.heat.names, start.rise)},
+        "rise_K": {name: round(float(r), 4) for name, r in zip(job.heat.names, start.rise, strict=True)},
     }
 
 
 def page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart, anew: bool = False) -> list[str]:
     """Remarks at the head of a page, k from 0; ``anew`` where it replaces another of that name."""
-    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise)]
+    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise, strict=True)]
     when = f"anew, {start.time:.0f} s" if anew else f"after {start.time:.0f} s"
     remarks = [*program.remarks[:COMMON_REMARKS], f"page {k + 1} of {count}, {when}"]
     remarks += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]

@@ -354,6 +354,6 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
         time, rise = planned.trajectory.time[first], planned.rise[first]
         if planned.job.ensemble is not None:
             rise[0] = planned.job.start_rise()  # from which the start window counts
-        return [PageStart(*now) for now in zip(time.tolist(), rise, windows.tolist())]
+        return [PageStart(*now) for now in zip(time.tolist(), rise, windows.tolist(), strict=True)]
 
     return delivery.deliver_pages(planned.job, program, starts_at)

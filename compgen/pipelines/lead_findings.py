@@ -102,7 +102,7 @@ def short_leads(path: ToolPath, off: Array, speed: Array, reach: Reach) -> Itera
     on_part = path.contact[:-1] & path.contact[1:] & path.exact.curve.working[path.piece]
     change = np.diff(on_part.astype(np.int8), prepend=0, append=0)
     first, end = np.flatnonzero(change > 0), np.flatnonzero(change < 0)
-    largest = np.array([off[a:b].max() for a, b in zip(first, end)])
+    largest = np.array([off[a:b].max() for a, b in zip(first, end, strict=True)])
     likely = np.argsort(-largest, kind="stable")[:STRETCHES]
     stops = np.flatnonzero(path.stop)
     for k in likely[largest[likely] > LEAST]:

@@ -59,7 +59,7 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
     def headings(first: Sequence[int]) -> list[list[str]]:
         times = planned.trajectory.time[list(first)].tolist()
         pages = [f"page {k + 1} of {len(first)}, after {time:.0f} s" for k, time in enumerate(times)]
-        return [[*program.remarks, page, *_rises(planned, row)] for page, row in zip(pages, first)]
+        return [[*program.remarks, page, *_rises(planned, row)] for page, row in zip(pages, first, strict=True)]
 
     head_lines = head_line_count(len(job.heat.names))
     paged = split_canonical(program, controller_capacity(job.robot), headings, head_lines, program.remarks)
@@ -78,5 +78,5 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
 
 def _rises(planned: Planned, row: int) -> list[str]:
     names, rises = planned.job.heat.names, planned.rise[row]
-    state = [f"{name} {rise:.1f}" for name, rise in zip(names, rises)]
+    state = [f"{name} {rise:.1f}" for name, rise in zip(names, rises, strict=True)]
     return [f"rise K {' '.join(state[i : i + 2])}"[:REMARK_WIDTH] for i in range(0, len(state), 2)]

@@ -63,7 +63,7 @@ def compose_program(
     if start_window is None:
         remarks.append("planned, not corrected")
     else:
-        rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise())]
+        rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise(), strict=True)]
         pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
         remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
         remarks += start_remarks(job, start_window)

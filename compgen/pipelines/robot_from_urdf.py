@@ -44,8 +44,8 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
     name = re.sub(r"[^a-z0-9_-]", "_", Path(source).stem.lower())
     if not NAME.fullmatch(name):
         raise InputError(f"{source}: its name gives the robot's, which has letters, digits, - and _; rename the file")
-    for joint, limits in zip(read.joints, read.limits):
-        for key, value in zip(("lower", "upper", "velocity"), limits.tolist()):
+    for joint, limits in zip(read.joints, read.limits, strict=True):
+        for key, value in zip(("lower", "upper", "velocity"), limits.tolist(), strict=True):
             if np.isnan(value) or (key == "velocity" and value <= 0):
                 raise InputError(f"{source}: joint '{joint[:40]}': limit {key}: missing; add it from the data sheet")
         lower, upper = limits[:2].tolist()
@@ -86,7 +86,7 @@ def _text(read: UrdfArm, name: str, source: str, coupled: bool) -> str:
         matrix[2, 1] = 1.0
     rows = "\n".join(f"    [{', '.join(f'{v + 0.0:g}' for v in row)}]," for row in matrix)
     keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
-    limits = "\n".join(f"{key} = {_list(row[:2] / DEG)}" for key, row in zip(keys, read.limits))
+    limits = "\n".join(f"{key} = {_list(row[:2] / DEG)}" for key, row in zip(keys, read.limits, strict=True))
     speed = read.limits[:, 2] / DEG
     acceleration = np.maximum(np.floor(speed / TIME_TO_SPEED / 10) * 10, 10.0)
     joint_3 = "the file's joint 3 being J2 + J3" if coupled else "J3 counting alone"

@@ -120,5 +120,5 @@ def _written(time: Array, numbers: Array, logger: Logger) -> bytes:
     rows = np.round(rows + scale * rng.normal(size=rows.shape), logger.digits) + 0.0
     head = ",".join(("time_s", *(JOINTS if logger.joints else (*PLACE, *TURN))))
     form = ",".join(["%.6f", *[f"%.{logger.digits}f"] * 6])
-    lines = [form % (t, *row) for t, row in zip(shown.tolist(), rows.tolist())]
+    lines = [form % (t, *row) for t, row in zip(shown.tolist(), rows.tolist(), strict=True)]
     return "\n".join([head, *lines, ""]).encode("ascii")

@@ -77,7 +77,7 @@ def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
     parameters = parameters_of(cell.sources)
     change = np.zeros(len(parameters.entries))
     change[base_rows(parameters)] = state.base
-    for name, value in zip(state.drifting, state.drift.tolist()):
+    for name, value in zip(state.drifting, state.drift.tolist(), strict=True):
         row, unit = drifting_row(cell, parameters, name, f"{source}: drifting.parameter")
         change[row] += value * unit
     moved = parameters.moved(change)

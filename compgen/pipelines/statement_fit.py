@@ -65,7 +65,7 @@ def with_changes_of_speed(ends: BoolArray, arc: Array, speed: Array, least: floa
     begin, end = time[given[before]], time[given[np.minimum(before + 1, len(given) - 1)]]
     at = np.clip(time[changes], begin + least, np.maximum(end - least, begin + least))
     last = -np.inf
-    for now, start, stop in zip(at.tolist(), begin.tolist(), end.tolist()):
+    for now, start, stop in zip(at.tolist(), begin.tolist(), end.tolist(), strict=True):
         if now - max(last, start) >= least and stop - now >= least:
             more[np.searchsorted(time, now)], last = True, now
     return more

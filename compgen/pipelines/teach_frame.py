@@ -83,7 +83,7 @@ def teach_frame(
         position, rotation = model.pose(data, np.zeros(0))
         variants = [model.pose(variant, np.zeros(0))[0] for variant in _variants(data)]
         fitted = fit_frame(artefact, touches, position, rotation, variants)
-    rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist()))
+    rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal, max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(position, rotation))
     robot_file = f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}"
@@ -223,7 +223,7 @@ def frame_text(taught: TaughtFrame) -> str:
         "",
         "# The probe's centre in the flange, as the touches say",
         "[tool]",
-        *(f"{key} = {value:.9g}" for key, value in zip(("x_mm", "y_mm", "z_mm"), probe)),
+        *(f"{key} = {value:.9g}" for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)),
         f"sigma_um = {_listed(sigma[6:] / UM, 2)}",
     ]
     return "\n".join(lines) + "\n"

@@ -61,7 +61,7 @@ def targets_of(artefact: Artefact, frame: Pose, centres: bool) -> tuple[Targets,
     if artefact.certified is None and artefact.taught is None:
         message = f"{source}: artefact.certified: not said: places count as an instrument's, known to their sigma_um"
         notes.append(Finding(Level.NOTE, "touches.certified", message))
-    unplaced = ", ".join(n for n, known in zip(artefact.names, placed.tolist()) if not known)
+    unplaced = ", ".join(n for n, known in zip(artefact.names, placed.tolist(), strict=True) if not known)
     planes = 0 if centres else len(artefact.planes)
     if not placed.any() and not planes:
         raise InputError(f"{source}: sphere: none has a place; give x_mm, y_mm, z_mm of those to be touched")

@@ -111,7 +111,7 @@ def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
     K = len(cell.heat.names)
     quantities = []
     if warmth.law:
-        for name, unit in zip(cell.heat.names, np.eye(K)):
+        for name, unit in zip(cell.heat.names, np.eye(K), strict=True):
             heat = replace(zero, rise=warmth.law * unit)
             quantities.append(Quantity(f"law of {name}", "temperature law", replace(nothing, heat=heat)))
     if warmth.sensors:
@@ -137,7 +137,7 @@ def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[
             f"state {k + 1}", "anchored state",
             replace(nothing, parameters=values, heat=replace(nothing.heat, start=rise)),
         )
-        for k, (values, rise) in enumerate(zip(*state_columns(cell, parameters)))
+        for k, (values, rise) in enumerate(zip(*state_columns(cell, parameters), strict=True))
     ]  # fmt: skip
 
 
@@ -197,7 +197,7 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
     places = {(e.source, e.field, e.index): n for n, e in enumerate(parameters.entries)}
     R, K = factor.shape[1], len(cell.heat.names)
     changes, width, scale, lag = (np.zeros((R, n)) for n in (len(places), 6, K, K))
-    for parameter, value, row in zip(posterior.parameters, posterior.value.tolist(), factor):
+    for parameter, value, row in zip(posterior.parameters, posterior.value.tolist(), factor, strict=True):
         if parameter.table == "thermal.node":
             (scale if parameter.key == "rise_K" else lag)[:, parameter.index[0]] = row / value
             continue
@@ -238,7 +238,7 @@ def _of_frame(job: Job, parameters: SourceParameters, nothing: Cause, middle: Ar
     position, rotation = parameters.base()
     middle = job.frame.place.position if middle is None else middle
     quantities = []
-    for i, (shift, turn) in enumerate(zip(taught.sigma_um, taught.sigma_mdeg)):
+    for i, (shift, turn) in enumerate(zip(taught.sigma_um, taught.sigma_mdeg, strict=True)):
         for what, d, w in (("place", shift * UM, 0.0), ("turn", 0.0, turn * MDEG)):
             unit, values = np.eye(3)[i], np.zeros(len(parameters.entries))
             values[position], values[rotation] = w * np.cross(unit, middle) - d * unit, -w * unit
@@ -251,7 +251,7 @@ def _of_frame(job: Job, parameters: SourceParameters, nothing: Cause, middle: Ar
 def _of_tool(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
     """Where the TCP is in the flange."""
     quantities = []
-    for axis, row, sigma in zip("xyz", parameters.tool(), job.tool.sigma):
+    for axis, row, sigma in zip("xyz", parameters.tool(), job.tool.sigma, strict=True):
         if sigma:
             values = np.zeros(len(parameters.entries))
             values[row] = sigma

@@ -55,7 +55,7 @@ class Boundary:
         if np.isfinite(self.radius):
             high = np.sqrt(np.maximum(self.radius**2 - y**2, 0.0))
             low = -high
-        for (nx, ny), offset in zip(self.normals, self.offsets):
+        for (nx, ny), offset in zip(self.normals, self.offsets, strict=True):
             remainder = offset - ny * y  # of nx x
             if abs(nx) < 1e-12:
                 meets &= remainder >= 0
@@ -79,7 +79,9 @@ class Boundary:
         """Corners, or the circle's points of smallest and largest x."""
         if not len(self.normals):
             return [(-self.radius, 0.0), (self.radius, 0.0)]
-        pairs = zip(self.normals, np.roll(self.normals, -1, axis=0), self.offsets, np.roll(self.offsets, -1))
+        pairs = zip(
+            self.normals, np.roll(self.normals, -1, axis=0), self.offsets, np.roll(self.offsets, -1), strict=True
+        )
         corners = [np.linalg.solve(np.array([a, b]), np.array([c, d])) for a, b, c, d in pairs]
         return [(float(x), float(y)) for x, y in corners]
 
@@ -174,7 +176,7 @@ def polygon(outline: Array, holes: Sequence[Array]) -> Boundary:
     along = np.roll(hull, -1, axis=0) - hull
     normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
     nexts = np.append(on_hull[1:], on_hull[0] + len(ring))
-    mouths = [(a, b, normal) for a, b, normal in zip(on_hull, nexts, normals) if b - a > 1]
+    mouths = [(a, b, normal) for a, b, normal in zip(on_hull, nexts, normals, strict=True) if b - a > 1]
     # a notch reaches past the hull, whose edge before it is no part
     notches = [
         np.vstack([ring[np.arange(a, b + 1) % len(ring)], ring[[b % len(ring), a]] + MOUTH * normal])

@@ -219,7 +219,7 @@ class PathFunctions:
         """Arc length and the smallest extent, by Gauss-Legendre quadrature."""
         middle, half = (start + end) / 2, (end - start) / 2
         derivatives = [self.derivatives(middle + half * float(node)) for node in NODES]
-        total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(WEIGHTS, derivatives))
+        total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(WEIGHTS, derivatives, strict=True))
         smallest = derivatives[0][2]
         for _, _, extent in derivatives[1:]:
             smallest = ca.fmin(smallest, extent)

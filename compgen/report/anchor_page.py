@@ -84,7 +84,9 @@ def _rises(data: dict[str, Any]) -> str:
                 "x [&micro;m]", "y [&micro;m]", "z [&micro;m]", "turned about x [mdeg]", "turned about y [mdeg]",
                 "turned about z [mdeg]",
             ),
-            (*state["base_shift_um"], *state["base_turn_mdeg"]), (*state["base_sigma_um"], *state["base_sigma_mdeg"]),
+            (*state["base_shift_um"], *state["base_turn_mdeg"]),
+            (*state["base_sigma_um"], *state["base_sigma_mdeg"]),
+            strict=True,
         )
     ]  # fmt: skip
     rows += [

@@ -20,7 +20,7 @@ def anchor_record(anchored: Anchored) -> dict[str, Any]:
     K, sigma, used = len(state.nodes), state.sigma, set(anchored.left.touch.tolist())
     touches, left = seen.touches, anchored.left
     rows = []
-    for n, (label, t) in enumerate(zip(touches.label, touches.target.tolist())):
+    for n, (label, t) in enumerate(zip(touches.label, touches.target.tolist(), strict=True)):
         of_touch = seen.touch == n
         row: dict[str, Any] = {
             "at": label, "target": anchored.artefact.targets[t], "used": n in used,
@@ -41,16 +41,16 @@ def anchor_record(anchored: Anchored) -> dict[str, Any]:
             "time_s": state.time,
             "window_s": state.window,
             "air_K": state.air,
-            "rise_K": dict(zip(state.nodes, _listed(state.rise, 4))),
-            "forecast_K": dict(zip(state.nodes, _listed(anchored.forecast.rise, 4))),
-            "sigma_K": dict(zip(state.nodes, _listed(sigma[:K], 4))),
+            "rise_K": dict(zip(state.nodes, _listed(state.rise, 4), strict=True)),
+            "forecast_K": dict(zip(state.nodes, _listed(anchored.forecast.rise, 4), strict=True)),
+            "sigma_K": dict(zip(state.nodes, _listed(sigma[:K], 4), strict=True)),
             "base_shift_um": _listed(state.base[:3] / UM),
             "base_turn_mdeg": _listed(state.base[3:] / MDEG, 4),
             "base_sigma_um": _listed(sigma[K : K + 3] / UM),
             "base_sigma_mdeg": _listed(sigma[K + 3 : K + BASE] / MDEG, 4),
             "drifting": {
                 name: {"change": round(value, 6), "sigma": round(s, 6)}
-                for name, value, s in zip(state.drifting, state.drift.tolist(), sigma[K + BASE :].tolist())
+                for name, value, s in zip(state.drifting, state.drift.tolist(), sigma[K + BASE :].tolist(), strict=True)
             },
         },
         "path": {

@@ -66,7 +66,7 @@ def _around_the_limit(answer: Answer, pairs: list[tuple[int, int]], limit: float
     if np.nanmax(answer.table[:, [y for _, y in pairs]]) <= top:
         return {}
     ranges: dict[str, dict[str, Any]] = {"yaxis": {"range": [0, top]}, "yaxis2": {"range": [0, top]}}
-    for which, (x, y) in zip(("", "2"), pairs):
+    for which, (x, y) in zip(("", "2"), pairs, strict=False):
         at, size = answer.table[:, x], answer.table[:, y]
         beyond = np.abs(at[size > top])
         if len(beyond):
@@ -92,7 +92,10 @@ def _passes(answer: Answer) -> Figure:
     """A point for each order and feed, how long it takes and how large its error gets, by whether it is within."""
     minutes, error = answer.table[:, 1], answer.table[:, 2]
     within = np.ones(len(error), bool) if answer.limit is None else error <= answer.limit / UM
-    text = np.array([f"{order}, {feed:g} mm/s" for order, feed in zip(answer.labels, answer.table[:, 0])], dtype=object)
+    text = np.array(
+        [f"{order}, {feed:g} mm/s" for order, feed in zip(answer.labels, answer.table[:, 0], strict=True)],
+        dtype=object,
+    )
     traces = [
         trace(
             "scatter", np.round(minutes[rows], 4), np.round(error[rows], 4), mode="markers", name=name,

@@ -45,7 +45,8 @@ def averaged_record(averaged: Averaged) -> dict[str, Any]:
             for one in averaged.flown
         ],
         "foretold": [
-            {**_start(start), "max_um": float(size / UM)} for start, size in zip(averaged.starts, averaged.largest)
+            {**_start(start), "max_um": float(size / UM)}
+            for start, size in zip(averaged.starts, averaged.largest, strict=True)
         ],
     }
 
@@ -68,7 +69,7 @@ def served_figure(served: ServedStarts) -> Figure:
     """The largest error at each start of a program that exists, over delays or overrides, and at the mean."""
     key, title = _abscissa(served.ensemble)
     points = sorted((_start(start)[key], residue.largest / UM) for start, residue in served.flown)
-    x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
+    x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points, strict=True))
     marks = trace("scatter", x, y, name="flown by the twin", mode="markers", marker={"color": WARM, "size": 8})
     level = np.full(2, round(served.at_mean.largest / UM, 3))
     look = {"mode": "lines", "line": {"color": GREY, "dash": "dash"}}
@@ -80,13 +81,13 @@ def served_figure(served: ServedStarts) -> Figure:
 def averaged_figure(averaged: Averaged) -> Figure:
     """The largest error over delays (else runs, else overrides): foretold as lines, flown as marks, made anew below."""
     key, title = _abscissa(averaged.ensemble)
-    rows = sorted(zip(averaged.starts, averaged.largest.tolist()), key=lambda row: _others(row[0], key))
+    rows = sorted(zip(averaged.starts, averaged.largest.tolist(), strict=True), key=lambda row: _others(row[0], key))
     ends = {_others(one.start, key) for one in averaged.flown}
     lines = [(others, list(group)) for others, group in groupby(rows, lambda row: _others(row[0], key))]
     traces: list[Trace] = []
     for k, (others, group) in enumerate((o, g) for o, g in lines if o in ends):
         points = sorted((_start(start)[key], size / UM) for start, size in group)
-        x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
+        x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points, strict=True))
         name = ", ".join(["this file", *_words(others, averaged.ensemble)])
         line = {"color": LINES[k % len(LINES)], "dash": DASHES[k % len(DASHES)]}
         traces.append(trace("scatter", x, y, name=name, mode="lines", line=line))
@@ -97,7 +98,7 @@ def averaged_figure(averaged: Averaged) -> Figure:
         ("made anew for each start, flown", anew, {"color": GREY, "size": 7, "symbol": "diamond"}),
     ):
         if points:
-            x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
+            x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points, strict=True))
             traces.append(trace("scatter", x, y, name=name, mode="markers", marker=marker))
     alt = curves_in_words("Largest error at each start", traces, "µm")
     return figure(traces, 340, alt, xaxis=axis(title), yaxis=axis("largest error [µm]", rangemode="tozero"))

@@ -94,18 +94,20 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     height, narrow = 120 + 30 * max(len(sources), len(sized)), {}
     words = [f"{name} {rounded(size)} µm" for name, size in record["budget_um"].items()]
     if sized:
-        low, high = zip(*(row["size_um"] for row in sized))
-        extents = [f"{rounded(a) if a else '0'} to {rounded(b)}" for a, b in zip(low, high)]
+        low, high = zip(*(row["size_um"] for row in sized), strict=True)
+        extents = [f"{rounded(a) if a else '0'} to {rounded(b)}" for a, b in zip(low, high, strict=True)]
         traces.append(
             trace(
-                "bar", [b - a for a, b in zip(low, high)], [row["what"] for row in sized], base=list(low),
+                "bar", [b - a for a, b in zip(low, high, strict=True)], [row["what"] for row in sized], base=list(low),
                 orientation="h", showlegend=False, xaxis="x2", yaxis="y2", text=extents,
                 marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}}, **BESIDE,
             )
         )  # fmt: skip
         layout["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", range=[0, 1.5 * max(high)])
         layout["yaxis2"] = {"anchor": "x2", "automargin": True}
-        words += [f"not known: {row['what']}, {extent} µm" for row, extent in zip(sized[::-1], extents[::-1])]
+        words += [
+            f"not known: {row['what']}, {extent} µm" for row, extent in zip(sized[::-1], extents[::-1], strict=True)
+        ]
         below = 75 + 30 * len(sized)
         tall = 75 + 30 * len(sources) + below
         split = below / tall

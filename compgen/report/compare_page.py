@@ -90,7 +90,7 @@ def comparison_html(comparison: Comparison, max_um: float | None = None, options
 def _whose(comparison: Comparison) -> Inputs:
     """Both outputs, for the block of inputs and the foot of the page."""
     rows, hashes = [("of", f"cgen {comparison.kind}")], []
-    for letter, whose in zip((A, B), (whose_output(comparison.a), whose_output(comparison.b))):
+    for letter, whose in zip((A, B), (whose_output(comparison.a), whose_output(comparison.b)), strict=True):
         digest = str(whose["inputs_sha256"] or "")
         of_inputs = f", inputs sha256 {digest[:SHORT]}" if digest else ""
         rows.append((letter, f"{whose['name']} in {whose['output']}, by compgen {whose['compgen']}{of_inputs}"))
@@ -110,10 +110,10 @@ def courses_figure(comparison: Comparison, max_um: float | None = None) -> Figur
     traces: list[Trace] = []
     axes: dict[str, Any] = {}
     lowest = "" if len(sides) == 1 else str(len(sides))
-    for n, ((side, both), span) in enumerate(zip(sides, reversed(spans(len(sides), 0.1)))):
+    for n, ((side, both), span) in enumerate(zip(sides, reversed(spans(len(sides), 0.1)), strict=True)):
         which = "" if n == 0 else str(n + 1)
         for letter, values, course, colour, dash, marker in zip(
-            (A, B), both, comparison.courses, (WARM, COOL), ("solid", "dash"), _MARKERS
+            (A, B), both, comparison.courses, (WARM, COOL), ("solid", "dash"), _MARKERS, strict=True
         ):
             if values is None or course is None:
                 continue

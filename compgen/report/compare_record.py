@@ -68,7 +68,7 @@ def number_unit(key: str) -> str:
 
 
 def _findings(findings: Iterable[FindingText]) -> list[dict[str, str]]:
-    return [dict(zip(("level", "code", "message"), finding)) for finding in findings]
+    return [dict(zip(("level", "code", "message"), finding, strict=True)) for finding in findings]
 
 
 def positions_record(movement: Movement | str) -> dict[str, Any]:

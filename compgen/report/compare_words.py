@@ -69,7 +69,7 @@ def input_cells(pair: Pair) -> tuple[str, str]:
         one, other = ("–" if value is None else str(value)[:SHORT] for value in (a, b))
         return one, other
     if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) > SHORT_LIST:
-        rows = [n for n, (x, y) in enumerate(zip(a, b)) if x != y]
+        rows = [n for n, (x, y) in enumerate(zip(a, b, strict=True)) if x != y]
         more = f" and {len(rows) - SHORT_LIST} more" if len(rows) > SHORT_LIST else ""
         one, other = (", ".join(f"no. {n + 1}: {_spelt(c[n])}" for n in rows[:SHORT_LIST]) + more for c in (a, b))
         return one, other

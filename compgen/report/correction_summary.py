@@ -41,8 +41,8 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         "mark": result.mark.value,
         "duration_s": float(plan.stations.time[-1]) if len(plan.stations.time) else 0.0,
         "thermal": {
-            "start_K": dict(zip(heat.names, start.tolist())),
-            "end_K": dict(zip(heat.names, end.tolist())),
+            "start_K": dict(zip(heat.names, start.tolist(), strict=True)),
+            "end_K": dict(zip(heat.names, end.tolist(), strict=True)),
         },
         **({} if result.served is None else {"average_over": served_record(result.served)}),
         "provenance": provenance(result),
@@ -85,7 +85,7 @@ def _band_columns(result: Correction, station: IntArray) -> dict[str, Array]:
         band, free = result.band, result.plan.free[station]
         values = np.column_stack([band.world(), band.radius]) / UM
         columns[free] = np.column_stack([np.interp(station[free], band.rows, column) for column in values.T])
-    return dict(zip(("band_x_um", "band_y_um", "band_z_um", "band_um"), columns.T))
+    return dict(zip(("band_x_um", "band_y_um", "band_z_um", "band_um"), columns.T, strict=True))
 
 
 def correction_csv(result: Correction) -> bytes:
@@ -96,7 +96,7 @@ def correction_csv(result: Correction) -> bytes:
         np.round(values, decimals[name.rpartition("_")[2]]) + 0.0 if values.dtype.kind == "f" else values
         for name, values in table.items()
     ]
-    rows = zip(*(c.tolist() for c in columns))
+    rows = zip(*(c.tolist() for c in columns), strict=True)
     body = "".join(",".join("" if cell != cell else str(cell) for cell in row) + "\n" for row in rows)
     return f"{','.join(table)}\n{body}".encode("ascii")
 

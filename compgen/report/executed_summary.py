@@ -116,6 +116,6 @@ def executed_csv(run: ExecutedRun) -> bytes:
     head = "time_s,along_mm,off_um,across_um,normal_um,speed_mm_s,judged\n"
     lines = [
         f"{t:.4f},{s:.3f},{off:.2f},{across:.2f},{normal:.2f},{v:.2f},{int(judged)}\n"
-        for (t, s, off, across, normal, v), judged in zip(numbers.tolist(), d.judged[rows].tolist())
+        for (t, s, off, across, normal, v), judged in zip(numbers.tolist(), d.judged[rows].tolist(), strict=True)
     ]
     return (head + "".join(lines)).encode("ascii")

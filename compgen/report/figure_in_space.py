@@ -124,9 +124,9 @@ def _scene(view: View) -> dict[str, Any]:
     return {
         **axes,
         "aspectmode": "manual",
-        "aspectratio": {name: round(float(r * fit), 4) for name, r in zip("xyz", ratio)},
+        "aspectratio": {name: round(float(r * fit), 4) for name, r in zip("xyz", ratio, strict=True)},
         "camera": {
-            "eye": {name: round(float(2 * e), 4) for name, e in zip("xyz", view.eye)},
+            "eye": {name: round(float(2 * e), 4) for name, e in zip("xyz", view.eye, strict=True)},
             "projection": {"type": "orthographic"},
         },
     }  # fmt: skip
@@ -198,5 +198,5 @@ def _where(places: Array, values: Array) -> str:
 
 def _sides(view: View) -> str:
     return "axes " + ", ".join(
-        f"{name} {low:,.0f} to {high:,.0f} mm" for name, low, high in zip("XYZ", view.low, view.high)
+        f"{name} {low:,.0f} to {high:,.0f} mm" for name, low, high in zip("XYZ", view.low, view.high, strict=True)
     )

@@ -51,15 +51,15 @@ def heat_json(job: Job, day: Timeline) -> bytes:
         "duration_s": float(day.time[-1]),
         "findings": [finding.record() for finding in job.unlikely],
         "rise_K": {
-            "start": dict(zip(names, day.run_rise[0].tolist())),
-            "end": dict(zip(names, day.rise[-1].tolist())),
+            "start": dict(zip(names, day.run_rise[0].tolist(), strict=True)),
+            "end": dict(zip(names, day.rise[-1].tolist(), strict=True)),
         },
         "runs": {
             "count": len(day.run),
             "error_max_um": float(day.error.max() / UM),
             "residual_max_um": float(day.residual.max() / UM),
         },
-        "band": dict(zip(("first", "largest"), _bands(job, day))),
+        "band": dict(zip(("first", "largest"), _bands(job, day), strict=False)),
         "provenance": {
             "compgen": __version__,
             **made_from(job),
@@ -72,7 +72,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
 
 def heat_sentences(job: Job, day: Timeline) -> list[str]:
     """The day in a few sentences."""
-    rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.run_rise[0]))
+    rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.run_rise[0], strict=True))
     sentences = [f"the program starts after {day.start / HOUR:.2f} h at rises [K]: {rises}"]
     if len(day.run) > 1:
         worst = int(np.argmax(day.residual))
@@ -87,7 +87,7 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
         by_model += f" in the first run, {rounded(largest['p95_um'])} um in run {worst}, which errs most"
     unknown = unknown_words(first)
     sentences.append(by_model + (f"; not known: {unknown}" if unknown else ""))
-    rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.rise[-1]))
+    rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.rise[-1], strict=True))
     sentences.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
     return sentences
 
@@ -125,7 +125,7 @@ def _opening(job: Job, day: Timeline, max_um: float | None) -> str:
         ("as the program starts", day.start / HOUR, day.run_rise[0]),
         ("at the end", day.time[-1] / HOUR, day.rise[-1]),
     ):
-        parts = ", ".join(f"{escape(n)} {r + 0.0:.1f}" for n, r in zip(job.heat.names, rises))
+        parts = ", ".join(f"{escape(n)} {r + 0.0:.1f}" for n, r in zip(job.heat.names, rises, strict=True))
         warmth = f"{parts} K warmer than the cold robot" if np.abs(rises).max() >= COLD else "the robot is cold"
         facts.append((when, f"after {hours:.1f} h: {warmth}"))
     return verdict(kind, f"{judged}{text}.", facts)

@@ -20,7 +20,13 @@ WARM = 0.5  # [K] from which a pose counts as hot
 def identification_summary(identification: Identification) -> dict[str, Any]:
     """Everything an identification found, in plain types; units as the keys name them."""
     best, data = identification.selected, identification.data
-    moves = dict(zip(np.flatnonzero(best.fit.active).tolist(), largest_moves(identification.model, best.fit).tolist()))
+    moves = dict(
+        zip(
+            np.flatnonzero(best.fit.active).tolist(),
+            largest_moves(identification.model, best.fit).tolist(),
+            strict=True,
+        )
+    )
     terms = identification.model.parameters
     low, high = best.cross_validation.interval()
     span = np.ptp(data.theta, axis=0) / DEG

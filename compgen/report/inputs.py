@@ -111,8 +111,8 @@ def overrides_row(overrides: Sequence[str]) -> tuple[str, str]:
 
 def pose_words(pose: Pose) -> str:
     """X, Y, Z [mm] and W, P, R [deg]: what a pendant shows."""
-    xyz = " ".join(f"{name} {_number(v, 3)}" for name, v in zip("XYZ", (pose.position / MM).tolist()))
-    wpr = " ".join(f"{name} {_number(float(a) / DEG, 3)}" for name, a in zip("WPR", to_wpr(pose.rotation)))
+    xyz = " ".join(f"{name} {_number(v, 3)}" for name, v in zip("XYZ", (pose.position / MM).tolist(), strict=True))
+    wpr = " ".join(f"{name} {_number(float(a) / DEG, 3)}" for name, a in zip("WPR", to_wpr(pose.rotation), strict=True))
     return f"{xyz} mm, {wpr}°"
 
 

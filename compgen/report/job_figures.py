@@ -61,7 +61,7 @@ def _error_curves(deviation: Deviation) -> _ErrorCurves:
 def _error_over_time(curves: list[_ErrorCurves], bound: float | None, radius: Array) -> Figure:
     """Before and after, and under them how far off the tool may be: ``radius`` (K,) [m] at the last curve's samples."""
     rows, words = [], []
-    for name, curve, colour in zip(("before", "after"), curves, (WARM, COOL)):
+    for name, curve, colour in zip(("before", "after"), curves, (WARM, COOL), strict=False):
         time = np.round(curve.time, 4)
         total, normal = {"color": colour, "width": 1.4}, {"color": GREY, "width": 1, "dash": "dot"}
         traces = [
@@ -82,7 +82,7 @@ def _error_over_time(curves: list[_ErrorCurves], bound: float | None, radius: Ar
 def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
     paths = [
         Coloured(name, np.column_stack(positions_at(path, curve.arc)), curve.total)
-        for name, curve in zip(("before", "after"), curves)
+        for name, curve in zip(("before", "after"), curves, strict=False)
     ]
     return figure_in_space("Error along the path in space", paths, path.target.position / MM, path.contact)
 
@@ -104,12 +104,13 @@ def positions_at(path: ToolPath, arc: Array) -> list[Array]:
 
 
 def _joint_use(data: dict[str, Any]) -> Figure:
+    use = data["timing"]["joint_use"]
     traces = [
         trace(
             "bar", list(shares), [round(100 * v, 2) for v in shares.values()], name=kind,
             marker={"color": colour, "pattern": {"shape": pattern}},
         )
-        for (kind, shares), colour, pattern in zip(data["timing"]["joint_use"].items(), LINES[2:], PATTERNS)
+        for (kind, shares), colour, pattern in zip(use.items(), LINES[2:], PATTERNS, strict=False)
     ]  # fmt: skip
     alt = curves_in_words("Largest use of the joints' limits", traces, "%")
     return figure(traces, 320, alt, yaxis=axis("largest share of the limit [%]"), shapes=[horizontal_line(100)])

@@ -134,7 +134,9 @@ def _table(data: dict[str, Any]) -> str:
     """The error on the part, which the bounds are for, and what it is over the whole program where that is more."""
     sides = [(name, data["on_part"][name]) for name in ("before", "after") if data[name]]
     largest = [(name, data[name]["total"]["max_um"]) for name, _ in sides]
-    more = any(f"{size:.2f}" != f"{part['total']['max_um']:.2f}" for (_, size), (_, part) in zip(largest, sides))
+    more = any(
+        f"{size:.2f}" != f"{part['total']['max_um']:.2f}" for (_, size), (_, part) in zip(largest, sides, strict=False)
+    )
     words = ", ".join(f"{size:.2f} &micro;m {name}" for name, size in largest)
     remark = f"<p class=lead>Largest with approach and retract: {words}.</p>" if more else ""
     return error_table("component", sides, PARTS, "Error of the tool centre point on the part") + remark

@@ -79,13 +79,15 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "rounded_up_s": written.rounded_up,
             "at_feed": written.at_feed,
             "joint_use": {
-                kind: dict(zip(job.robot.joint_names, row.tolist()))
-                for kind, row in zip(("speed", "acceleration", "jerk"), [*written.use, trajectory.utilisation[2]])
+                kind: dict(zip(job.robot.joint_names, row.tolist(), strict=True))
+                for kind, row in zip(
+                    ("speed", "acceleration", "jerk"), [*written.use, trajectory.utilisation[2]], strict=True
+                )
             },
         },
         "thermal": {
-            "start_K": dict(zip(names, planned.rise[0].tolist())),
-            "end_K": dict(zip(names, planned.rise[-1].tolist())),
+            "start_K": dict(zip(names, planned.rise[0].tolist(), strict=True)),
+            "end_K": dict(zip(names, planned.rise[-1].tolist(), strict=True)),
         },
     }
     if corrected:
@@ -185,7 +187,7 @@ def _program(corrected: Corrected) -> dict[str, Any]:
                 "start_s": start.time,
                 "start_window_s": start.window,
             }
-            for page, start in zip(delivered.paged.pages, delivered.starts)
+            for page, start in zip(delivered.paged.pages, delivered.starts, strict=True)
         ]
     return record
 
@@ -198,4 +200,4 @@ def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, lis
     robot = planned.job.robot
     low, high = column_extremes(corrected.solution.theta if corrected else planned.theta)
     ends = np.column_stack([low, high]) - robot.pendant_zero[:, None]
-    return dict(zip(robot.joint_names, (ends / DEG).tolist()))
+    return dict(zip(robot.joint_names, (ends / DEG).tolist(), strict=True))

@@ -72,7 +72,8 @@ def motion_sentences(summary: dict[str, Any]) -> list[str]:
     motion, held = summary["motion"], summary["held_out"]
     times = [*motion["moving_average_ms"], *motion["first_order_ms"]]
     words = ", ".join(
-        f"{time:.1f} ms ({low:.1f} to {high:.1f})" for time, (low, high) in zip(times, motion["interval_ms"])
+        f"{time:.1f} ms ({low:.1f} to {high:.1f})"
+        for time, (low, high) in zip(times, motion["interval_ms"], strict=False)
     )
     low, high = motion["sigma_ms"]
     return [
@@ -118,7 +119,7 @@ def _kinds(summary: dict[str, Any]) -> Figure:
         left = [round(fit["held_out_um"], 3) for fit in fits]
         marker = {"color": colour, "symbol": symbol, "size": 11}
         traces.append(trace("scatter", left, [fit["kind"] for fit in fits], mode="markers", name=name, marker=marker))
-        words += [f"{fit['kind']} {size:.3g} µm" for fit, size in zip(fits, left)]
+        words += [f"{fit['kind']} {size:.3g} µm" for fit, size in zip(fits, left, strict=False)]
     alt = sentence("What each kind leaves on stretches held out, rms", [*words, f"up to {limit:.3g} µm is accepted"])
     kinds = [str(fit["kind"]) for fit in summary["tried"]][::-1]
     order = {"categoryorder": "array", "categoryarray": kinds}

@@ -13,7 +13,7 @@ def offsets_record(offsets: Offsets) -> dict[str, Any]:
     return {
         "name": offsets.name,
         "uframe": offsets.uframe,
-        "uframe_is": dict(zip(KEYS, offsets.frame.tolist())),
+        "uframe_is": dict(zip(KEYS, offsets.frame.tolist(), strict=True)),
         "ways": [_way(way) for way in offsets.ways],
         "findings": [f.record() for f in offsets.findings],
     }
@@ -23,7 +23,7 @@ def _way(way: Offset) -> dict[str, Any]:
     left = way.left
     return {
         "kind": way.kind,
-        "type_in": None if way.numbers is None else dict(zip(KEYS, way.numbers.tolist())),
+        "type_in": None if way.numbers is None else dict(zip(KEYS, way.numbers.tolist(), strict=True)),
         "leaves": {
             "rms_um": left.rms / UM,
             "p99_um": left.p99 / UM,

@@ -37,7 +37,7 @@ def provenance(result: Correction) -> dict[str, Any]:
             for d in result.before
         ],
         **({} if result.cell.state is None else {"state_sha256": result.cell.state.digest}),
-        "start_K": dict(zip(result.cell.heat.names, result.plan.stations.start.tolist())),
+        "start_K": dict(zip(result.cell.heat.names, result.plan.stations.start.tolist(), strict=True)),
         "options": {
             "split": options.split,
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),

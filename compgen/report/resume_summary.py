@@ -29,8 +29,8 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
         **{key: value for key, value in beginning.cause.items() if key != "state_toml"},
         "replaced": list(resumed.replaced),
         "thermal": {
-            "start_K": dict(zip(job.heat.names, np.asarray(planned.rise[0]).tolist())),
-            "planned_K": dict(zip(job.heat.names, np.asarray(resumed.planned_rise).tolist())),
+            "start_K": dict(zip(job.heat.names, np.asarray(planned.rise[0]).tolist(), strict=True)),
+            "planned_K": dict(zip(job.heat.names, np.asarray(resumed.planned_rise).tolist(), strict=True)),
             "start_window_s": resumed.starts[0].window,
         },
         "join": None if resumed.join is None else resumed.join.record(),
@@ -51,7 +51,7 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
                 "before": page.before.record(),
                 "after": page.after.record(),
             }
-            for page, start in zip(resumed.pages, resumed.starts)
+            for page, start in zip(resumed.pages, resumed.starts, strict=True)
         ],
         "bounds": {"max_um": None if job.bounds.max is None else round(job.bounds.max / UM, 9)},
         "findings": [finding.record() for finding in resumed.findings],

@@ -57,7 +57,14 @@ def export_record(robot: Robot, chain: RigidChain, rise_K: Mapping[str, float], 
     joints = [
         {"name": f"joint_{i + 1}", "axis": w, "point_m": p, "lower_rad": a, "upper_rad": b, "velocity_rad_s": v}
         for i, (w, p, a, b, v) in enumerate(
-            zip(chain.line.tolist(), chain.point.tolist(), low.tolist(), high.tolist(), robot.speed.tolist())
+            zip(
+                chain.line.tolist(),
+                chain.point.tolist(),
+                low.tolist(),
+                high.tolist(),
+                robot.speed.tolist(),
+                strict=True,
+            )
         )
     ]
     return {

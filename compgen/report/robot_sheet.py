@@ -26,6 +26,7 @@ def sheet_record(sheet: RobotSheet) -> dict[str, Any]:
     rates = {
         "speed_deg_s": robot.speed, "acceleration_deg_s2": robot.acceleration, "jerk_deg_s3": robot.jerk,
     }  # fmt: skip
+    limits = np.round(sheet.limits, 6).tolist()
     return {
         "inspected_robot": robot.name,
         "file": sheet.arm.source,
@@ -43,14 +44,15 @@ def sheet_record(sheet: RobotSheet) -> dict[str, Any]:
                 "upper_deg": high,
                 **{key: _rounded(values / DEG)[k] for key, values in rates.items()},
             }
-            for k, (name, (low, high)) in enumerate(zip(robot.joint_names, np.round(sheet.limits, 6).tolist()))
+            for k, (name, (low, high)) in enumerate(zip(robot.joint_names, limits, strict=True))
         ],
         "pendant_J3": "against the horizontal" if sheet.coupled else "against the upper arm",
         "programs": sheet.obstacle or "generated and corrected",
         "nodes": list(sheet.arm.nodes),
         "sources": [known.source.NAME for known in sheet.arm.known],
         "poses": [
-            {"joints_deg": list(p.joints), **dict(zip(KEYS, p.numbers)), "config": p.config} for p in sheet.poses
+            {"joints_deg": list(p.joints), **dict(zip(KEYS, p.numbers, strict=True)), "config": p.config}
+            for p in sheet.poses
         ],
         "findings": [f.record() for f in sheet.findings],
     }  # fmt: skip

@@ -126,7 +126,7 @@ def _box(view: View, pixels: Pixels) -> list[str]:
     grey = 'stroke="currentColor" stroke-opacity="0.35" fill="none"'
     parts = [f'<path d="{_line(np.vstack([outline, outline[:1]]))}" {grey}/>']
     hidden = np.array([corner[1 - near[0], 0], corner[1 - near[1], 1]])
-    for foot, head, place in zip(outline, top, floor):
+    for foot, head, place in zip(outline, top, floor, strict=True):
         if (place[:2] == hidden).any():
             parts.append(f'<path d="{_line(np.array([foot, head]))}" {grey}/>')
     back = [k for k in np.argsort(-(floor @ view.eye)) if (floor[k, :2] == hidden).any()]
@@ -181,7 +181,7 @@ def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> list[str]:
     colour = highest[piece]
     parts = []
     starts = np.flatnonzero(np.concatenate([[True], (np.diff(colour) != 0) | (drawn[1:] != drawn[:-1])]))
-    for first, beyond in zip(starts, [*starts[1:], len(flat)]):
+    for first, beyond in zip(starts, [*starts[1:], len(flat)], strict=True):
         if not drawn[first]:
             continue
         last = beyond + 1 if beyond < len(flat) and drawn[beyond] else beyond  # up to the next piece

@@ -42,7 +42,7 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
     axes: dict[str, Any] = {}
     sides = whole.sides or ("before",)
     shares = list(reversed(spans(len(sides), 0.12)))
-    for n, (side, span) in enumerate(zip(sides, shares)):
+    for n, (side, span) in enumerate(zip(sides, shares, strict=True)):
         which = "" if n == 0 else str(n + 1)
         place = {"xaxis": f"x{which}", "yaxis": f"y{which}"}
         for k, (value, colour) in enumerate(colours.items()):
@@ -129,7 +129,7 @@ def _colours(grid: Grid, other: str | None) -> tuple[dict[Value, str], str]:
         return {"": ""}, ""
     values = grid.values(other)
     if len(values) <= MOST_LINES:
-        return dict(zip(values, LINES)), ""
+        return dict(zip(values, LINES, strict=False)), ""
     count = len(values)
     rows = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).round().astype(int)).tolist()
     few = "" if len(rows) == count else f"Lines for {len(rows)} of {count} values of {words_of(other)}. "
@@ -215,5 +215,5 @@ def _between(colours: tuple[str, ...], share: float) -> str:
     place = share * (len(colours) - 1)
     low = min(int(place), len(colours) - 2)
     ends = [[int(colours[k][i : i + 2], 16) for i in (1, 3, 5)] for k in (low, low + 1)]
-    mixed = (round(a + (b - a) * (place - low)) for a, b in zip(*ends))
+    mixed = (round(a + (b - a) * (place - low)) for a, b in zip(*ends, strict=True))
     return "#" + "".join(f"{channel:02x}" for channel in mixed)

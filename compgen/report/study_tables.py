@@ -28,7 +28,7 @@ def answer_csv(answer: Answer) -> bytes:
     names = [*answer.columns, *(["what"] if answer.labels else [])]
     rows = [
         {
-            **{n: "" if np.isnan(v) else float(f"{v:.6g}") for n, v in zip(answer.columns, line)},
+            **{n: "" if np.isnan(v) else float(f"{v:.6g}") for n, v in zip(answer.columns, line, strict=True)},
             **({"what": answer.labels[i]} if answer.labels else {}),
         }
         for i, line in enumerate(answer.table)

@@ -23,7 +23,7 @@ def touches_csv(planned: PlannedTouches, touches: TouchPositions, stops: bool) -
     read_place = not (stops and sided)
     lines = [",".join(["time_s", "target", *COLUMNS, "config", *(("nx", "ny", "nz", "value_mm") * sided), "sigma_um"])]
     numbers = _at_touch(planned, touches)
-    for n, (row, normal) in enumerate(zip(numbers, planned.ways.normal.tolist())):
+    for n, (row, normal) in enumerate(zip(numbers, planned.ways.normal.tolist(), strict=True)):
         place = [""] * 3 if read_place else [f"{v:.{touches.decimals}f}" for v in row[:3]]
         turn = [f"{v:.{touches.decimals}f}" for v in row[3:]]
         cells = ["", touches.name[n], *place, *turn, f'"{_config(touches, n)}"']
@@ -54,7 +54,7 @@ def touch_record(planned: PlannedTouches, touches: TouchPositions, signal: Signa
         "touches": [
             {
                 "target": name,
-                "position": dict(zip(COLUMNS, numbers[n])),
+                "position": dict(zip(COLUMNS, numbers[n], strict=True)),
                 "config": _config(touches, n),
                 "joints_deg": joints[n].tolist(),
                 "normal": (planned.ways.normal[n] + 0.0).tolist() if sided else None,

@@ -39,7 +39,7 @@ def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str,
         job.robot.to_pendant(theta) / DEG,
         band_of(planned, corrected).half_widths(path) / UM,
     ]
-    return dict(zip(column_names(planned), (column for table in tables for column in table.T)))
+    return dict(zip(column_names(planned), (column for table in tables for column in table.T), strict=True))
 
 
 def _time_and_joints(planned: Planned, corrected: Corrected | None) -> tuple[Array, Array]:
@@ -106,7 +106,7 @@ def long_csv_lines(first: int, last: int, tables: list[tuple[Array | IntArray | 
         else:  # rounding first, so that nothing prints as a negative zero
             columns += [(f"%.{decimals}f", np.round(column, decimals) + 0.0) for column in table.T]
     form = "\n" + ",".join(form for form, _ in columns)
-    return "".join(map(form.__mod__, zip(*(column.tolist() for _, column in columns)))).encode("ascii")
+    return "".join(map(form.__mod__, zip(*(column.tolist() for _, column in columns), strict=True))).encode("ascii")
 
 
 def at_waypoints(corrected: Corrected, rows: slice) -> Array:

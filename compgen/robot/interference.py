@@ -92,7 +92,7 @@ class Interference:
         return HalfPlanes(np.stack(normal, axis=1), np.stack(bound, axis=1), np.stack(near, axis=1))
 
     def _edges(self) -> list[tuple[Array, Array]]:
-        return list(zip(self.corner, np.roll(self.corner, -1, axis=0)))
+        return list(zip(self.corner, np.roll(self.corner, -1, axis=0), strict=True))
 
 
 def _nearest(x: Array, a: Array, b: Array) -> Array:

@@ -203,7 +203,7 @@ def branch_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) ->
     cosines_and_sines = [
         (c1, s1), (cu, -su), (sb, cb), _cosine_and_sine(x4, y4), _cosine_and_sine(m33, s5), _cosine_and_sine(x6, y6)
     ]  # fmt: skip
-    cosines, sines = (ca.vertcat(*column) for column in zip(*cosines_and_sines))
+    cosines, sines = (ca.vertcat(*column) for column in zip(*cosines_and_sines, strict=True))
     return theta, cosines, sines, margin
 
 

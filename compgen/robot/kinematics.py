@@ -58,7 +58,7 @@ class Chain:
         The axis of joint i + 1 is the z of frame i; frame 6 is the flange.
         """
         frames = [_compose(Frame(ca.SX.zeros(3), ca.SX.eye(3)), self.frames[0])]
-        rows = zip(self.theta, self.d, self.a, self.alpha, self.beta, self.frames[1:])
+        rows = zip(self.theta, self.d, self.a, self.alpha, self.beta, self.frames[1:], strict=True)
         for theta, d, a, alpha, beta, frame in rows:
             position, rotation = frames[-1]
             c, s, ca_, sa = ca.cos(theta), ca.sin(theta), _cos(alpha), _sin(alpha)

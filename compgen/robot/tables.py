@@ -194,7 +194,7 @@ def robot_from_tables(
         raise InputError(f"{file}: limits.j2_plus_j3_deg: {text}; give it, or j3_deg where the pendant is not coupled")
     ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
     keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
-    for key, pair in zip(keys, ranges):
+    for key, pair in zip(keys, ranges, strict=True):
         if pair[0] >= pair[1]:
             raise InputError(f"{file}: limits.{key}: {pair} must rise; give the lower limit first")
     bounds = np.array(ranges) * DEG

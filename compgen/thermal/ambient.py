@@ -80,7 +80,7 @@ class Ambient:
         first = np.searchsorted(time, edges[:-1], side="left")
         first[0], last = 0, np.append(first[1:], len(time))
         state = np.zeros(len(rate))
-        for k, (begin, end) in enumerate(zip(edges[:-1], edges[1:])):
+        for k, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
             slope = (level[k + 1] - level[k]) / (end - begin) if end > begin else 0.0
             offset = state - (level[k] - slope / rate)
             out[first[k] : last[k]] = _on_ramp(rate, level[k], slope, offset, time[first[k] : last[k]] - begin)

@@ -69,7 +69,7 @@ def joint_torques(robot: Robot, drives: Drives, theta: Array, speed: Array, acce
     model = loaded_arm(robot, drives)
     data = model.createData()
     q = theta - robot.pendant_zero
-    return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration)]).reshape(-1, 6)
+    return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration, strict=True)]).reshape(-1, 6)
 
 
 class SegmentLosses(NamedTuple):

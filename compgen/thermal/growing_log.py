@@ -83,11 +83,14 @@ def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping
             shift = last + max(usual, LEAST_STEP) - time
         usual, last = (time + shift - last if math.isfinite(last) else 0.0), time + shift
         clean = [
-            repr(last) if k == at else _temperature(name, cell) for k, (name, cell) in enumerate(zip(header, cells))
+            repr(last) if k == at else _temperature(name, cell)
+            for k, (name, cell) in enumerate(zip(header, cells, strict=False))
         ]
-        gaps += sum(bool(cell) and not new for cell, new in zip(cells, clean))
+        gaps += sum(bool(cell) and not new for cell, new in zip(cells, clean, strict=False))
         kept.append((n, clean))
-    table = CsvTable(source, tuple(header), tuple(zip(*(cells for _, cells in kept))), tuple(n for n, _ in kept))
+    table = CsvTable(
+        source, tuple(header), tuple(zip(*(cells for _, cells in kept), strict=False)), tuple(n for n, _ in kept)
+    )
     if not kept:
         return GrowingLog(None, left_out, gaps, shift)
     read = _with_readings(table)
@@ -129,5 +132,5 @@ def readings_in_steps(values: np.ndarray, time: np.ndarray, step: float) -> tupl
     number = np.ceil(time[valid] / step).astype(np.int64)
     steps, first, count = np.unique(number, return_index=True, return_counts=True)
     readings = values[valid]
-    medians = np.array([np.median(readings[a : a + n]) for a, n in zip(first.tolist(), count.tolist())])
+    medians = np.array([np.median(readings[a : a + n]) for a, n in zip(first.tolist(), count.tolist(), strict=True)])
     return steps, medians, count

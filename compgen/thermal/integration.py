@@ -121,7 +121,7 @@ def states_at(
     goals = heat.steady_states(motion) if last else np.zeros((0, len(rate)))
     states = {0: np.asarray(start)}
     edges = np.unique(np.append(which, np.arange(0, last + 1, ROWS)))
-    for a, b in zip(edges.tolist(), edges[1:].tolist()):  # weights from the end of a stretch backwards
+    for a, b in zip(edges.tolist(), edges[1:].tolist(), strict=False):  # weights from the end of a stretch backwards
         decay = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
         states[b] = states[a] * decay[0] + (
             goals[a:b] * -np.expm1(-np.diff(time[a : b + 1])[:, None] * rate) * decay[1:]
@@ -166,7 +166,7 @@ def rise_history(
     longest = min(ROWS, int(np.diff(rows).max()))
     table = np.exp(-np.arange(longest)[:, None] * step * rate) if equidistant else None
     factors = _low_rank(table) if table is not None and len(time) > 64 * longest else None
-    for duty, begin, low, high in zip(duties, begins, rows, rows[1:]):
+    for duty, begin, low, high in zip(duties, begins, rows, rows[1:], strict=False):
         goal = goals[duty]
         for k in range(int(low), int(high), ROWS):
             elapsed = time[k : min(k + ROWS, int(high))] - begin

@@ -125,7 +125,7 @@ def heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tup
 def block_responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:
     """What one unit of each source in each block does to the modes, (T, S, B, m)."""
     out = np.empty((len(grid), len(rate), len(edges) - 1, len(goals)))
-    for b, (begin, end) in enumerate(zip(edges[:-1], edges[1:])):
+    for b, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
         since, until = np.maximum(grid - begin, 0.0), np.maximum(grid - end, 0.0)
         share = np.exp(-until[:, None] * rate) - np.exp(-since[:, None] * rate)
         out[:, :, b, :] = share[:, :, None] * goals.T[None]

@@ -84,10 +84,12 @@ class NodeModel:
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link by its profile, (M,) [m] to (M,) [K]; zero where the link has none."""
         rise = np.zeros(len(x))
-        reference = dict(zip(self.names, self.reference_rise.tolist()))
+        reference = dict(zip(self.names, self.reference_rise.tolist(), strict=True))
         for profile in self.profiles:
             if profile.length == length:
-                rise = profile_rise(profile, reference, dict(zip(self.names, np.asarray(state).tolist())), x)
+                rise = profile_rise(
+                    profile, reference, dict(zip(self.names, np.asarray(state).tolist(), strict=True)), x
+                )
         return rise
 
     def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:

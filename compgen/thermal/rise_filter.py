@@ -188,7 +188,7 @@ def steadied(readings: Sequence[Readings]) -> list[Readings]:
     kept = []
     for r in readings:
         good = np.ones(len(r.which), dtype=bool)
-        for k, (sensor, value) in enumerate(zip(r.which.tolist(), r.value.tolist())):
+        for k, (sensor, value) in enumerate(zip(r.which.tolist(), r.value.tolist(), strict=True)):
             before = last.get(sensor)
             if before is not None and (r.step - before[0]) * STEP <= FORGET and abs(value - before[1]) > JUMP:
                 good[k] = False

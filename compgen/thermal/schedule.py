@@ -90,7 +90,7 @@ def cut_at_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> list[Dut
     end = clock + duty.duration
     edges = sorted({clock, end, *(t for a, b, _ in spans for t in (a, b) if clock < t < end)})
     pieces = []
-    for a, b in zip(edges[:-1], edges[1:]):
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
         middle = (a + b) / 2
         breaks = [is_break for begin, stop, is_break in spans if begin <= middle < stop]
         if not breaks:
@@ -112,7 +112,7 @@ def check_shifts(shifts: Sequence[Shift], where: str) -> None:
                     f"{s.start / HOUR:g} to {s.end / HOUR:g} h"
                 )
         order = sorted(s.breaks)
-        if any(x[1] > y[0] for x, y in zip(order[:-1], order[1:])):
+        if any(x[1] > y[0] for x, y in zip(order[:-1], order[1:], strict=True)):
             raise InputError(f"{where}: shift.{i}.breaks_h: the breaks overlap; part them")
         for k, other in enumerate(shifts[:i]):
             for turn in (-DAY, 0.0, DAY):

@@ -81,7 +81,7 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
         feed[rows], cross[rows], normal[rows], angle[rows] = components.T
     weight = sample_lengths(arc)
     extents = {"total": _extent(row_norms(error), weight, arc)}
-    for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle)):
+    for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle), strict=True):
         extents[name] = _extent(np.abs(values), weight, arc)
     touched = extents
     if touching.any() and not touching.all():

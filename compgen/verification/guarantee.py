@@ -43,7 +43,7 @@ def drawn_bounds(draws: Sequence[dict[str, Extent]], guarantee: Guarantee) -> tu
     """
     rows = [checks(extents, guarantee.bounds) for extents in draws]
     bounds = []
-    for column in zip(*rows):
+    for column in zip(*rows, strict=True):
         key, _, _, bound = column[0]
         if bound is not None:
             values = np.array([value for _, _, value, _ in column])

@@ -21,5 +21,5 @@ def random_field(rng: np.random.Generator, position: Array, length: float = LENG
     """One draw of the field at places (M, 3) [m], (M, 3) of unit variance."""
     frequency = rng.standard_normal((3, waves, 3)) / length
     phase = rng.uniform(0, 2 * np.pi, (3, waves))
-    sums = [np.cos(position @ w.T + b).sum(axis=1) for w, b in zip(frequency, phase)]
+    sums = [np.cos(position @ w.T + b).sum(axis=1) for w, b in zip(frequency, phase, strict=True)]
     return np.asarray(np.column_stack(sums) * np.sqrt(2 / waves))

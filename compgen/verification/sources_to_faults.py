@@ -61,13 +61,13 @@ def faults_of(sources: Sequence[Source]) -> Faults | None:
             case ToolFrame():
                 fields["tool_frame"] = np.concatenate([source.position, source.rotation])
             case ThermalBend():
-                bends = zip(source.rate, source.row, source.axis, source.lever, source.node)
+                bends = zip(source.rate, source.row, source.axis, source.lever, source.node, strict=True)
                 distortions += [
                     ThermalDistortion(bend=float(r), row=int(i), axis=a, lever=v, node=int(k))
                     for r, i, a, v, k in bends
                 ]
             case ThermalShift():
-                shifts = zip(source.rate, source.row, source.axis, source.node)
+                shifts = zip(source.rate, source.row, source.axis, source.node, strict=True)
                 distortions += [
                     ThermalDistortion(bend=0.0, row=int(i), axis=a, lever=a, node=int(k), shift=float(r))
                     for r, i, a, k in shifts

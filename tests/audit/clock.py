@@ -44,7 +44,7 @@ def passages(length, speed, stop, theta):
     a_all = study.RAMP_ACCELERATION * (np.radians(study.ACCELERATION_DEG_S2) / slope).min(axis=1)
     j_all = study.RAMP_JERK * (np.radians(study.JERK_DEG_S3) / slope).min(axis=1)
     taken, steady = np.empty(len(speed)), np.empty(len(speed))
-    for first, last in zip(stops[:-1], stops[1:]):
+    for first, last in zip(stops[:-1], stops[1:], strict=True):
         lines = [x[first:last].tolist() for x in (np.maximum(length, 1e-6), speed, a_all, j_all)]
         taken[first:last], steady[first:last] = drive(*lines)
     return Passages(np.concatenate([[0.0], np.cumsum(taken)]), np.maximum(length, 1e-6) / taken, steady)
@@ -68,7 +68,7 @@ def drive(length, speed, a, j):
             x = (at[n + 1] ** 2 - at[n] ** 2 + 2 * loss[n] * L) / 2 / (gain[n] + loss[n])
             peak.append(min(speed[n], max(at[n], at[n + 1], sqrt(max(0.0, at[n] ** 2 + 2 * gain[n] * x)))))
         more, fewer = reach(up, at[:-1], peak), reach(down, at[:0:-1], peak[::-1])
-        settled = all(abs(b[1] - d[1]) <= 1e-10 * d[1] for b, d in zip(more + fewer, up + down))
+        settled = all(abs(b[1] - d[1]) <= 1e-10 * d[1] for b, d in zip(more + fewer, up + down, strict=True))
         up, down = more, fewer
         if settled:
             break
@@ -103,7 +103,7 @@ def accelerations(pairs, a, j):
     """The acceleration on each line: that of the last change that began."""
     starts = [n for n, _ in pairs] + [len(a)]
     each = []
-    for (n, rise), end in zip(pairs, starts[1:]):
+    for (n, rise), end in zip(pairs, starts[1:], strict=True):
         each += [rise / ramp(rise, a[n], j[n])] * (end - n)
     return each
 
@@ -111,4 +111,4 @@ def accelerations(pairs, a, j):
 def reach(pairs, start, peak):
     """The changes with what they come to before the next one begins."""
     ends = [n for n, _ in pairs[1:]] + [len(peak)]
-    return [[n, min(rise, max(max(peak[n:end]) - start[n], 1e-6))] for (n, rise), end in zip(pairs, ends)]
+    return [[n, min(rise, max(max(peak[n:end]) - start[n], 1e-6))] for (n, rise), end in zip(pairs, ends, strict=True)]

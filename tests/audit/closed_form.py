@@ -39,7 +39,7 @@ class ClosedForm:
     def at_waypoints(self):
         """Poses at N waypoints, in World."""
         first, last = self._at(self._piece, self._span[:, 0]), self._at(self._piece[-1:], self._span[-1:, 1])
-        return tuple(np.concatenate(pair) for pair in zip(first, last))
+        return tuple(np.concatenate(pair) for pair in zip(first, last, strict=True))
 
     def halfway(self):
         """Poses in the middle of N - 1 segments, in World."""

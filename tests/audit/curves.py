@@ -197,7 +197,7 @@ def _raster(table, boundary):
     count = int(np.ceil(2 * boundary.half_height() / step - 1e-9))
     y = (np.arange(count) - (count - 1) / 2) * step
     ends = [boundary.across(v) + lead for v in y]
-    turns = [boundary.between(a, b) + lead for a, b in zip(y[:-1], y[1:])]
+    turns = [boundary.between(a, b) + lead for a, b in zip(y[:-1], y[1:], strict=True)]
     points = [(ends[0][0], y[0])]
     for k in range(count):
         far = 1 if k % 2 == 0 else 0
@@ -216,4 +216,4 @@ def _flat(points, size):
 
 def _polyline(points):
     corners = np.array(points, dtype=float)
-    return [Straight(a, b) for a, b in zip(corners[:-1], corners[1:])]
+    return [Straight(a, b) for a, b in zip(corners[:-1], corners[1:], strict=True)]

@@ -134,15 +134,20 @@ def residual_checks(path, report, actual, wanted, touching, unsure_um, allowed_u
 
     Between waypoints the path may be ``unsure_um`` (N - 1,) from where it is wanted.
     """
-    errors = [a[0] - w[0] for a, w in zip(actual, wanted)]
+    errors = [a[0] - w[0] for a, w in zip(actual, wanted, strict=True)]
     sizes = (
         ("total", "um", "max_um", [np.linalg.norm(e, axis=1) * 1e3 for e in errors]),
-        ("normal", "um", "normal_um", [np.abs((e * w[1][:, :, 2]).sum(axis=1)) * 1e3 for e, w in zip(errors, wanted)]),
+        (
+            "normal",
+            "um",
+            "normal_um",
+            [np.abs((e * w[1][:, :, 2]).sum(axis=1)) * 1e3 for e, w in zip(errors, wanted, strict=True)],
+        ),
         (
             "axis_angle",
             "mdeg",
             "axis_mdeg",
-            [np.degrees(poses.angle(a[1], w[1], 2)) * 1e3 for a, w in zip(actual, wanted)],
+            [np.degrees(poses.angle(a[1], w[1], 2)) * 1e3 for a, w in zip(actual, wanted, strict=True)],
         ),
     )
     checks = []
@@ -158,7 +163,7 @@ def residual_checks(path, report, actual, wanted, touching, unsure_um, allowed_u
             checks.append(below(f"bounds.{bound} on the part", on_part, limit, allowed))
     reported, allowed = report["after"]["total"], allowed_um + SAMPLES * checks[0].audit
     least, own, most = (_over_length([w[0] for w in wanted], errors, u) for u in (-unsure_um, 0 * unsure_um, unsure_um))
-    may = [allowed + max(value - low, high - value) for low, value, high in zip(least, own, most)]
+    may = [allowed + max(value - low, high - value) for low, value, high in zip(least, own, most, strict=True)]
     checks.append(equal("99 % of the length after, um", own[0], reported["p99_um"], may[0]))
     checks.append(equal("rms after, um", own[1], reported["rms_um"], may[1]))
     if not path.get("tool", {}).get("axisymmetric", False):

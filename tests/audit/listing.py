@@ -15,7 +15,7 @@ IDLE = re.compile(r" *(!.*|MESSAGE\[[^\]]*\]|PAUSE) *")
 NUMBER = r"(-?\d*\.\d+) +"
 POSITION = re.compile(
     r"\s*P\[(\d+)\]\{\s*GP1:\s*UF : (\d+), UT : (\d+),\s*CONFIG : '([NF]) ([UD]) ([TB]), (-?\d+), (-?\d+), (-?\d+)',\s*"
-    + r",\s*".join(rf"{name} = *{NUMBER}{unit}" for name, unit in zip("XYZWPR", ["mm"] * 3 + ["deg"] * 3))
+    + r",\s*".join(rf"{name} = *{NUMBER}{unit}" for name, unit in zip("XYZWPR", ["mm"] * 3 + ["deg"] * 3, strict=True))
     + r"\s*\};"
 )
 STEPS_MM_S = (1.0, 10 / 60, 2.54 / 60)  # of a speed: whole mm/sec and cm/min, tenths of inch/min

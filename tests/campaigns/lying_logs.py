@@ -160,7 +160,9 @@ def touched(rng: np.random.Generator, day: LoggedDay) -> str:
         joints = jobs.joints_by_config(commanded @ np.linalg.inv(PROBE), ["N U T, 0, 0, 0"] * TOUCHES)
         commanded[:, :3, 3] += there - real_tool(joints, rise, PROBE)
     rows = (",".join(f"{v:.6f}" for v in row) for row in np.degrees(joints))
-    lines = [f"{t - day.zero:.0f},{n},{row},{1000 * TOUCH_NOISE_MM}" for t, n, row in zip(when, names, rows)]
+    lines = [
+        f"{t - day.zero:.0f},{n},{row},{1000 * TOUCH_NOISE_MM}" for t, n, row in zip(when, names, rows, strict=True)
+    ]
     return "\n".join(["time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,sigma_um", *lines]) + "\n"
 
 
@@ -450,7 +452,9 @@ def table(rows: list[dict]) -> str:
     withheld = [r["withheld_um"] for r in rows if r.get("withheld_um")]
     lines.append(f"pages kept by a lie where the honest log writes them anew: {len(withheld)}, "
                  f"by up to {max(withheld, default=0):.1f} um")  # fmt: skip
-    refused = Counter((r["command"], h["result"], h["words"]) for r, h in zip(rows, honest) if h not in used)
+    refused = Counter(
+        (r["command"], h["result"], h["words"]) for r, h in zip(rows, honest, strict=True) if h not in used
+    )
     lines += [f"  {count} {' '.join(key)}" for key, count in refused.most_common()]
     return "\n".join([*lines, *(f"WRONG {r['seed']} {r['command']}, {r['kind']}: {r['wrong']}"
                                 for r in rows if r["wrong"])])  # fmt: skip

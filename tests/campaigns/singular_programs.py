@@ -74,7 +74,7 @@ def drawn(seed: int) -> bytes:
     matrices = [arm.flange(q) for q in places]
     letters = [arm.config(q) for q in places]
     points, moves = [], ["J P[1] 30% FINE"]
-    for n, (q, config) in enumerate(zip(places, letters), 1):
+    for n, (q, config) in enumerate(zip(places, letters, strict=True), 1):
         if n > 1 and rng.random() < 0.3:  # the other side's letters for the same place
             k = rng.randrange(3)
             words = config.split(",")[0].split()
@@ -164,7 +164,7 @@ def judged(data: bytes, cell: object) -> tuple[str, str]:
             if not turn <= min(EXPLAINED * moved(a, b), LARGEST) + 1e-6:
                 return "wrong", f"P[{n}]: joints turn by {np.degrees(pair[1] - pair[0])} deg for {moved(a, b):.2e}"
         at[n] = (a, b)
-    for one, two in zip(moves, moves[1:]):
+    for one, two in zip(moves, moves[1:], strict=False):
         n, k = (int(m.targets[0][2:-1]) for m in (one, two))
         config = told(before[k])[1]
         if two.letter != "L" or (at[n][0].tobytes() == at[n][1].tobytes() and at[k][0].tobytes() == at[k][1].tobytes()):

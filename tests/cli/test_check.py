@@ -85,7 +85,7 @@ def test_every_outcome_is_a_case_and_the_exit_code_is_the_largest(paths, tmp_pat
     assert "1 of 4 paths inside" in done.stdout
     lines = done.stderr.splitlines()
     assert len(lines) == 3
-    for line, name in zip(lines, (n for n in names if n != "paths/inside.toml")):
+    for line, name in zip(lines, (n for n in names if n != "paths/inside.toml"), strict=True):
         assert line.startswith(f"cgen: {name}: ")
         assert len(line) <= 300
         assert line.count(name) == 1

@@ -125,7 +125,7 @@ def test_another_path_is_measured_to_its_nearest_place(home):
     positions = compared(home, "six", "moved")["positions"]
     assert positions["matched"] == "nearest"
     for (points, path), largest, rms in zip(
-        (texts, texts[::-1]), ("largest_um", "largest_of_b_um"), ("rms_um", "rms_of_b_um")
+        (texts, texts[::-1]), ("largest_um", "largest_of_b_um"), ("rms_um", "rms_of_b_um"), strict=True
     ):
         start, step = path[:-1], np.diff(path, axis=0)
         share = ((points[:, None] - start) * step).sum(axis=2) / np.maximum((step**2).sum(axis=1), 1e-12)
@@ -142,7 +142,7 @@ def test_errors_and_times_are_those_of_the_reports(home):
     record = compared(home, "six", "two")
     reports = [json.loads((home / name / "report.json").read_text()) for name in ("six", "two")]
     error = {pair["key"]: pair for pair in record["error"]}
-    for side, report in zip("ab", reports):
+    for side, report in zip("ab", reports, strict=True):
         assert error["on_part.after.total.max_um"][side] == report["on_part"]["after"]["total"]["max_um"]
         assert error["before.total.rms_um"][side] == report["before"]["total"]["rms_um"]
         assert error["verdict"][side] == report["verdict"]

@@ -164,7 +164,7 @@ def test_a_wild_log_is_read_as_far_as_it_goes(job, tmp_path):
     text[9] = text[9].replace(text[9].split(",")[2], "119.0")
     file.write_text("\n".join(text))
     _, wild = look(job, "--log", file, "--started", "0s")
-    for a, b in zip(clean["forecast"], wild["forecast"]):
+    for a, b in zip(clean["forecast"], wild["forecast"], strict=True):
         assert a["max_um"] == pytest.approx(b["max_um"], abs=0.3)
     assert any("left out" in note for note in wild["notes"])
 

@@ -80,7 +80,7 @@ class Page:
 
     def moved(self, setting):
         """What the page shows with its sliders at a setting."""
-        for n, (slider, value) in enumerate(zip(self.sliders, setting)):
+        for n, (slider, value) in enumerate(zip(self.sliders, setting, strict=True)):
             self.window.execute_script(MOVE, n, value, list(slider.stops))
         return self.window.execute_async_script(READ)
 
@@ -121,7 +121,7 @@ def test_before_is_what_predict_says_by_the_command_on_the_page(page):
         record = page.report(shown["predict"])
         assert "--set" in shown["predict"]
         expected = record["on_part"]["before"]["total"]
-        for value, key in zip(shown["before"], ("max_um", "p99_um", "rms_um")):
+        for value, key in zip(shown["before"], ("max_um", "p99_um", "rms_um"), strict=True):
             assert value == pytest.approx(expected[key], abs=PAGE_AND_COMMAND)
         assert shown["band"] == pytest.approx(record["band"]["p95_um"], abs=0.02 * shown["band"])
 
@@ -131,7 +131,7 @@ def test_after_is_what_the_written_program_does_by_the_command_on_the_page(page)
         shown = page.moved(setting)
         record = page.report(shown["check"])
         expected = record["on_part"]["after"]["total"]
-        for value, key in zip(shown["after"], ("max_um", "p99_um", "rms_um")):
+        for value, key in zip(shown["after"], ("max_um", "p99_um", "rms_um"), strict=True):
             assert value == pytest.approx(expected[key], abs=PAGE_AND_COMMAND)
         assert record["written"]["file"].endswith(".LS")
 
@@ -139,7 +139,7 @@ def test_after_is_what_the_written_program_does_by_the_command_on_the_page(page)
 def test_the_commands_say_what_python_would_set(page):
     for setting in drawn_settings(page.sliders, 3, seed=13):
         words = shlex.split(page.moved(setting)["predict"])
-        overrides = [item for flag, item in zip(words, words[1:]) if flag == "--set"]
+        overrides = [item for flag, item in zip(words, words[1:], strict=False) if flag == "--set"]
         wanted = [*page.live_job.overrides, *overrides_of(page.live_job.live.day, setting)]
 
         def numbers(items):

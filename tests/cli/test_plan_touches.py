@@ -193,7 +193,7 @@ def test_the_table_filled_in_anchors_the_arm(options, tmp_path):
         if options:
             row[column["value_mm"]] = f"{beyond:.4f}"
         else:
-            for axis, w in zip(("x_mm", "y_mm", "z_mm"), way):
+            for axis, w in zip(("x_mm", "y_mm", "z_mm"), way, strict=True):
                 row[column[axis]] = f"{touch['position'][axis] - beyond * w:.3f}"
     filled = tmp_path / "filled.csv"
     with filled.open("w", newline="") as text:

@@ -27,8 +27,8 @@ def reports_of(work):
 def rising(weights, reports):
     names = [stage.partition(":")[0] for stage, _ in reports]
     assert set(names) <= set(weights)
-    shares = [progress_bar.overall_share(weights, name, share) for name, (_, share) in zip(names, reports)]
-    assert all(b >= a - 1e-12 for a, b in zip(shares, shares[1:]))
+    shares = [progress_bar.overall_share(weights, name, share) for name, (_, share) in zip(names, reports, strict=True)]
+    assert all(b >= a - 1e-12 for a, b in zip(shares, shares[1:], strict=False))
     assert shares[0] == 0
     return shares
 

@@ -34,7 +34,7 @@ WITHOUT = {
         "teach-frame": "it judges a frame by the touches' own noise",
     },
 }  # fmt: skip
-ANNOTATIONS = dict(zip(WITHOUT, (options.Json, options.Quiet, options.Workers, options.MaxUm)))
+ANNOTATIONS = dict(zip(WITHOUT, (options.Json, options.Quiet, options.Workers, options.MaxUm), strict=True))
 
 
 def option_of(command, name):
@@ -64,5 +64,5 @@ def test_the_page_has_a_row_for_every_command():
     table = {command: [cell.strip() for cell in cells.split("|")] for command, cells in rows}
     assert list(table) == list(COMMANDS)
     for command, cells in table.items():
-        for name, cell in zip(("--json", "--workers", "--max-um"), cells[:3]):
+        for name, cell in zip(("--json", "--workers", "--max-um"), cells[:3], strict=True):
             assert (cell == "-") == (option_of(command, name) is None), (command, name)

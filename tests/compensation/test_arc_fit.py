@@ -44,7 +44,7 @@ def worst_deviation(path, moves, place, parameter):
     fine = np.linspace(parameter[0], parameter[-1], 200 * len(parameter))
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(place(fine), axis=0), axis=1))])
     worst = 0.0
-    for n, (first, last) in enumerate(zip(rows[:-1], rows[1:])):
+    for n, (first, last) in enumerate(zip(rows[:-1], rows[1:], strict=True)):
         f = np.linspace(0, 1, 41)
         at = np.interp(path.arc[first] + f * (path.arc[last] - path.arc[first]), length, fine)
         a, b = path.printed.position[[first, last]]
@@ -94,7 +94,7 @@ def test_drawn_curves_in_space_are_kept_to_between_all_places(seed):
     assert (arcs.angle[:, 1] <= MAX_ANGLE).all()
     assert (arcs.sagitta >= MIN_SAGITTA * DIGIT).all()
     # orientation: even between the places, to a digit of the text
-    for n, (first, last) in enumerate(zip(rows[:-1], rows[1:])):
+    for n, (first, last) in enumerate(zip(rows[:-1], rows[1:], strict=True)):
         k = np.arange(first, last + 1)
         share = (path.arc[k] - path.arc[first]) / (path.arc[last] - path.arc[first])
         whole = rotation_vector(path.commanded.rotation[first].T @ path.commanded.rotation[last])

@@ -130,7 +130,7 @@ def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
     assert 0.045 < len(limited) / N < 0.055
     away = np.ones(N, dtype=bool)
     distance = 2 * limits.influence_length(settings)
-    for first, last in zip(arc[limited] - distance, arc[limited] + distance):
+    for first, last in zip(arc[limited] - distance, arc[limited] + distance, strict=True):
         away[np.searchsorted(arc, first) : np.searchsorted(arc, last, "right")] = False
     assert away.mean() > 0.8
     assert np.array_equal(solution.correction[away], free.correction[away])

@@ -29,7 +29,7 @@ def rms_at_once(path, normal):
     arc = path.arc
     at = np.arange(0.0, arc[-1], mid_spatial.STEP)
     k = np.clip(np.searchsorted(arc, at, side="right") - 2, 0, len(arc) - 4)
-    cubic = [BarycentricInterpolator(arc[i : i + 4], normal[i : i + 4])(x) for i, x in zip(k, at)]
+    cubic = [BarycentricInterpolator(arc[i : i + 4], normal[i : i + 4])(x) for i, x in zip(k, at, strict=True)]
     run = np.array(cubic, dtype=float)
     pad = min(2000, len(run) - 1)
     padded = np.concatenate([2 * run[0] - run[pad:0:-1], run, 2 * run[-1] - run[-2 : -pad - 2 : -1]])

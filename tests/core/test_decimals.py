@@ -25,7 +25,7 @@ def test_fixed_columns_are_written_and_read_as_python_does():
             [numbers, np.arange(1000), -np.arange(1000), [scale * 100_000 - 1, 1 - scale * 10_000]]
         )
         texts = [f"{n / scale:{6 + decimals}.{decimals}f}" for n in numbers.tolist()]
-        texts = [text.replace("-", " ") if n == 0 else text for n, text in zip(numbers.tolist(), texts)]
+        texts = [text.replace("-", " ") if n == 0 else text for n, text in zip(numbers.tolist(), texts, strict=True)]
         written = bytes(join_columns(len(numbers), [*fixed_columns(numbers[None], decimals), b" deg\r\n};\r\n"]))
         assert written == "".join([f"{text} deg\r\n}};\r\n" for text in texts]).encode()
         rows = np.frombuffer(written, dtype=np.uint8).reshape(len(numbers), -1)

@@ -67,7 +67,7 @@ def test_every_operation_gives_the_same_numbers_compiled(compiled):
     values = evaluate(f, x)
     assert len(list(compiled.glob("*.so"))) == 1  # it was compiled
     evaluation.configure(None)
-    for a, b in zip(values, evaluate(f, x)):
+    for a, b in zip(values, evaluate(f, x), strict=True):
         assert_allclose(a, b, rtol=1e-13, atol=1e-13)
     assert_allclose(values[0][7], np.asarray(f(x[7])[0]).ravel(), rtol=1e-13, atol=1e-13)
 
@@ -290,7 +290,7 @@ def test_evaluate_knows_every_operation_it_offers():
     f = ca.Function("f", [x], [ca.vertcat(*outputs), ca.SX(3.0)])
     rows = np.random.default_rng(3).uniform(0.5, 2, (20, 2))
     values, constant = evaluate(f, rows)
-    for row, value in zip(rows, values):
+    for row, value in zip(rows, values, strict=True):
         assert_allclose(value, np.asarray(f(row)[0]).ravel(), rtol=1e-14)
     assert_allclose(constant, 3.0)
 

@@ -22,7 +22,7 @@ def test_a_notebook_shows_what_its_cells_print(page, tmp_path):
     shown = nbformat.read(page, as_version=4)
     now = notebooks.executed(page, tmp_path)
     assert [cell.source for cell in shown.cells] == [cell.source for cell in now.cells]
-    for words, came in zip(notebooks.words_of(shown), notebooks.words_of(now)):
+    for words, came in zip(notebooks.words_of(shown), notebooks.words_of(now), strict=True):
         assert not tutorials.differences(words, came), f"{page.name}: {ANEW}\n{came}"
 
 

@@ -36,7 +36,7 @@ def outputs(tmp_path_factory):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_tutorial_shows_what_its_commands_print(page, outputs):
     _, came = outputs(page)
-    for step, now in zip(tutorials.steps(page.read_text()), came):
+    for step, now in zip(tutorials.steps(page.read_text()), came, strict=True):
         if step.output is not None:
             missing = tutorials.differences(step.output, now)
             assert not missing, f"{page.name}: {ANEW}\nafter:\n{step.commands}\nnot so:\n{missing}\ncame:\n{now}"

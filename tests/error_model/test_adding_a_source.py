@@ -93,7 +93,7 @@ class Sag:
 
     def distort(self, chain, state):
         sizes = entries(self.amplitude, 6)
-        theta = [q if is_zero(s) else plus(q, s * np.cos(self.phase)) for q, s in zip(chain.theta, sizes)]
+        theta = [q if is_zero(s) else plus(q, s * np.cos(self.phase)) for q, s in zip(chain.theta, sizes, strict=True)]
         return replace(chain, theta=tuple(theta))
 
 

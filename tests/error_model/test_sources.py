@@ -390,7 +390,7 @@ def test_direction_does_not_depend_on_how_a_way_is_cut(cell):
     coarse = np.array([0, 0.02, 0.03, 0.01, -0.02])[:, None] * np.ones(6)
     fine = np.interp(np.linspace(0, 4, 41), range(5), coarse[:, 0])[:, None] * np.ones(6)
     places = [np.column_stack([t[:, 0], t[:, 0], 0 * t[:, 0]]) for t in (coarse, fine)]
-    states = [direction_states(memory, t, p) for t, p in zip((coarse, fine), places)]
+    states = [direction_states(memory, t, p) for t, p in zip((coarse, fine), places, strict=True)]
     assert_allclose(states[0].direction, states[1].direction[::10], atol=1e-13)
     assert_allclose(states[0].travel, states[1].travel[::10], atol=1e-13)
     left = np.exp(-0.02 / (600 * MDEG))

@@ -95,14 +95,14 @@ def test_what_identification_offers_is_what_the_file_has_and_every_other_term_on
     )
     shift, bend = (next(s for s in cell.sources if isinstance(s, kind)) for kind in (ThermalShift, ThermalBend))
     more, prior = shift.extended(arm, ("j2", "wrist"))
-    pairs = [*zip(more.of, more.node_name)]
-    assert pairs[:4] == [*zip(shift.of, shift.node_name)]
+    pairs = [*zip(more.of, more.node_name, strict=True)]
+    assert pairs[:4] == [*zip(shift.of, shift.node_name, strict=True)]
     assert len(pairs) == len(set(pairs)) == 4 + len(prior["rate"])
     assert {("d1", "wrist"), ("base x", "j2"), ("a3", "j2")} < set(pairs)
     assert ("a2", "j2") not in pairs  # a profile heats it
     assert_allclose(prior["rate"][pairs.index(("a3", "j2")) - 4], 11.5e-6 * 0.17)
     more, prior = bend.extended(arm, ("j2",))
-    triples = [*zip(more.link, more.plane, more.node_name)]
+    triples = [*zip(more.link, more.plane, more.node_name, strict=True)]
     assert {("a3", "side", "j2"), ("column", "twist", "j2"), ("d4", "arm", "j2"), ("a2", "twist", "link1")} < set(
         triples
     )

@@ -112,7 +112,7 @@ def test_payload_and_acc_are_written_and_read_back(payload, acc):
     assert [s.strip() for s in statements if b"PAYLOAD" in s] == ([b"PAYLOAD[%d]" % payload] if payload else [])
     motions = [s for s in statements if s[:1] in b"JL"]
     assert len(motions) == 3
-    for statement, plain in zip(motions, [s for s in re.findall(rb":([JL].*?) *;", GOLDEN)]):
+    for statement, plain in zip(motions, [s for s in re.findall(rb":([JL].*?) *;", GOLDEN)], strict=True):
         assert statement == (plain + b" ACC%d" % acc if acc else plain)
     back = ls.interpret(text)
     assert (back.payload, back.acc) == (payload, acc)
@@ -174,10 +174,10 @@ def naive_text(program):
     numbers = pose_numbers(program.position, program.rotation).tolist()
     out = [GOLDEN.decode().split("/MN")[0].replace("LINE_COUNT\t= 6", f"LINE_COUNT\t= {3 + len(numbers)}"), "/MN\r\n"]
     out += ["   1:  !one remark ;\r\n   2:  UFRAME_NUM=0 ;\r\n   3:  UTOOL_NUM=1 ;\r\n   4:J P[1] 10% FINE    ;\r\n"]
-    for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist()), 2):
+    for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist(), strict=True), 2):
         out.append(f"{n + 3:4d}:L P[{n}] {speed_text(speed)} {'FINE' if fine else 'CNT100'}    ;\r\n")
     out.append("/POS\r\n")
-    for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist()), 1):
+    for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist(), strict=True), 1):
         x, y, z, w, p, r = (f"{v:9.3f}" for v in row)
         config = f"{config_letters(program.posture)}, {a}, {b}, {c}"
         out.append(
@@ -253,9 +253,9 @@ def test_columns_never_read_what_lines_do_not(count, decimals, monkeypatch):
     texts = [text, *(wounded(text, rng) for _ in range(1500))]
     quick = [reader.read_columns(t) for t in texts]
     assert quick[0] is not None
-    assert 20 < sum(q is not None and t != text for q, t in zip(quick, texts)) < 500
+    assert 20 < sum(q is not None and t != text for q, t in zip(quick, texts, strict=True)) < 500
     monkeypatch.setattr(reader, "read_columns", lambda data: None)
-    for found, data in zip(quick, texts):
+    for found, data in zip(quick, texts, strict=True):
         if found is not None:
             careful = ls.interpret(data)
             for field in fields(ls.Program):

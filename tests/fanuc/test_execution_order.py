@@ -196,7 +196,7 @@ def test_no_way_through_random_programs_contradicts_an_origin():
         listing = [s.replace("?", str(next(names))) if "?" in s else s for s in listing]
         if sum("L P" in s for s in listing) > 9:
             continue
-        told = dict(zip((int(s[4]) for s in listing if s.startswith("L P")), origins(*listing)))
+        told = dict(zip((int(s[4]) for s in listing if s.startswith("L P")), origins(*listing), strict=True))
         for _ in range(40):
             for before, n in run(listing, lambda: rng.random() < 0.5):
                 assert told[n] in (None, before), (listing, before, n)

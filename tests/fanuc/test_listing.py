@@ -46,7 +46,7 @@ def row(read, number, group=1):
 def axes(read, number, group=1):
     """The numbers that are there, by axis."""
     values = read.positions.value[row(read, number, group)]
-    return {axis: value for axis, value in zip(AXES, values) if not np.isnan(value)}
+    return {axis: value for axis, value in zip(AXES, values, strict=True) if not np.isnan(value)}
 
 
 # Real programs ---------------------------------------------------------------------------------------------------
@@ -103,7 +103,7 @@ def test_names_hold_colons_brackets_quotes_and_latin_1():
     targets = ['P[1:"home"]', "P[2:grün: links]", "P[4]", "P[7:a]b]", "P[9]"]
     assert [t for (t,) in read.motions.target] == targets
     assert [list(p) for p in read.motions.position] == [[1], [2], [4], [7], [9]]
-    names = dict(zip(read.positions.number.tolist(), read.positions.name))
+    names = dict(zip(read.positions.number.tolist(), read.positions.name, strict=True))
     assert names == {1: "home", 2: "grün: links", 4: "", 7: "a]b", 9: "", 12: ""}
 
 
@@ -127,7 +127,7 @@ def test_joint_form_under_a_linear_move():
 def test_frames_differ_between_positions_and_gaps_and_unused_positions_stay():
     p = golden("CTRL").positions
     assert sorted(set(p.number.tolist())) == [1, 2, 4, 7, 9, 12]
-    pairs = {n: (u, t) for n, g, u, t in zip(p.number, p.group, p.uframe, p.utool) if g == 1}
+    pairs = {n: (u, t) for n, g, u, t in zip(p.number, p.group, p.uframe, p.utool, strict=True) if g == 1}
     assert pairs == {1: (0, 1), 2: (0, 1), 4: (3, 2), 7: (0, 1), 9: (9, 10), 12: (9, 10)}
     assert 12 not in np.concatenate(golden("CTRL").motions.position)
 
@@ -164,7 +164,7 @@ def test_only_true_moves_are_moves():
     speeds = ["11", "12", "13", "14", "15", "16", "17", "18", "19", "21%", *(str(s) for s in range(22, 26))]
     got = [s.lower().removesuffix("mm/sec") for s in read.motions.speed]
     assert got == [*speeds, "26", "27", "28"]
-    disabled = [s for s, off in zip(got, read.motions.disabled) if off]
+    disabled = [s for s, off in zip(got, read.motions.disabled, strict=True) if off]
     assert disabled == ["12", "18"]
 
 
@@ -182,7 +182,7 @@ def test_circle_stands_on_one_line_or_two():
         (("P[1]", "P[2]"), "17mm/sec"),
         (("P[1]", "P[3]"), "18mm/sec"),
     ]
-    assert [list(p) for letter, p in zip(read.motions.letter, read.motions.position) if letter == "C"] == [
+    assert [list(p) for letter, p in zip(read.motions.letter, read.motions.position, strict=True) if letter == "C"] == [
         [1, 2],
         [1, 2],
         [1, 3],
@@ -213,7 +213,7 @@ def test_a_position_without_content_is_not_lost():
 
 def test_numbers_restart_in_point_logic_and_pass_9999():
     read = golden("TRAPS")
-    lines = dict(zip(read.motions.speed, read.motions.line.tolist()))
+    lines = dict(zip(read.motions.speed, read.motions.line.tolist(), strict=True))
     text = read.data.decode("latin-1").split("\n")
     for speed, line in lines.items():
         if speed not in ("16mm/sec", "18mm/sec"):  # their speed stands on the line below
@@ -246,7 +246,7 @@ def test_every_speed_unit_and_every_target():
     assert [s for s in m.speed if s[:1] not in ".0123456789"] == [
         "R[5]%", "R[12:a]b 5%]mm/sec", "R[R[4]]cm/min", "AR[2]mm/sec", "WELD_SPEED", "max_speed",
     ]  # fmt: skip
-    elsewhere = [t[0] for t, p in zip(m.target, m.position) if p[0] == NO_NUMBER]
+    elsewhere = [t[0] for t, p in zip(m.target, m.position, strict=True) if p[0] == NO_NUMBER]
     assert elsewhere == ["P[R[3:which]]", "PR[62:JPOS[]]", "PR[GP1:5]", "PR[R[9]]", "PR[7:next :5]"]
     assert m.letter[22:27] == ("A", "A", "A", "S", "S")
     assert Counter(m.termination)["FINE"] == 15
@@ -319,7 +319,7 @@ def test_programs_nobody_wrote_are_read_as_a_second_reader_does(data):
 def test_an_edit_changes_its_bytes_and_nothing_else(path):
     read = loads(path.read_bytes())
     p, places = read.positions, {}
-    for i, j in zip(*np.nonzero(p.span[:, :, 1])):
+    for i, j in zip(*np.nonzero(p.span[:, :, 1]), strict=True):
         places[tuple(p.span[i, j].tolist())] = b"-%d.25" % (len(places) + 1)
     for i, speed in enumerate(read.motions.speed):
         if speed.endswith("mm/sec"):

@@ -26,13 +26,13 @@ def rounded(speed):
 
 def table(speed):
     rows = [rounded(v) for v in speed.tolist()]
-    return tuple(np.array(column) for column in zip(*rows))
+    return tuple(np.array(column) for column in zip(*rows, strict=True))
 
 
 def one_by_one(speed, length):
     """The rule, segment after segment: faster when that leaves the smaller error."""
     error, said = 0.0, []
-    for L, v, (step, low, exact) in zip(length.tolist(), speed.tolist(), map(rounded, speed.tolist())):
+    for L, v, (step, low, exact) in zip(length.tolist(), speed.tolist(), map(rounded, speed.tolist()), strict=True):
         late = error + L / low - L / v
         early = error + L / (low + step) - L / v
         faster = not exact and abs(early) < abs(late)

@@ -90,7 +90,7 @@ def test_the_mark_costs_one_unit_of_tilt_and_no_place(hot, monkeypatch):
     bare = corrected(many(), hot).text
     assert marked != bare
     numbers = re.compile(rb"([XYZWPR]) = ([-\d.]+)")
-    for a, b in zip(numbers.findall(marked), numbers.findall(bare)):
+    for a, b in zip(numbers.findall(marked), numbers.findall(bare), strict=True):
         assert abs(float(a[1]) - float(b[1])) <= (0.0010001 if a[0] in b"WPR" else 0)
 
 

@@ -65,7 +65,7 @@ def test_a_bend_that_no_table_names_is_found_and_written(identified):
     bend = next(k.source for k in arm.known if k.source.NAME == "thermal_bend")
     rise = site.arm.rises(np.array([6 * 3600.0]))[0]
     true = sum(rate * rise @ state for link, plane, rate, state in site.arm.bends if (link, plane) == ("column", "x"))
-    terms = [k for k, term in enumerate(zip(bend.link, bend.plane)) if term == ("column", "x")]
+    terms = [k for k, term in enumerate(zip(bend.link, bend.plane, strict=True)) if term == ("column", "x")]
     assert abs(true) > 50e-6  # rad
     assert bend.rate[terms] @ rise[bend.node[terms]] == pytest.approx(true, rel=0.4)
 

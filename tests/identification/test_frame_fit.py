@@ -34,10 +34,12 @@ def artefact_text(places=PLACES, frame="world", unknown=(), **extra):
         "[probe]",
         "diameter_mm = 6",
     ]
-    lines += [f"{k} = {v}" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE.position / MM)]
-    for name, place in zip(NAMES, places / MM):
+    lines += [f"{k} = {v}" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE.position / MM, strict=True)]
+    for name, place in zip(NAMES, places / MM, strict=True):
         lines += ["[[sphere]]", f'name = "{name}"', "diameter_mm = 20"]
-        lines += [] if name in unknown else [f"{k} = {v:.9g}" for k, v in zip(("x_mm", "y_mm", "z_mm"), place)]
+        lines += (
+            [] if name in unknown else [f"{k} = {v:.9g}" for k, v in zip(("x_mm", "y_mm", "z_mm"), place, strict=True)]
+        )
     return "\n".join(lines) + "\n"
 
 

@@ -42,7 +42,7 @@ def csv(truth, data):
     """Measurements as a file has them."""
     pendant = truth.arm.robot.to_pendant(data.theta)[data.pose] / DEG
     rows = [HEAD]
-    for n, (q, p) in enumerate(zip(pendant, data.position / MM)):
+    for n, (q, p) in enumerate(zip(pendant, data.position / MM, strict=True)):
         numbers = [*(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]
         rows.append(",".join([str(data.pose[n]), data.reflectors[data.reflector[n]], *numbers]))
     return "\n".join(rows) + "\n"

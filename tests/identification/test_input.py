@@ -345,7 +345,7 @@ def test_a_joint_of_the_opposite_sign_is_named(tmp_path, arm, rows, joint):
 def test_the_sign_of_theta_2_alone_is_named(tmp_path, arm, rows):
     """As a pendant table with -1 for J2 in its own row reads it: theta_3 = J2 + J3 keeps its sign."""
     turned = scaled(rows, ("j2_deg",), -1.0)
-    for row, right in zip(turned, rows):
+    for row, right in zip(turned, rows, strict=True):
         row[4] = f"{float(right[4]) + 2 * float(right[3]):.9g}"
     with pytest.raises(InputError, match="where J2 fits with the opposite sign, and J3 as it is"):
         read(tmp_path, arm, text(turned))

@@ -26,7 +26,7 @@ ASSUMED = ReversalWidths(np.full(6, 0.2 * DEG), np.full(3, np.inf))
 def side(theta, width, law):
     """The memory of one joint's motion, walked in steps of a thousandth of the width."""
     u, sides = 0.0, [0.0]
-    for begin, end in zip(theta[:-1], theta[1:]):
+    for begin, end in zip(theta[:-1], theta[1:], strict=True):
         count = max(1, int(np.ceil(abs(end - begin) / width * 1000)))
         if count > 20_000:  # far beyond the width
             u = float(np.sign(end - begin))
@@ -130,7 +130,7 @@ def test_identify_writes_the_widths_and_the_law(plan, tmp_path, law):
         first = int(rows[0]["order"])
         for row in rows:
             place = places[int(row["order"]) - first, int(row["target"][1:]) - 1]
-            row.update(zip(("x_mm", "y_mm", "z_mm"), (f"{v:.4f}" for v in place)))
+            row.update(zip(("x_mm", "y_mm", "z_mm"), (f"{v:.4f}" for v in place), strict=True))
         with (tmp_path / file).open("w", newline="") as out:
             writer = csv.DictWriter(out, rows[0])
             writer.writeheader()

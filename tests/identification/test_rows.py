@@ -62,7 +62,7 @@ def numpy_flange(robot, parameters, p, theta):
     """Positions and rotations of the flange with parameters of lengths and zeros."""
     rows = {"d": robot.d.copy(), "a": robot.a.copy(), "alpha": robot.alpha.copy(), "beta": np.zeros(6)}
     rows["offset"] = np.zeros(6)
-    for parameter, value in zip(parameters, p):
+    for parameter, value in zip(parameters, p, strict=True):
         rows[parameter.field][parameter.index] += value
     T, one = np.tile(np.eye(4), (len(theta), 1, 1)), np.ones(len(theta))
     for i in range(6):
@@ -292,7 +292,7 @@ def numpy_residuals(arm, model, data, x, frames, active):
     fixed = data.fixed
     given = np.isfinite(fixed.place[:, 0])
     out.append(((fixed.place - at.place)[given] / fixed.sigma[given, None]).ravel())
-    for (a, b), length, sigma in zip(fixed.between, fixed.length, fixed.length_sigma):
+    for (a, b), length, sigma in zip(fixed.between, fixed.length, fixed.length_sigma, strict=True):
         out.append(np.array([(length - np.linalg.norm(at.place[a] - at.place[b])) / sigma]))
     return np.concatenate(out)
 

@@ -54,7 +54,7 @@ def test_its_height_is_fitted_along_and_written(truth, warm):
     model = build_model(arm.robot, sources, 5, (), data.modelled)
     assert sum(t.source == "warm_up" for t in model.parameters) == 2
     # the arm's own values are known here, but for the node's: what is left is its height
-    value = {t.name: v for t, v in zip(truth.model.parameters, truth.p)}
+    value = {t.name: v for t, v in zip(truth.model.parameters, truth.p, strict=True)}
     p = np.array([value.get(t.name, 0.0) for t in model.parameters])
     known = replace(
         data, position=truth.noiseless(replace(data, rise=true_rise)) + rng.normal(0, 2e-6, data.position.shape)
@@ -91,7 +91,7 @@ def fixed_at(model, p, active):
     arguments = [*inputs[:-1], free]
     return replace(
         model,
-        parameters=tuple(t for t, flag in zip(model.parameters, active) if flag),
+        parameters=tuple(t for t, flag in zip(model.parameters, active, strict=True) if flag),
         flange=ca.Function("flange", arguments, outputs[:2]),
         expressions=(arguments, *outputs),
     )

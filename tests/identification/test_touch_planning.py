@@ -22,7 +22,7 @@ def case(seed):
 def left(prior, column, length, rows):
     """Mean variance along the path after some touches, from the information matrix."""
     S = np.linalg.inv(np.linalg.inv(prior) + sum(H.T @ H / NOISE**2 for H in rows))
-    return sum(w * np.trace(C @ S @ C.T) for C, w in zip(column, length / length.sum()))
+    return sum(w * np.trace(C @ S @ C.T) for C, w in zip(column, length / length.sum(), strict=True))
 
 
 def planned(prior, column, length, rows, count):

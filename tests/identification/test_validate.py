@@ -154,7 +154,10 @@ def test_warm_poses_are_judged_with_the_states_of_a_log(truth, cold, identified,
     warm = replace(warm, position=truth.noiseless(warm) + rng.normal(0, NOISE, warm.position.shape))
     (tmp_path / "hot.csv").write_text(csv(truth, warm))
     head = ",".join(["time_s", "ambient_degC", *(f"{n}_degC" for n in truth.arm.nodes)])
-    rows = [",".join([f"{t:.3f}", "20", *(f"{20 + r:.4f}" for r in rises)]) for t, rises in zip(warm.time, rise)]
+    rows = [
+        ",".join([f"{t:.3f}", "20", *(f"{20 + r:.4f}" for r in rises)])
+        for t, rises in zip(warm.time, rise, strict=True)
+    ]
     (tmp_path / "log.csv").write_text("\n".join([head, *rows]) + "\n")
     log = ("--temperatures", tmp_path / "log.csv")
     result, summary = validated(tmp_path, identified, csv(truth, cold), "--hot", tmp_path / "hot.csv", *log)
@@ -174,7 +177,7 @@ def test_parameters_are_sorted_by_what_they_move(truth, cold):
     active = active_in_groups(truth.model, ("joint_zeros.offset", "link_offsets.a"))
     fitted = fit(truth.model, cold, active)
     moves = largest_moves(truth.model, fitted)
-    names = [t for t, flag in zip(truth.model.parameters, active) if flag]
+    names = [t for t, flag in zip(truth.model.parameters, active, strict=True) if flag]
     k = int(np.argmax(moves))
     p = fitted.p.copy()
     p[np.flatnonzero(active)[k]] = 0

@@ -79,18 +79,18 @@ def touch_rows(arm, rng, count=60, sided=False, noise=NOISE, places=SPHERES, err
     down = np.diag([1.0, -1.0, -1.0]) @ rotation_matrix(rng.uniform(-0.6, 0.6, (count, 3)))
     where = places[target] - sided * RADIUS * normal + rng.normal(0, noise, (count, 3))
     theta = solve_tool(arm.robot, Pose(where, down), Pose(PROBE, np.eye(3)), Posture())[0] - error
-    rows = [[NAMES[t], *degrees(arm, q)] for t, q in zip(target, theta)]
-    return [[*r, *(f"{v:.9f}" for v in n)] for r, n in zip(rows, normal)] if sided else rows
+    rows = [[NAMES[t], *degrees(arm, q)] for t, q in zip(target, theta, strict=True)]
+    return [[*r, *(f"{v:.9f}" for v in n)] for r, n in zip(rows, normal, strict=True)] if sided else rows
 
 
 def artefact(certified="true", length=(0, 1), known=(), places=SPHERES, mm=None, sigma=0.0, probe=True):
     """An artefact's file: some spheres of known places in axes of its own."""
     lines = ["[artefact]"] + ([f"certified = {certified}"] if certified else []) + ["[probe]", "diameter_mm = 5"]
-    lines += [f"{k}_mm = {v}" for k, v in zip("xyz", PROBE / MM)] if probe else []
+    lines += [f"{k}_mm = {v}" for k, v in zip("xyz", PROBE / MM, strict=True)] if probe else []
     turn = rotation_matrix(np.array([[0.1, -0.2, 0.7]]))[0]
     for k, place in enumerate(places @ turn.T / MM):
         lines += ["[[sphere]]", f'name = "{NAMES[k]}"', "diameter_mm = 25"]
-        lines += [f"{c}_mm = {v:.6f}" for c, v in zip("xyz", place)] if k in known else []
+        lines += [f"{c}_mm = {v:.6f}" for c, v in zip("xyz", place, strict=True)] if k in known else []
         lines += [f"sigma_um = {sigma}"] if sigma else []
     if length:
         mm = np.linalg.norm(places[length[0]] - places[length[1]]) / MM if mm is None else mm
@@ -390,7 +390,10 @@ def test_what_a_small_sweep_cannot_see_is_named(arm, tmp_path):
     theta = random_theta(arm.robot, rng, 80)
     theta[:, 3:] = theta[0, 3:]
     where = carried(arm, theta, PRISM[0])
-    rows = [["r1", *degrees(arm, q), "ball", f"{np.linalg.norm(p - SOCKET) / MM:.5f}"] for q, p in zip(theta, where)]
+    rows = [
+        ["r1", *degrees(arm, q), "ball", f"{np.linalg.norm(p - SOCKET) / MM:.5f}"]
+        for q, p in zip(theta, where, strict=True)
+    ]
     data = read(arm, tmp_path, text([*DISTANCE_HEAD[:8], "distance_mm"], rows), force=True)
     parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)
     model = build_model(arm.robot, [s for s in parts if s.original.NAME in ("joint_zeros", "link_offsets")], 0)
@@ -452,7 +455,7 @@ def test_touches_that_never_tilt_the_probe_are_refused(arm, tmp_path):
     level = np.tile(np.diag([1.0, -1.0, -1.0]), (80, 1, 1))
     where = SPHERES[target] + rng.normal(0, NOISE, (80, 3))
     theta = solve_tool(arm.robot, Pose(where, level), Pose(PROBE, np.eye(3)), Posture())[0] - ERROR
-    rows = [[NAMES[t], *degrees(arm, q)] for t, q in zip(target, theta)]
+    rows = [[NAMES[t], *degrees(arm, q)] for t, q in zip(target, theta, strict=True)]
     (tmp_path / "touches.csv").write_text(text(TOUCH_HEAD, rows))
     (tmp_path / "artefact.toml").write_text(artefact())
     made = run(

@@ -277,7 +277,7 @@ def test_what_a_robot_file_marks_as_drifting_is_found(tmp_path):
     touches = replace(turned.touches, theta=turned.touches.theta - wanted * np.eye(6)[0])  # commanded less: it is there
     result = anchored(replace(drifted, touches=touches))
     name = "joint_zeros.offset_mdeg[1]"
-    drift_value = dict(zip(result.state.drifting, result.state.drift.tolist()))[name]
+    drift_value = dict(zip(result.state.drifting, result.state.drift.tolist(), strict=True))[name]
     assert_allclose(drift_value, 4.0, atol=1.5)
     with pytest.raises(InputError, match=r"anchor\.drifting: 'joint_zeros.offset_mdeg\[9\]' is no number"):
         anchored(drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting.replace("[1]", "[9]"))))

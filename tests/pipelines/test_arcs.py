@@ -85,7 +85,7 @@ def test_a_naive_reader_and_a_circle_by_linear_algebra_see_the_flight_of_the_twi
     for move in moves[1:]:
         numbers = [int(target[2:-1]) for target in move.targets]
         if move.letter == "C":
-            for points_of, k in zip((0, 1), (segment, segment + 1)):
+            for points_of, k in zip((0, 1), (segment, segment + 1), strict=True):
                 rows = execution.segment == k
                 shares = execution.fraction[rows]
                 expected = arc_points(place[at], place[numbers[0]], place[numbers[1]], shares)[points_of]

@@ -63,7 +63,7 @@ def test_brute_force_over_sampled_starts_finds_the_correction_of_their_mean():
     motion = JointMotion(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
     random = np.random.default_rng(3)
     sampled = [random.integers(0, 8, 200), random.uniform(0, 3600, 200), random.choice([0.5, 1.0], 200)]
-    starts = [Start(*values) for values in zip(*(column.tolist() for column in sampled))]
+    starts = [Start(*values) for values in zip(*(column.tolist() for column in sampled), strict=True)]
     rises = [rises_of(job.heat, job.history, start, motion)[some] for start in starts]
     problem = problem_of(planned, some)
     of_mean = optimise.optimise(replace(problem, rise=np.mean(rises, axis=0)), job.settings).correction
@@ -180,7 +180,7 @@ def test_what_is_foretold_is_what_the_twin_flies(delays, wide):
     for _, corrected in (delays, wide):
         result = corrected.averaged
         assert result.disagreement < 0.01 * UM < 0.5 * UM < result.spread
-        foretold = dict(zip(result.starts, result.largest))
+        foretold = dict(zip(result.starts, result.largest, strict=True))
         for f in result.flown:
             if f.start in foretold:
                 assert foretold[f.start] == pytest.approx(f.total.max, rel=0.02)
@@ -260,7 +260,7 @@ def test_files_for_parts_of_an_interval_are_as_few_as_can_be():
     """Of a displacement that only grows with the delay: its range over twice the drift."""
     _, corrected = averaged("compensation.average_over={delay_s=[0, 14400]}", "compensation.start_drift_um=3")
     result = corrected.averaged
-    at_end = [added for start, added in zip(result.starts, result.added) if start.delay in (0.0, 14400.0)]
+    at_end = [added for start, added in zip(result.starts, result.added, strict=True) if start.delay in (0.0, 14400.0)]
     least = int(np.ceil(sum(at_end) / (2 * 3 * UM)))
     assert least >= 4
     assert least <= result.files <= least + 1  # the mean is not where the displacements are straight

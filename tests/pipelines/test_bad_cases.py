@@ -241,6 +241,6 @@ def test_a_long_run_without_a_compiler_says_so_once_and_writes_the_same_program(
         assert re.fullmatch(f"cgen: note: {told}: numpy evaluates instead, .*\n", done.stderr)
         for written in (tmp_path / "with").glob("*.LS"):
             one, other = written.read_bytes(), (tmp_path / "without" / written.name).read_bytes()
-            differ = sum(a != b for a, b in zip(one.split(), other.split()))
+            differ = sum(a != b for a, b in zip(one.split(), other.split(), strict=True))
             assert differ <= 3, written.name  # a last printed digit
         assert not list((tmp_path / "cache").rglob("*-*"))

@@ -249,7 +249,7 @@ def test_a_part_that_stands_elsewhere_is_missed_the_other_way():
     columns = columns_along(program, uncertainty, np.arange(len(place)))
     by_name = {q.name: columns.column[:, :, k] for k, q in enumerate(uncertainty.quantities)}
     actual = program.model.actual_pose(program.theta, program.rise, program.motion).position
-    for axis, unit, shift, turn in zip("xyz", np.eye(3), (5, 6, 7), (1, 2, 3)):
+    for axis, unit, shift, turn in zip("xyz", np.eye(3), (5, 6, 7), (1, 2, 3), strict=True):
         assert_allclose(by_name[f"part's place {axis}"], np.broadcast_to(-shift * UM * unit, place.shape), atol=1e-12)
         turned = -np.cross(turn * MDEG * unit, actual - middle)
         assert_allclose(by_name[f"part's turn {axis}"], turned, atol=1e-9)

@@ -243,7 +243,7 @@ def test_frames_of_a_table_and_of_a_backup_give_the_same_program(hot, tmp_path):
     table = tmp_path / "frames.toml"
     table.write_text(
         "\n".join(
-            f"[{kind}.2]\n" + "\n".join(f"{k} = {v}" for k, v in zip(keys, values))
+            f"[{kind}.2]\n" + "\n".join(f"{k} = {v}" for k, v in zip(keys, values, strict=True))
             for kind, values in (("uframe", uf), ("utool", ut))
         )
     )
@@ -273,7 +273,7 @@ def test_near_p_90_the_tool_stays_right(flat, hot):
     text = corrected(data, hot, frames).text
     now = naive_ls.read(text)[0][1].groups[1].axes
     assert missed_um(data, text, 1, HOME, None, ut) < ROUNDED_UM
-    assert max(abs(now[k] - v) for k, v in zip("WPR", where[3:])) < 0.05
+    assert max(abs(now[k] - v) for k, v in zip("WPR", where[3:], strict=True)) < 0.05
     real = arm.flange(arm.joints_at(pose(naive_ls.read(text)[0][1]) @ np.linalg.inv(ut), HOME), arm.warm_lengths())
     away = arm.difference(real @ ut, arm.frame(*where))[3:]
     assert np.linalg.norm(away) < 0.02  # mm at 1 m
@@ -399,7 +399,7 @@ def test_the_twin_says_what_the_second_arm_says(hot):
     data = program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE"], [at(1, HOME), at(2, (15, 25, -20, 25, -55, 40))])
     result = corrected(data, hot)
     ends = result.execution.fraction == 1
-    for k, n, guess in zip(np.flatnonzero(ends), (1, 2), (HOME, (15, 25, -20, 25, -55, 40))):
+    for k, n, guess in zip(np.flatnonzero(ends), (1, 2), (HOME, (15, 25, -20, 25, -55, 40)), strict=True):
         assert result.error.distance[k] * 1e6 == pytest.approx(missed_um(data, data, n, guess), abs=0.1)
         assert result.residual.distance[k] * 1e6 == pytest.approx(missed_um(data, result.text, n, guess), abs=0.1)
     assert result.judged.all()

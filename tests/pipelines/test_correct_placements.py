@@ -50,7 +50,7 @@ def registers(tmp_path, **values):
     text = ""
     for name, numbers in values.items():
         keys = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
-        text += f"[pr.{name[2:]}]\n" + "".join(f"{k} = {v}\n" for k, v in zip(keys, numbers))
+        text += f"[pr.{name[2:]}]\n" + "".join(f"{k} = {v}\n" for k, v in zip(keys, numbers, strict=True))
     return load_registers(table(tmp_path, text))
 
 
@@ -130,7 +130,7 @@ def test_a_position_driven_to_with_and_without_its_offset_takes_the_mean(hot):
     new = sorted(set(naive_ls.read(parted.text)[0]) - {1, 2, 3})
     assert len(new) == 2
     targets = [m.targets[0] for m in naive_ls.read(parted.text)[1][1:4]]
-    for target, way in zip(targets, (up, {}, along)):
+    for target, way in zip(targets, (up, {}, along), strict=True):
         n = int(target[2:-1])
         wanted = numbers(data, 1)
         assert np.abs(numbers(parted.text, n) - wanted).max() < 1.0
@@ -163,7 +163,7 @@ def test_a_frame_is_the_tables_before_it_is_written_and_the_programs_behind(hot,
     points = [at(1, HOME, uf=first, numbered=(4, 0)), at(2, THERE, uf=second, numbered=(4, 0))]
     moves = ["L P[1] 50mm/sec FINE", "UFRAME[4]=PR[9]", "L P[2] 50mm/sec FINE"]
     data = shifted(moves, points=points)
-    keys = zip(("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"), FRAME)
+    keys = zip(("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"), FRAME, strict=True)
     frames = load_frames(table(tmp_path, "[uframe.4]\n" + "".join(f"{k}={v}\n" for k, v in keys), "f.toml"))
     result = run(data, hot, frames, registers(tmp_path, pr9=(100.0, 50.0, -20.0, 0.0, 0.0, 10.0)))
     assert changed(data, result) == {1, 2, 3}
@@ -295,7 +295,9 @@ def rail(*bases):
     keys = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
     text = RAIL
     for value, pose in bases:
-        text += f"[[extended.E1.base]]\nat_mm = {value}\n" + "".join(f"{k} = {v}\n" for k, v in zip(keys, pose))
+        text += f"[[extended.E1.base]]\nat_mm = {value}\n" + "".join(
+            f"{k} = {v}\n" for k, v in zip(keys, pose, strict=True)
+        )
     return text
 
 

@@ -147,7 +147,9 @@ def test_settings_are_drawn_the_same_every_time_and_inside_the_ranges(schedule):
     sliders = schedule.live.day.sliders
     assert drawn_settings(sliders) == drawn_settings(sliders)
     for setting in drawn_settings(sliders):
-        assert all(s.low <= v <= s.high and (not s.stops or v in s.stops) for s, v in zip(sliders, setting))
+        assert all(
+            s.low <= v <= s.high and (not s.stops or v in s.stops) for s, v in zip(sliders, setting, strict=True)
+        )
 
 
 #: two shifts, the first with breaks; runs and hours that keep to them, with what comes between
@@ -203,7 +205,7 @@ def test_a_file_for_several_starts_moves_from_their_mean():
 
 def test_a_start_of_the_path_file_is_where_its_sliders_stand():
     live_job = built("line_y", *SCHEDULE, "start.run=14", "start.delay_min=7.5")
-    planned = dict(zip(kinds(live_job), planned_setting(live_job.live.day)))
+    planned = dict(zip(kinds(live_job), planned_setting(live_job.live.day), strict=True))
     assert (planned["run"], planned["delay"]) == (14.0, 7.5)
     shown = at(live_job.live, planned_setting(live_job.live.day), live_job.live.before)
     assert shown.largest == pytest.approx(live_job.planned.deviation().on_part["total"].max, abs=1e-10)

@@ -76,7 +76,7 @@ def errors_with(uf, add):
     """How far the flange is from where the program wants it at its positions, um, numbers added as the pendant adds."""
     targets = [frame(*UF) @ frame(*xyz, 180, 0, 15) for xyz in PLACES]
     there = [driven(frame(*uf) @ frame(*(np.array([*xyz, 180, 0, 15]) + add))) for xyz in PLACES]
-    return 1e3 * np.array([np.linalg.norm((a - t)[:3, 3]) for a, t in zip(there, targets)])
+    return 1e3 * np.array([np.linalg.norm((a - t)[:3, 3]) for a, t in zip(there, targets, strict=True)])
 
 
 def test_a_frame_typed_in_brings_the_moved_arm_back(offsets):
@@ -106,7 +106,7 @@ def test_a_register_moved_either_way_leaves_more(offsets):
     points = np.vstack(
         [
             a + np.outer(np.arange(0.5, n) / n, d)
-            for a, d, n in zip(places, ways, (np.linalg.norm(ways, axis=1) // 10).astype(int))
+            for a, d, n in zip(places, ways, (np.linalg.norm(ways, axis=1) // 10).astype(int), strict=True)
         ]
     )
     targets = [frame(*UF) @ frame(*xyz, 180, 0, 15) for xyz in points]
@@ -130,7 +130,7 @@ def test_a_planned_path_s_offset_is_judged_on_the_text_with_its_numbers_moved(uf
     overrides = [f"state.file='{written(state_of_moved(day), tmp_path)}'"]
     if any(uf):
         keys = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
-        overrides += ["frame.number=1", *(f"frame.{k}={v}" for k, v in zip(keys, uf))]
+        overrides += ["frame.number=1", *(f"frame.{k}={v}" for k, v in zip(keys, uf, strict=True))]
         overrides += ["path.x_mm=20", "path.y_mm=0", "path.z_mm=3"]
     job = load_job(path_file("circle_1300"), overrides=overrides)
     result = offsets_of_job(job, quiet)

@@ -198,7 +198,7 @@ def test_a_naive_reader_drives_the_pages_without_a_gap(made):
 def test_each_page_is_text_of_our_own_form_with_its_own_head(made):
     planned, corrected, program = made
     pages = corrected.delivery.paged.pages
-    for k, (page, start) in enumerate(zip(pages, corrected.delivery.starts)):
+    for k, (page, start) in enumerate(zip(pages, corrected.delivery.starts, strict=True)):
         own = ls.interpret(page.data)
         assert ls.compose(own) == page.data
         assert own.name == page.name
@@ -222,7 +222,7 @@ def test_the_manifest_says_order_checksum_start_and_warmth(made):
         assert entry["sha256"] == sha256(files[entry["file"]]).hexdigest()
         assert entry["bytes"] == len(files[entry["file"]])
     execution, program = corrected.execution(), corrected.program
-    for before, page in zip([None, *manifest["pages"]], manifest["pages"]):
+    for before, page in zip([None, *manifest["pages"]], manifest["pages"], strict=True):
         first = page["first_position"] - 1
         assert before is None or page["first_position"] == before["last_position"]
         own = ls.interpret(files[page["file"]])
@@ -239,7 +239,7 @@ def test_the_manifest_says_order_checksum_start_and_warmth(made):
 def stepped(heat, rise, time, driven):
     """Rises at each moment, node by node through every segment."""
     out = [rise]
-    for goal, dt in zip(heat.steady_rise("moving", driven), np.diff(time)):
+    for goal, dt in zip(heat.steady_rise("moving", driven), np.diff(time), strict=True):
         out.append(goal + (out[-1] - goal) * np.exp(-dt / heat.tau))
     return np.array(out)
 

@@ -27,7 +27,7 @@ FAST = ["process.chord_um=20"]
 
 def frame_text(values=PLACE, **more):
     keys = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
-    lines = [f"{k} = {v}" for k, v in zip(keys, values)] + [f"{k} = {v!r}" for k, v in more.items()]
+    lines = [f"{k} = {v}" for k, v in zip(keys, values, strict=True)] + [f"{k} = {v!r}" for k, v in more.items()]
     return "[frame]\n" + "\n".join(lines).replace("'", '"') + "\n"
 
 

@@ -97,10 +97,12 @@ def test_terms_that_were_not_needed_leave_the_others_their_own_rows(identified):
     labels = [t.label for t in result.model.parameters if t.source == "thermal_bend"]
     fit_of = {
         t.label: (p, s)
-        for t, p, s in zip(result.model.parameters, result.selected.fit.p, result.selected.fit.sigma)
+        for t, p, s in zip(result.model.parameters, result.selected.fit.p, result.selected.fit.sigma, strict=True)
         if t.source == "thermal_bend"
     }
-    written = [" ".join(words) for words in zip(bend.source.link, bend.source.plane, bend.source.node_name)]
+    written = [
+        " ".join(words) for words in zip(bend.source.link, bend.source.plane, bend.source.node_name, strict=True)
+    ]
     rows = [i for i, p in enumerate(cell.posterior.parameters) if p.table == "thermal_bend"]
     assert 0 < len(written) < len(labels)
     for i in rows:

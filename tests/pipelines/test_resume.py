@@ -82,7 +82,7 @@ def test_a_late_start_is_what_generate_makes_of_the_same_wait(made, tmp_path):
     """From the first page on: every position, speed and stop of a job whose day has the wait in it."""
     resumed = later(made, 1, 2400.0)
     waited = write(tmp_path / "waited", IDLE % (2400 / 3600))
-    twins = zip(positions(resumed.files), positions({f.name: f.read_bytes() for f in waited.iterdir()}))
+    twins = zip(positions(resumed.files), positions({f.name: f.read_bytes() for f in waited.iterdir()}), strict=True)
     pages = list(twins)
     assert len(pages) > 3
     for ours, oracle in pages:
@@ -113,7 +113,7 @@ def test_the_rest_of_a_job_is_right_for_the_wait_before_its_page(made):
     heat, row = whole.job.heat, resumed.written.pages[2].first
     rise = heat.rise_after(whole.job.history.before)
     for goal, dt in zip(
-        heat.steady_rise("moving", whole.trajectory.driven_speed[:row]), np.diff(whole.time[: row + 1])
+        heat.steady_rise("moving", whole.trajectory.driven_speed[:row]), np.diff(whole.time[: row + 1]), strict=True
     ):
         rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
     rise = heat.rise_after([Duty("idle", 0.0, 1800.0)], rise)
@@ -136,7 +136,7 @@ def test_pages_keep_names_numbers_speeds_and_stops(made):
     resumed = later(made, 3, 1800.0)
     old = {page.file: page.data for page in resumed.written.pages[2:]}
     assert list(resumed.files) == [*old, "OPTIC_RASTER.pages.json"]
-    for before, after in zip(positions(old), positions(resumed.files)):
+    for before, after in zip(positions(old), positions(resumed.files), strict=True):
         assert (before.name, len(before.position), before.comment) == (after.name, len(after.position), after.comment)
         assert (before.uframe, before.utool, before.posture, before.date) == (
             after.uframe, after.utool, after.posture, after.date,
@@ -154,7 +154,7 @@ def test_the_manifest_says_what_was_replaced_when_and_why(made):
     (entry,) = record["resumed"]
     assert (entry["from_page"], entry["date"], entry["done"], entry["loaded"]) == (3, "2026-01-31", 1, 2)
     assert entry["late_s"] == 1800
-    for page, line, before in zip(entry["pages"], record["pages"][2:], old["pages"][2:]):
+    for page, line, before in zip(entry["pages"], record["pages"][2:], old["pages"][2:], strict=True):
         data = resumed.files[line["file"]]
         assert page["new_sha256"] == line["sha256"] == sha256(data).hexdigest()
         assert page["old_sha256"] == before["sha256"]
@@ -176,7 +176,7 @@ def test_waits_add_up_from_one_resume_to_the_next_and_the_same_call_again_change
     row = written.pages[1].first
     heat, rise = whole.job.heat, np.array(written.resumed[0]["state"])
     steady = heat.steady_rise("moving", whole.trajectory.driven_speed[row : written.pages[3].first])
-    for goal, dt in zip(steady, np.diff(whole.time[row : written.pages[3].first + 1])):
+    for goal, dt in zip(steady, np.diff(whole.time[row : written.pages[3].first + 1]), strict=True):
         rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
     assert_allclose(known.state, rise, atol=1e-9)
     assert known.clock == pytest.approx(whole.job.clock + whole.time[written.pages[3].first] + 1200)
@@ -197,7 +197,7 @@ def test_other_jobs_are_resumed_too(tmp_path, change):
     assert max(page.before.max for page in resumed.pages) > 2 * max(page.after.max for page in resumed.pages)
     never = later(folder, 2, 0.0)
     old = positions({page.file: page.data for page in never.written.pages[1:]})
-    for before, after in zip(old, positions(never.files)):
+    for before, after in zip(old, positions(never.files), strict=True):
         assert np.abs(before.position - after.position)[1:].max() < 1.5 * UM  # as written: a digit either way
 
 
@@ -280,7 +280,9 @@ def test_a_state_brings_its_warmth_and_its_base(copy, tmp_path):
     resumed = by_state(copy, 1, file)
     assert_allclose(resumed.planned.rise[0], rise, atol=1e-9)
     oracle = write(place / "oracle", f"state.file='{file}'")
-    for ours, theirs in zip(positions(resumed.files), positions({f.name: f.read_bytes() for f in oracle.iterdir()})):
+    for ours, theirs in zip(
+        positions(resumed.files), positions({f.name: f.read_bytes() for f in oracle.iterdir()}), strict=True
+    ):
         assert_array_equal(ours.position, theirs.position)
         assert_array_equal(ours.rotation, theirs.rotation)
     assert resumed.pages[0].before.max > 150 * UM

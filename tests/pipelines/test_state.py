@@ -68,7 +68,7 @@ def test_the_state_that_history_ends_with_predicts_what_history_does(model, tmp_
 
 def test_a_network_without_modal_state_shows_the_rises_of_the_nodes(hot, tmp_path):
     job = with_state(state_of(hot), tmp_path, "robot.thermal.model=network")
-    rises = dict(zip(job.heat.names, job.start_rise().tolist()))
+    rises = dict(zip(job.heat.names, job.start_rise().tolist(), strict=True))
     assert_allclose([rises[n] for n in hot.heat.names], hot.start_rise(), atol=1e-9)
     assert min(rises.values()) > -1  # between the named places it is as warm as they are
     assert max(rises.values()) < 20

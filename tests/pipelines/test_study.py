@@ -69,7 +69,7 @@ def test_a_grid_is_the_product_in_order(study):
 
 
 def test_every_row_is_what_predict_says(study, rows):
-    for row, scenario in zip(rows, study.scenarios):
+    for row, scenario in zip(rows, study.scenarios, strict=True):
         planned = generate.predict(load_job(PATH, overrides=scenario.overrides()), quiet)
         told = statistics(planned.deviation())["total"]
         for name in ("max_um", "p99_um", "rms_um"):
@@ -337,8 +337,8 @@ def test_validity_is_the_start_window(line):
 
 def test_contributions_add_up(line):
     told = ask("contributions", line, 5 * UM)
-    nodes = [v for label, v in zip(told.labels, told.table[:, 1]) if label.startswith("node")]
-    lengths = [v for label, v in zip(told.labels, told.table[:, 1]) if label.startswith("length")]
+    nodes = [v for label, v in zip(told.labels, told.table[:, 1], strict=True) if label.startswith("node")]
+    lengths = [v for label, v in zip(told.labels, told.table[:, 1], strict=True) if label.startswith("length")]
     whole = generate.predict(line, quiet)
     assert sum(nodes) == pytest.approx(statistics(whole.deviation())["total"]["max_um"], abs=2.5)
     assert sum(lengths) == pytest.approx(sum(nodes), abs=0.05)
@@ -349,11 +349,11 @@ def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
     robot = flawed_file(tmp_path, drop=NOT_GROWTH)
     job = load_job(PATH, robot=robot)
     answer = ask("contributions", job, 5 * UM)
-    lengths = dict(zip(answer.labels, answer.table[:, 1].tolist()))
+    lengths = dict(zip(answer.labels, answer.table[:, 1].tolist(), strict=True))
     assert {"length d1", "length a3"} <= set(lengths)
     nodes = sum(v for label, v in lengths.items() if label.startswith("node"))
     assert sum(v for label, v in lengths.items() if label.startswith("length")) == pytest.approx(nodes, abs=0.05)
-    alone = dict(zip(answer.labels, answer.table[:, 2].tolist()))["length d1"]
+    alone = dict(zip(answer.labels, answer.table[:, 2].tolist(), strict=True))["length d1"]
     warmest = execute_with(job, lay_out(job)).rise[:, 0].max()
     assert alone == pytest.approx(0.565 * 10.5 * 1.1 * warmest, rel=1e-3)  # um: length, cte, its excess, rise of j2
 

@@ -100,8 +100,8 @@ def touching_joints(truth, rng, rise, orientations):
 
 def write_artefact(folder, places=SPHERES, frame="world"):
     text = f'[artefact]\nframe = "{frame}"\n[probe]\ndiameter_mm = 6\n'
-    text += "".join(f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM))
-    for name, place in zip(NAMES, places / MM):
+    text += "".join(f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM, strict=True))
+    for name, place in zip(NAMES, places / MM, strict=True):
         text += (
             f'[[sphere]]\nname = "{name}"\ndiameter_mm = 25\nx_mm = {place[0]}\ny_mm = {place[1]}\nz_mm = {place[2]}\n'
         )
@@ -119,7 +119,7 @@ def write_touches(folder, robot, theta, orientations, names=NAMES):
 def write_log(folder, nodes, final, hours=3.5):
     t = np.arange(0, hours * 3600 + 1, 60.0)
     rise = np.minimum(1.0, t[:, None] / 7000) * final
-    rows = [",".join([f"{a:g}", "20", *(f"{20 + v:.4f}" for v in r)]) for a, r in zip(t, rise)]
+    rows = [",".join([f"{a:g}", "20", *(f"{20 + v:.4f}" for v in r)]) for a, r in zip(t, rise, strict=True)]
     (folder / "log.csv").write_text(
         "\n".join([",".join(["time_s", "ambient_degC", *(f"{n}_degC" for n in nodes)]), *rows]) + "\n"
     )
@@ -128,7 +128,7 @@ def write_log(folder, nodes, final, hours=3.5):
 def pose_csv(truth, data):
     pendant = truth.arm.robot.to_pendant(data.theta)[data.pose] / DEG
     rows = ["time_s,instrument,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
-    for n, (q, p) in enumerate(zip(pendant, data.position / MM)):
+    for n, (q, p) in enumerate(zip(pendant, data.position / MM, strict=True)):
         numbers = [*(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]
         rows.append(
             ",".join([f"{data.time[data.pose[n]]:.2f}", "tracker", data.reflectors[data.reflector[n]], *numbers])
@@ -235,7 +235,9 @@ def part_path(frame):
     text = Path(path_file("circle_1300")).read_text().split("[[before]]")
     text = text[0] + text[1][text[1].index("[bounds]") :]
     text = re.sub(r"x_mm = 1350[^\n]*\ny_mm = -30\nz_mm = 203", "x_mm = 0\ny_mm = 0\nz_mm = 0", text)
-    tool = "[tool]\nnumber = 1\n" + "".join(f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM))
+    tool = "[tool]\nnumber = 1\n" + "".join(
+        f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM, strict=True)
+    )
     return text.replace("[process]", f"[frame]\n{frame}\n{tool}[process]")
 
 

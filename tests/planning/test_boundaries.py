@@ -23,7 +23,7 @@ def corners(rotation_deg):
 
 def edges(rotation_deg):
     points = corners(rotation_deg)
-    return list(zip(points, np.roll(points, -1, axis=0)))
+    return list(zip(points, np.roll(points, -1, axis=0), strict=True))
 
 
 def inside_by_ray(points, rotation_deg):

@@ -27,7 +27,10 @@ def driven(read, keys, change=lambda place, speed: (place, speed)):
     lift = keys["process"]["lift_mm"]
     ways = [np.round(cam_judge.cut(m), 6) for m in read.moves]
     place = np.vstack([ways[0][:1], *(w[1:] for w in ways)])
-    speed = [0.0, *(m.feed or keys["process"]["feed_mm_s"] for m, w in zip(read.moves, ways) for _ in w[1:])]
+    speed = [
+        0.0,
+        *(m.feed or keys["process"]["feed_mm_s"] for m, w in zip(read.moves, ways, strict=True) for _ in w[1:]),
+    ]
     place = np.vstack([place[0] + [0, 0, lift], place, place[-1] + [0, 0, lift]])
     speed = [0.0, 10.0, *speed[1:], 10.0]
     place, speed = change(place, speed)

@@ -109,7 +109,7 @@ def test_pieces_of_a_spiral_join_in_position_direction_and_curvature():
         K = len(table.poly)
         before = table.derivatives(np.arange(K - 1), np.ones(K - 1))
         after = table.derivatives(np.arange(1, K), np.zeros(K - 1))
-        for a, b in zip(before, after):
+        for a, b in zip(before, after, strict=True):
             assert_allclose(a, b, atol=1e-13)
 
 

@@ -18,7 +18,7 @@ NO_SHIFT = np.zeros(3)
 
 def box(low, high):
     """The twelve facets of a box, counter-clockwise from outside."""
-    x, y, z = zip(low, high)
+    x, y, z = zip(low, high, strict=True)
     p = np.array([[x[i], y[j], z[k]] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
     quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     return np.array([p[[q[0], q[k], q[k + 1]]] for q in quads for k in (1, 2)])

@@ -50,7 +50,7 @@ def nearest(tool, places):
     pose = tool.at(segment, u)[0]
     rows = [int(np.argmin(np.linalg.norm(pose.position - p, axis=1))) for p in places]
     distance = []
-    for row, p in zip(rows, places):
+    for row, p in zip(rows, places, strict=True):
         a, b = pose.position[max(row - 1, 0)], pose.position[min(row + 1, len(segment) - 1)]
         along = (b - a) / np.linalg.norm(b - a)
         gap = p - pose.position[row]

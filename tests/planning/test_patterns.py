@@ -67,7 +67,7 @@ def outside(part, xy):
     corners = 1.45 / 2 * np.column_stack([np.cos(angles), np.sin(angles)])
     nearest = np.full(len(xy), np.inf)
     beyond = np.zeros(len(xy), dtype=bool)
-    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         along = b - a
         u = np.clip((xy - a) @ along / (along @ along), 0, 1)
         nearest = np.minimum(nearest, np.linalg.norm(xy - a - u[:, None] * along, axis=1))
@@ -363,5 +363,5 @@ def test_a_turned_curve_is_turned():
     turned = curve.turned(0.7)
     piece, t = np.arange(len(curve.poly)), np.full(len(curve.poly), 0.3)
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
-    for before, after in zip(curve.derivatives(piece, t), turned.derivatives(piece, t)):
+    for before, after in zip(curve.derivatives(piece, t), turned.derivatives(piece, t), strict=True):
         assert_allclose(after, before @ turn.T, atol=1e-13)

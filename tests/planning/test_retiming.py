@@ -32,7 +32,7 @@ HEXAGON = boundaries.hexagon(0.3, 0.2)
 def square(side):
     h = side / 2
     corners = [(-h, -h), (h, -h), (h, h), (-h, h), (-h, -h)]
-    return curves.join(*(curves.line(a, b, stop=True) for a, b in zip(corners, corners[1:])))
+    return curves.join(*(curves.line(a, b, stop=True) for a, b in zip(corners, corners[1:], strict=False)))
 
 
 PATTERNS = {

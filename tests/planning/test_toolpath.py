@@ -228,7 +228,7 @@ def test_contact_is_inside_the_hexagon_only(pattern):
     corners = 0.2 * np.column_stack([np.cos(angles), np.sin(angles)])
     left = [
         (b - a)[0] * (xy[:, 1] - a[1]) - (b - a)[1] * (xy[:, 0] - a[0])
-        for a, b in zip(corners, np.roll(corners, -1, axis=0))
+        for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)
     ]
     depth = np.min(left, axis=0) / 0.2
     on_surface = np.abs(height_above(tool, "bowl")) < 1e-9

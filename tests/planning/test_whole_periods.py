@@ -56,7 +56,7 @@ def test_no_line_outlasts_its_periods_and_few_periods_are_lost(spacing, length, 
     if min(spacing) > 2 * ONE:
         lost = sum(periods_taken(lengths)) - length / ONE
         # for each end of a chain and each change of n less than a period, and what rounding and stretch take
-        changes = len(first) + sum(a != b for a, b in zip(spacing, spacing[1:]))
+        changes = len(first) + sum(a != b for a, b in zip(spacing, spacing[1:], strict=False))
         assert lost <= 2 * changes + len(lengths) * (2 * STRETCH * 8 + 2 * ROUNDING / ONE)
         assert lengths.max() <= max(spacing) * (1 + 1e-9)
 
@@ -90,7 +90,7 @@ def test_a_pace_at_which_digits_hide_a_period_leaves_lines_on_the_way(pieces, le
     assert_allclose(ends, length * np.arange(1, len(pieces) + 1) / len(pieces), rtol=1e-9)
     assert np.all(lengths > 0)
     assert lengths.max() <= spacing.max() * (1 + 1e-9)
-    for slow, limit, lines in zip(pace * ONE <= ROUNDING, spacing, per_chain.tolist()):
+    for slow, limit, lines in zip(pace * ONE <= ROUNDING, spacing, per_chain.tolist(), strict=True):
         assert not slow or lines == ceil(length / len(pieces) / limit - 1e-6)  # as the spacing asks
 
 

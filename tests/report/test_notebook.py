@@ -102,7 +102,7 @@ def poses(tmp_path_factory):
     data = measured(truth, random_theta(truth.arm.robot, rng, 60), rng)
     pendant = truth.arm.robot.to_pendant(data.theta)[data.pose] / DEG
     rows = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
-    for n, (q, p) in enumerate(zip(pendant, data.position / MM)):
+    for n, (q, p) in enumerate(zip(pendant, data.position / MM, strict=True)):
         numbers = [*(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]
         rows.append(",".join([str(data.pose[n]), data.reflectors[data.reflector[n]], *numbers]))
     file = folder / "poses.csv"

@@ -33,7 +33,7 @@ def test_rows_to_draw_are_the_first_largest_of_each_bin_and_both_ends():
     rng = np.random.default_rng(6)
     for values in (rng.random(50_001), rng.integers(0, 3, 9_000).astype(float), np.zeros(4_001), np.arange(10_000.0)):
         edges = np.linspace(0, len(values), figure.POINTS + 1).astype(int)
-        largest = [a + int(np.argmax(values[a:b])) for a, b in zip(edges, edges[1:])]
+        largest = [a + int(np.argmax(values[a:b])) for a, b in zip(edges, edges[1:], strict=False)]
         assert figure.rows_to_draw(values).tolist() == sorted({0, *largest, len(values) - 1})
     assert figure.rows_to_draw(values[: figure.POINTS]).tolist() == list(range(figure.POINTS))
 
@@ -41,5 +41,5 @@ def test_rows_to_draw_are_the_first_largest_of_each_bin_and_both_ends():
 def test_places_of_a_few_samples_are_those_between_all_waypoints():
     path = generate.predict(load_job(path_file("line_y")), quiet).path
     arc = np.concatenate([path.arc[[0, 3, -1]], np.random.default_rng(8).uniform(0, path.arc[-1], 50)])
-    for coordinates, column in zip(job_figures.positions_at(path, arc), path.target.position.T):
+    for coordinates, column in zip(job_figures.positions_at(path, arc), path.target.position.T, strict=True):
         assert np.array_equal(coordinates, np.round(1e3 * np.interp(arc, path.arc, column), 2))

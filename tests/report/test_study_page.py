@@ -87,8 +87,10 @@ def test_the_table_leaves_out_what_says_nothing_and_begins_with_what_was_varied(
 def test_lines_of_a_second_key_are_told_without_colours(plane):
     figure, _ = curves(plane, FEED)
     assert len({t["marker"]["symbol"] for t in figure["data"]}) == len(HOURS)
-    greys = [sum(w * int(c[i : i + 2], 16) for w, i in zip((0.3, 0.59, 0.11), (1, 3, 5))) for c in MANY_COLOURS]
-    assert all(b - a > 15 for a, b in zip(greys, greys[1:]))
+    greys = [
+        sum(w * int(c[i : i + 2], 16) for w, i in zip((0.3, 0.59, 0.11), (1, 3, 5), strict=True)) for c in MANY_COLOURS
+    ]
+    assert all(b - a > 15 for a, b in zip(greys, greys[1:], strict=False))
 
 
 def test_lines_run_along_the_axis_whatever_the_order_of_the_values(plane):

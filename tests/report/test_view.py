@@ -72,7 +72,7 @@ def test_every_axis_has_room_for_its_numbers():
     for places in [*PLANES.values(), *LINES.values()]:
         view = view_of(places, np.ones(len(places), dtype=bool))
         assert view.size.min() >= 0.2 * view.size.max()
-        for low, high, size in zip(view.low, view.high, view.size):
+        for low, high, size in zip(view.low, view.high, view.size, strict=True):
             count = len(ticks(low, high, max(2, round(5 * size / view.size.max()))))
             assert 1 <= count <= 5
 

@@ -57,7 +57,7 @@ def test_the_clearance_is_the_distance_inside_and_its_negative_outside(robot, se
     assume(signed_area(corner) > 1e-3 and not polygon_fault(corner))
     points = np.random.default_rng(seed + 1).uniform(-1.6, 1.6, (20, 2))
     clearance = area_of(robot, corner, margin).clearance(thetas(robot, *points.T))
-    for point, value in zip(points, clearance):
+    for point, value in zip(points, clearance, strict=True):
         distance = nearest_of_many(point, corner)
         sign = 1 if winding(point, corner) else -1
         assert value == pytest.approx(sign * distance - margin, abs=1e-3)

@@ -82,7 +82,7 @@ def urdf_pose(name, q):
     """Position in World and rotation of tool0."""
     height, *origins = ORIGINS[name]
     position, rotation = np.zeros(3), np.eye(3)
-    for origin, axis, angle in zip(origins, AXES, q):
+    for origin, axis, angle in zip(origins, AXES, q, strict=True):
         position, rotation = position + rotation @ origin, rotation @ turn(axis, angle)
     return position - [0, 0, height], rotation @ TOOL0
 

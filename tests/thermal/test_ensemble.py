@@ -54,8 +54,8 @@ def test_the_mean_over_delays_runs_and_overrides_is_that_of_very_many_starts(job
     nodes, weights = np.polynomial.legendre.leggauss(12)
     edges = np.unique(np.concatenate([np.linspace(low, high, 8)]))
     total = np.zeros((len(motion.time), len(job.heat.names)))
-    for begin, end in zip(edges[:-1], edges[1:]):
-        for node, weight in zip(nodes, weights):
+    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        for node, weight in zip(nodes, weights, strict=True):
             delay = float((begin + end) / 2 + (end - begin) / 2 * node)
             for run in range(2, 7):
                 for share in (0.4, 1.0):
@@ -73,7 +73,7 @@ def test_a_start_alone_is_its_own_mean(job, motion, air):
     which = np.array([0, 7, 39, 40])
     starts = [Start(), Start(3, 0.0, 0.5), Start(8, 1234.5, 1.0), Start(0, 60.0, 0.9)]
     some = rises_at(job.heat, history, starts, motion, which)
-    for start, rises in zip(starts, some):
+    for start, rises in zip(starts, some, strict=True):
         by_duties = one_start(job.heat, history, start, motion)
         assert_allclose(rises_of(job.heat, history, start, motion), by_duties, atol=ATOL_K)
         assert_allclose(rises, by_duties[which], atol=ATOL_K)

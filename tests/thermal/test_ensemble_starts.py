@@ -11,7 +11,7 @@ WIDE = Ensemble((100.0, 4000.0), (0.25, 0.5, 1.0), (0, 39))
 
 def mean(ensemble, quantity):
     starts, weights = weighted_starts(ensemble)
-    return sum(weight * quantity(start) for start, weight in zip(starts, weights.tolist()))
+    return sum(weight * quantity(start) for start, weight in zip(starts, weights.tolist(), strict=True))
 
 
 def test_weighted_means_over_delays_are_integrals():

@@ -104,12 +104,12 @@ def rows_of(rise, ambient=20.0, zero=20.0):
 
 def test_a_program_starts_from_the_real_state(tmp_path):
     job = load_job(write(tmp_path, HEAD, rows_of((6.0, 2.0, 8.0, 1.5))))
-    rises = dict(zip(job.heat.names, job.start_rise()))
+    rises = dict(zip(job.heat.names, job.start_rise(), strict=True))
     assert rises["j2"] == pytest.approx(6, abs=0.02)
     assert rises["j3"] == pytest.approx(8, abs=0.02)
     assert 0.8 < rises["face"] < 1.5  # no sensor: follows the wrist as in the study, 2.3 to 3
     warm = load_job(write(tmp_path, HEAD, rows_of((6.0, 2.0, 8.0, 1.5))), overrides=["robot.thermal.model=network"])
-    assert dict(zip(warm.heat.names, warm.start_rise()))["j3"] == pytest.approx(8, abs=0.05)
+    assert dict(zip(warm.heat.names, warm.start_rise(), strict=True))["j3"] == pytest.approx(8, abs=0.05)
 
 
 @pytest.mark.parametrize(
@@ -125,9 +125,11 @@ def test_rises_count_from_the_reference(tmp_path, ambient, zero, reference):
 def test_an_arm_that_warms_at_once_is_cold_at_the_first_reading_only(tmp_path):
     """The median of a longer beginning would be warm already, and all rises too low by it."""
     t = np.arange(0, 7201, 60.0)
-    rows = [f"{a:g},20,{r:.4f}" for a, r in zip(t, 20 + 12 * (1 - np.exp(-t / 2400)))]
+    rows = [f"{a:g},20,{r:.4f}" for a, r in zip(t, 20 + 12 * (1 - np.exp(-t / 2400)), strict=True)]
     job = load_job(write(tmp_path, "time_s,ambient_degC,part_6_degC", rows, reference="start"))
-    assert dict(zip(job.heat.names, job.start_rise()))["j3"] == pytest.approx(12 * (1 - np.exp(-3)), abs=0.1)
+    assert dict(zip(job.heat.names, job.start_rise(), strict=True))["j3"] == pytest.approx(
+        12 * (1 - np.exp(-3)), abs=0.1
+    )
 
 
 def test_sensors_are_named_by_part_or_by_node_and_the_air_may_miss(tmp_path):

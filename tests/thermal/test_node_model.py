@@ -20,7 +20,7 @@ SIX_HOURS = Duty("moving", 0.2, 6 * HOUR)
 
 
 def test_reference_rises_are_held_exactly(job):
-    assert dict(zip(job.heat.names, job.heat.rise_after([SIX_HOURS]))) == pytest.approx(
+    assert dict(zip(job.heat.names, job.heat.rise_after([SIX_HOURS]), strict=True)) == pytest.approx(
         {"j2": 11, "link1": 3.9, "j3": 13, "wrist": 3, "face": 2.3}, abs=1e-12
     )
 

@@ -149,7 +149,7 @@ def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():
     for steps in (0, 1, 2, 3, 17, 400):
         left, more, now = rng.random((steps, 1)), rng.normal(size=(steps, 3)), rng.normal(size=3)
         plain = [now]
-        for share, gain in zip(left, more):
+        for share, gain in zip(left, more, strict=True):
             plain.append(share * plain[-1] + gain)
         assert np.allclose(recurrence(left, more, now), plain, rtol=1e-13, atol=1e-13)
 

@@ -62,7 +62,7 @@ def parallel_for(count: int, body: Callable[[int, int], None]) -> None:
     ranges = RANGES_PER_WORKER * workers
     edges = [min(count, BLOCK * (blocks * k // ranges)) for k in range(ranges)] + [count]
     with ThreadPoolExecutor(workers, initializer=_enter_pool) as pool:
-        list(pool.map(lambda pair: body(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
+        list(pool.map(lambda pair: body(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:], strict=False)))
 
 
 def map_blocks(count: int, function: Callable[[int, int], T], rows: int = 2 * BLOCK) -> Iterator[T]:

@@ -64,5 +64,5 @@ class JointCompliance(TableSource):
         if all(is_zero(k) for k in give):
             return chain
         torque = torque_expr(self.loads, state.nominal)
-        theta = [q if is_zero(k) else plus(q, k * t) for q, k, t in zip(chain.theta, give, torque)]
+        theta = [q if is_zero(k) else plus(q, k * t) for q, k, t in zip(chain.theta, give, torque, strict=True)]
         return replace(chain, theta=tuple(theta))

@@ -75,7 +75,7 @@ class GearHarmonics(TableSource):
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with first and second orders added to its joints."""
         theta = []
-        for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta)):
+        for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta, strict=True)):
             for n in (1, 2):
                 angle = n * float(self.cycles[i]) * commanded
                 for size, wave in ((self.sine[i, n - 1], ca.sin), (self.cosine[i, n - 1], ca.cos)):

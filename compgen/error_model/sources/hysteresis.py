@@ -96,7 +96,7 @@ class Hysteresis:
         loaded = not all(is_zero(w) for w in wind)
         torque = torque_expr(self.loads, state.nominal) if loaded else 6 * [0.0]
         theta = []
-        for i, (q, b, w, t) in enumerate(zip(chain.theta, lash, wind, torque)):
+        for i, (q, b, w, t) in enumerate(zip(chain.theta, lash, wind, torque, strict=True)):
             half = b if is_zero(w) else b + w * ca.sqrt(t * t + 1)
             theta.append(q if is_zero(half) else q - state.direction[i] * half)
         return replace(chain, theta=tuple(theta))

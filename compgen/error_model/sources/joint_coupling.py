@@ -64,7 +64,7 @@ class JointCoupling(TableSource):
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its joints driven by others."""
-        turned = [q - float(z) for q, z in zip(state.nominal.theta, self.zero)]
+        turned = [q - float(z) for q, z in zip(state.nominal.theta, self.zero, strict=True)]
         theta = []
         for i, q in enumerate(chain.theta):
             for j, t in enumerate(turned):

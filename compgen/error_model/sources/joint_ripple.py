@@ -79,7 +79,7 @@ class JointRipple(TableSource):
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with waves added to its joints."""
         theta = []
-        for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta)):
+        for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta, strict=True)):
             for h, n in enumerate(self.order.tolist()):
                 for size, wave in ((self.sine[i, h], ca.sin), (self.cosine[i, h], ca.cos)):
                     if not is_zero(size):

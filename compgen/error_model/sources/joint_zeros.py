@@ -41,4 +41,6 @@ class JointZeros(TableSource):
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with constants added to its joints."""
-        return replace(chain, theta=tuple(plus(q, o) for q, o in zip(chain.theta, entries(self.offset, 6))))
+        return replace(
+            chain, theta=tuple(plus(q, o) for q, o in zip(chain.theta, entries(self.offset, 6), strict=True))
+        )

@@ -70,7 +70,7 @@ class LinkOffsets(TableSource):
         """The chain with constants added to its DH rows."""
         offset: dict[str, Any] = {}
         for name in ("d", "a", "alpha", "beta"):
-            pairs = zip(getattr(chain, name), entries(getattr(self, name), 6))
+            pairs = zip(getattr(chain, name), entries(getattr(self, name), 6), strict=True)
             offset[name] = tuple(plus(value, change) for value, change in pairs)
         return replace(chain, **offset)
 

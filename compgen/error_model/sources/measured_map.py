@@ -130,7 +130,7 @@ def basis_expr(station: Array, x: Any) -> Any:
     jump = np.diff(pieces[0], axis=0, prepend=0.0)  # what each knot adds to the cubic term
     powers = [ca.DM(pieces[p][0]) for p in (3, 2, 1)]
     value = powers[0] + powers[1] * x + powers[2] * x**2
-    for knot, coefficients in zip(station[:-1], jump):
+    for knot, coefficients in zip(station[:-1], jump, strict=True):
         beyond = ca.fmax(x - float(knot), 0)
         value = value + ca.DM(coefficients) * (beyond * beyond * beyond)
     return value

@@ -83,7 +83,7 @@ class ThermalBend:
         axis: list[Array] = []
         lever: list[Array] = []
         node: list[int] = []
-        for i, (link, plane, name) in enumerate(zip(table.link, table.plane, table.node)):
+        for i, (link, plane, name) in enumerate(zip(table.link, table.plane, table.node, strict=True)):
             if name not in arm.nodes:
                 raise InputError(f"{key}.node.{i}: '{name}' is unknown{suggest(name, list(arm.nodes))}")
             if plane != "twist" and (link == "column") != (plane in "xy"):
@@ -111,12 +111,12 @@ class ThermalBend:
         """All bends, in a warm-up; those of a link in a plane share the scale of their prior."""
         if not visible.warm_up:
             return []
-        terms = enumerate(zip(self.link, self.plane, self.node_name))
+        terms = enumerate(zip(self.link, self.plane, self.node_name, strict=True))
         return [Entry("rate", (i,), group=" ".join(term[:2]), label=" ".join(term)) for i, term in terms]
 
     def extended(self, arm: ArmFacts, nodes: Sequence[str]) -> tuple["ThermalBend", dict[str, Array]]:
         """With the bends and the twist of every link that has a length, following each of some nodes."""
-        present = set(zip(self.link, self.plane, self.node_name))
+        present = set(zip(self.link, self.plane, self.node_name, strict=True))
         added = [
             (link, plane, node)
             for link in get_args(Link)
@@ -125,7 +125,7 @@ class ThermalBend:
             for node in nodes
             if (link, plane, node) not in present
         ]
-        terms = [*zip(self.link, self.plane, self.node_name), *added]
+        terms = [*zip(self.link, self.plane, self.node_name, strict=True), *added]
         link, plane, node = (tuple(term[i] for term in terms) for i in range(3))
         table = ThermalBendTable.model_construct(
             link=list(link),
@@ -143,7 +143,7 @@ class ThermalBend:
     def only(self, terms: BoolArray) -> "ThermalBend":
         """Some of the terms."""
         words: dict[str, Any] = {
-            name: tuple(w for w, keep in zip(getattr(self, name), terms.tolist()) if keep)
+            name: tuple(w for w, keep in zip(getattr(self, name), terms.tolist(), strict=True) if keep)
             for name in ("link", "plane", "node_name")
         }
         return replace(
@@ -154,7 +154,9 @@ class ThermalBend:
         """The chain with its links bent, each plane of a link once."""
         first: dict[tuple[str, str], int] = {}  # of the bends of a link in a plane
         turn: dict[int, Any] = {}
-        for b, (rate, key) in enumerate(zip(entries(self.rate, len(self.row)), zip(self.link, self.plane))):
+        for b, (rate, key) in enumerate(
+            zip(entries(self.rate, len(self.row)), zip(self.link, self.plane, strict=True), strict=True)
+        ):
             if not is_zero(rate):
                 k = first.setdefault(key, b)
                 turn[k] = turn.get(k, 0.0) + rate * state.rise[int(self.node[b])]

@@ -66,7 +66,7 @@ class ThermalGrowth(TableSource):
     @staticmethod
     def derive(table: ThermalGrowthTable, arm: ArmFacts, key: str) -> dict[str, Any]:
         """The growth that the thermal profiles give."""
-        return dict(zip(("a", "d"), arm.growth))
+        return dict(zip(("a", "d"), arm.growth, strict=True))
 
     def nodes(self) -> set[int]:
         """Nodes that some length grows with."""
@@ -105,7 +105,7 @@ class ThermalGrowth(TableSource):
 
 def _grown(lengths: tuple[Any, ...], growth: Array, excess: list[Any], rise: Any) -> tuple[Any, ...]:
     grown = []
-    for length, g, x in zip(lengths, growth, excess):
+    for length, g, x in zip(lengths, growth, excess, strict=True):
         if g.any():
             increase = weighted_sum(g, rise)
             length = length + (increase if is_zero(x) else (1 + x) * increase)

@@ -82,22 +82,22 @@ class ThermalShift:
 
     def nodes(self) -> set[int]:
         """Nodes that something of the arm shifts with."""
-        return {int(k) for k, of in zip(self.node, self.of) if _of_the_arm(of)}
+        return {int(k) for k, of in zip(self.node, self.of, strict=True) if _of_the_arm(of)}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Those of the arm, in a warm-up; reflectors sit on the flange and say nothing of tool and fixture."""
         if not visible.warm_up:
             return []
-        terms = enumerate(zip(self.of, self.node_name))
+        terms = enumerate(zip(self.of, self.node_name, strict=True))
         return [Entry("rate", (i,), group=of, label=f"{of} {node}") for i, (of, node) in terms if _of_the_arm(of)]
 
     def extended(self, arm: ArmFacts, nodes: Sequence[str]) -> tuple["ThermalShift", dict[str, Array]]:
         """With the base, and every length that no profile heats, following each of some nodes."""
-        present = set(zip(self.of, self.node_name))
+        present = set(zip(self.of, self.node_name, strict=True))
         lengths = [n for n in DH_LENGTHS if n not in OFFERED and dh_length(arm.robot, n) and not _heated(n, arm)]
         offered = (*(n for n in OFFERED if n != "d1" or not _heated("d1", arm)), *lengths)
         added = [(of, node) for of in offered for node in nodes if (of, node) not in present]
-        terms = [*zip(self.of, self.node_name), *added]
+        terms = [*zip(self.of, self.node_name, strict=True), *added]
         of, node = (tuple(term[i] for term in terms) for i in range(2))
         table = ThermalShiftTable.model_construct(of=list(of), node=list(node), rate_um_K=[0.0] * len(of))
         rate = np.append(self.rate, np.zeros(len(added)))
@@ -109,7 +109,7 @@ class ThermalShift:
     def only(self, terms: BoolArray) -> "ThermalShift":
         """Some of the terms."""
         words: dict[str, Any] = {
-            name: tuple(w for w, keep in zip(getattr(self, name), terms.tolist()) if keep)
+            name: tuple(w for w, keep in zip(getattr(self, name), terms.tolist(), strict=True) if keep)
             for name in ("of", "node_name")
         }
         return replace(self, **words, **{name: getattr(self, name)[terms] for name in ("rate", "row", "axis", "node")})

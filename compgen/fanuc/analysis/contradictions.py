@@ -48,7 +48,7 @@ def _labels(program: LsProgram, flow: Flow) -> list[Unsafe]:
     m = program.motions
     mentions += [
         (int(m.line[i]), " ".join(program.text(m.span[i]).split()))
-        for i, (options, off) in enumerate(zip(m.options, m.disabled.tolist()))
+        for i, (options, off) in enumerate(zip(m.options, m.disabled.tolist(), strict=True))
         if not off and LABEL.search(options)
     ]
     for line, text in mentions:
@@ -65,11 +65,11 @@ def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collec
         return []
     p, m = program.positions, program.motions
     first = np.flatnonzero(p.group <= 1)
-    row_of = dict(zip(p.number[first].tolist(), first.tolist()))
+    row_of = dict(zip(p.number[first].tolist(), first.tolist(), strict=True))
     last = np.append(motion[1:] != motion[:-1], True)  # a C names two positions
     unsafe = []
     states = arrivals(nodes, (NO_NUMBER, NO_NUMBER), _leave, _meet)
-    for node, active in zip(nodes, states):
+    for node, active in zip(nodes, states, strict=True):
         if node.stations is None or active is None or active == (NO_NUMBER, NO_NUMBER):
             continue
         for s in range(node.stations[0], node.stations[1] + 1):
@@ -77,7 +77,7 @@ def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collec
             row = row_of.get(m.position[i][-1 if last[s] else 0])
             if row is None:
                 continue
-            for name, number, of_position in zip(_NAMES, active, (int(p.uframe[row]), int(p.utool[row]))):
+            for name, number, of_position in zip(_NAMES, active, (int(p.uframe[row]), int(p.utool[row])), strict=True):
                 if NO_NUMBER not in (number, of_position) and number != of_position:
                     reason = (
                         f"P[{p.number[row]}] is told in {name[:-4].lower()} {of_position}, and {name}={number} is set"

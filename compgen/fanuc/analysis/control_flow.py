@@ -196,7 +196,11 @@ def _arcs(program: LsProgram, motion: IntArray) -> Iterator[tuple[int, int]]:
         return
     moves = np.flatnonzero(motion != NO_NUMBER)
     letters = [program.motions.letter[i] for i in motion[moves].tolist()]
-    yield from ((int(a), int(b)) for a, b, letter in zip(moves[:-1], moves[1:], letters[1:]) if letter in ARC_LETTERS)
+    yield from (
+        (int(a), int(b))
+        for a, b, letter in zip(moves[:-1], moves[1:], letters[1:], strict=True)
+        if letter in ARC_LETTERS
+    )
 
 
 def _written(texts: dict[int, str], unit: IntArray, mention: IntArray) -> Iterator[tuple[int, int]]:

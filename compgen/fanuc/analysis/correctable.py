@@ -199,7 +199,7 @@ def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
     m = program.motions
     with_options = [
         (line, options)
-        for line, options, off in zip(m.line.tolist(), m.options, m.disabled.tolist())
+        for line, options, off in zip(m.line.tolist(), m.options, m.disabled.tolist(), strict=True)
         if options and not off
     ]
     statements = sorted(other_statements(program) + with_options)

@@ -33,7 +33,7 @@ def station_origins(
     nodes = read_nodes(program, read_flow(program), motion, motionless)
     origin = np.arange(len(motion)) - 1
     states = arrivals(nodes, NO_ORIGIN, _leave, _meet) if link_nodes(nodes) else [None] * len(nodes)
-    heads = {node.stations[0]: state for node, state in zip(nodes, states) if node.stations}
+    heads = {node.stations[0]: state for node, state in zip(nodes, states, strict=True) if node.stations}
     for station, state in heads.items():
         origin[station] = NO_ORIGIN if state is None else state
     if len(motion):

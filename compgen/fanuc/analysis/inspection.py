@@ -80,7 +80,7 @@ def inspect(
         "disabled_motions": int(m.disabled.sum()),
         "frames": [
             {"uframe": (pair >> _HALF) - 1, "utool": (pair & (1 << _HALF) - 1) - 1, "positions": n}
-            for pair, n in zip(pairs.tolist(), pair_counts.tolist())
+            for pair, n in zip(pairs.tolist(), pair_counts.tolist(), strict=True)
         ],
         "positions": {
             "defined": len(defined),
@@ -162,7 +162,7 @@ def _unknown_frames(program: LsProgram, poses: Poses) -> list[Unsafe]:
     findings = []
     for kind, numbers, known in (("uframe", p.uframe, poses.base), ("utool", p.utool, poses.tool)):
         rows = np.unique(poses.row[cartesian & (numbers[poses.row] >= 0) & (known == NONE)])
-        for number, first, count in zip(*np.unique(numbers[rows], return_index=True, return_counts=True)):
+        for number, first, count in zip(*np.unique(numbers[rows], return_index=True, return_counts=True), strict=True):
             i = rows[first]
             others = f" and {count - 1} more" if count > 1 else ""
             reason = f"{kind} {number} is not known: give [{kind}.{number}] in a table with --frames"
@@ -181,7 +181,7 @@ def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
     wrist = np.abs(theta[:, 4] - robot.pendant_zero[4]) / DEG
     closest_to: dict[str, Any] = {
         name: {"room_deg": float(room[i, j]), "position": int(names[i])}
-        for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist()))
+        for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist(), strict=True))
     }
     closest_to["wrist_singularity"] = {"room_deg": float(wrist.min()), "position": int(names[wrist.argmin()])}
     shoulder = np.abs(wrist_centre(robot, theta)[:, 0]) / MM

@@ -90,7 +90,7 @@ def read_placements(
     start: State = {("PR", n): register for n, register in (registers or {}).items()}
     states = arrivals(nodes, start, registers_known.leave, meet) if followed else [None] * len(nodes)
     of_station: dict[int, State] = {}
-    for node, state in zip(nodes, states):
+    for node, state in zip(nodes, states, strict=True):
         if node.stations and state is not None:
             of_station |= dict.fromkeys(range(node.stations[0], node.stations[1] + 1), state)
     table: dict[Placement, int] = {PLAIN: 0}
@@ -107,7 +107,7 @@ def read_placements(
             of_motion[i] = table.setdefault(placement, len(table))
     settled = frozenset(
         int(flow.line[node.unit])
-        for node, state in zip(nodes, states)
+        for node, state in zip(nodes, states, strict=True)
         if state is not None and node.text and FRAME_WRITTEN.search(node.text) and registers_known.settles(node, state)
     )
     shifted = frozenset(i for i in active.tolist() if m.options[i] in with_offset and i not in unknown)

@@ -151,7 +151,7 @@ def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArra
     plain = np.zeros(len(row), dtype=np.int64)
     if not placements.of_motion:
         return row, plain, {}
-    row_of = dict(zip(p.number[row].tolist(), row.tolist()))
+    row_of = dict(zip(p.number[row].tolist(), row.tolist(), strict=True))
     ways: dict[int, set[int]] = {}
     for i in np.flatnonzero(~m.disabled).tolist():
         for n in m.position[i]:

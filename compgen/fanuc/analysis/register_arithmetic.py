@@ -114,7 +114,7 @@ def _register_term(text: str, at: int, values: Values) -> tuple[Register | None,
 def _added(a: Register, b: Register, sign: float) -> Register:
     if JOINT in (a.form, b.form) and a.form != b.form:
         return UNKNOWN
-    numbers = (None if x is None or y is None else x + sign * y for x, y in zip(a.values, b.values))
+    numbers = (None if x is None or y is None else x + sign * y for x, y in zip(a.values, b.values, strict=True))
     return Register(a.form or b.form, tuple(numbers))
 
 

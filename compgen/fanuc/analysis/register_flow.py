@@ -62,7 +62,7 @@ class RegisterFlow:
     def __post_init__(self) -> None:
         p = self.program.positions
         first = np.flatnonzero(p.group <= 1)
-        self.row_of = dict(zip(p.number[first].tolist(), first.tolist()))
+        self.row_of = dict(zip(p.number[first].tolist(), first.tolist(), strict=True))
 
     def values(self, state: State) -> Values:
         """A state with what the program's positions and the table of frames say."""
@@ -234,5 +234,5 @@ def meet(a: State, b: State) -> State:
             x, y = (s.get(key, s.get(("PR", ANY), UNKNOWN)) for s in (a, b))
             if isinstance(x, Register) and isinstance(y, Register):
                 form = x.form if x.form == y.form else (JOINT if JOINT in (x.form, y.form) else EITHER)
-                met[key] = Register(form, tuple(v if v == w else None for v, w in zip(x.values, y.values)))
+                met[key] = Register(form, tuple(v if v == w else None for v, w in zip(x.values, y.values, strict=True)))
     return met

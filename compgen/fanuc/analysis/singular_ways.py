@@ -85,4 +85,4 @@ def _words(nearest: Array, dips: BoolArray) -> str:
         f"the J1 axis by {shoulder / MM:.2f} mm", f"full stretch or fold by {elbow / MM:.2f} mm",
         f"J5 = 0 by {wrist / DEG:.3f} deg",
     )  # fmt: skip
-    return " and ".join(text for text, dip in zip(words, dips) if dip)
+    return " and ".join(text for text, dip in zip(words, dips, strict=True) if dip)

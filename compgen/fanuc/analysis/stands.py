@@ -47,7 +47,7 @@ def read_stands(program: LsProgram, row: IntArray, frames: Frames) -> Stands:
     reasons: dict[str, int] = {}
     for k in concerned.tolist():
         reason = ""
-        for name, has, value, u in zip(NAMES, given[k].tolist(), axes[k].tolist(), unit[k].tolist()):
+        for name, has, value, u in zip(NAMES, given[k].tolist(), axes[k].tolist(), unit[k].tolist(), strict=True):
             axis = frames.extended.get(name)
             if axis is None:
                 reason = reason or (_unknown(name) if has else "")
@@ -85,7 +85,7 @@ def _units(program: LsProgram, row: IntArray, given: np.ndarray) -> np.ndarray:
     """The unit behind each value, (K, 3): "mm", "deg", or "" where there is none."""
     units = np.full(given.shape, "", dtype="U3")
     end = program.positions.span[row, E1:, 1]
-    for k, column in zip(*np.nonzero(given)):
+    for k, column in zip(*np.nonzero(given), strict=True):
         at = int(end[k, column])
         text = program.data[at : at + 16].lstrip(b" \t")[:3].lower()
         units[k, column] = "mm" if text[:2] == b"mm" else ("deg" if text == b"deg" else "")

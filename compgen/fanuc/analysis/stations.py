@@ -132,7 +132,7 @@ def chains(traversal: Traversal, station: IntArray) -> list[slice]:
     """
     chain = np.cumsum(traversal.origin != np.arange(len(traversal.origin)) - 1)[station]
     edges = [0, *(np.flatnonzero(np.diff(chain)) + 1).tolist(), len(station)]
-    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:]) if a < b]
+    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if a < b]
 
 
 def interpolate_poses(poses: Poses, traversal: Traversal, station: IntArray, fraction: Array) -> Pose:

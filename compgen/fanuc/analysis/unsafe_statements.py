@@ -52,14 +52,16 @@ def _motions(program: LsProgram, placements: Placements) -> list[Unsafe]:
     beside = {o: unsafe_options(without_offsets(o)) for o in why if o and offsets_of(o)}  # reasons but for offsets
     doubtful = [
         i
-        for i, (numbers, options, speed, off) in enumerate(zip(m.position, m.options, m.speed, m.disabled.tolist()))
+        for i, (numbers, options, speed, off) in enumerate(
+            zip(m.position, m.options, m.speed, m.disabled.tolist(), strict=True)
+        )
         if not (off or (numbers and speed and not why[options] and defined.issuperset(numbers)))
     ]
     doubtful = sorted({*doubtful, *placements.unknown})
     findings = []
     for i in doubtful:
         reasons = []
-        for target, number in zip(m.target[i], m.position[i]):
+        for target, number in zip(m.target[i], m.position[i], strict=True):
             if number == NO_NUMBER:
                 reasons.append(f"{target}: its value is not in the file")
             elif number not in defined:
@@ -104,7 +106,7 @@ def _others(program: LsProgram, placements: Placements) -> list[Unsafe]:
     m = program.motions
     active_options = {
         options
-        for i, (options, disabled) in enumerate(zip(m.options, m.disabled.tolist()))
+        for i, (options, disabled) in enumerate(zip(m.options, m.disabled.tolist(), strict=True))
         if not disabled and i not in placements.shifted
     }
     conditions = [c for c in OFFSET_CONDITIONS if any(map(c.option.search, active_options))]

@@ -69,7 +69,7 @@ def positions(frame: Frame, first: int, units: IntArray, configs: list[bytes], w
         text_column(configs, which),
         _CLOSE,
     ]
-    for before, column in zip(_BEFORE, fixed_columns(units, frame.decimals)):
+    for before, column in zip(_BEFORE, fixed_columns(units, frame.decimals), strict=True):
         parts += [before, column]
     return join_columns(rows, [*parts, _DONE])
 

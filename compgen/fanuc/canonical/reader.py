@@ -312,4 +312,4 @@ def _unique_texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[byt
         for place in (start, np.minimum(start + 8, end - 8), end - 8)
     ]
     rows, which = unique_keys(hash_rows([*words, length.view(np.uint64)]))
-    return [data[a:b] for a, b in zip(start[rows].tolist(), end[rows].tolist())], which
+    return [data[a:b] for a, b in zip(start[rows].tolist(), end[rows].tolist(), strict=True)], which

@@ -85,7 +85,7 @@ def diffuse_errors(late: Array, win: Array) -> BoolArray:
     start = np.linspace(-half, half, STARTS)
     error = np.repeat(start[:, None], lanes, axis=1)  # (STARTS, lanes)
     faster = np.empty((width, STARTS, lanes), dtype=bool)
-    for late_row, win_row, faster_row in zip(u, w, faster):
+    for late_row, win_row, faster_row in zip(u, w, faster, strict=True):
         error += late_row
         np.greater(error, win_row / 2, out=faster_row)
         error -= faster_row * win_row

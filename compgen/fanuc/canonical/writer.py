@@ -105,7 +105,13 @@ def _lines_and_arcs(program: Program, line: int) -> bytes:
     check_circles(program)
     speeds = {v: speed_text(v) for v in set(program.speed.tolist())}
     text, acc = [], acc_text(program.acc)
-    rows = zip(program.via[1:].tolist(), program.via[:-1].tolist(), program.speed.tolist(), program.fine[1:].tolist())
+    rows = zip(
+        program.via[1:].tolist(),
+        program.via[:-1].tolist(),
+        program.speed.tolist(),
+        program.fine[1:].tolist(),
+        strict=True,
+    )
     for n, (via, arc, speed, fine) in enumerate(rows, 2):
         if via:
             text.append(f"{line:4d}:C P[{n}]    \r\n")
@@ -139,7 +145,7 @@ def pose_units(position: Array, angles: tuple[Array, Array, Array], rows: slice,
     """
     numbers = np.empty((6, len(position[rows])))
     np.divide(position[rows].T, MM, out=numbers[:3])
-    for number, angle in zip(numbers[3:], angles):
+    for number, angle in zip(numbers[3:], angles, strict=True):
         np.divide(angle[rows], DEG, out=number)
     numbers *= 10.0**decimals
     np.rint(numbers, out=numbers)

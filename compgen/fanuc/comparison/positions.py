@@ -47,7 +47,7 @@ def compare_positions(written: LsProgram, backup: LsProgram) -> ComparedPosition
     wanted, given = _Numbers.of(written, i), _Numbers.of(backup, j)
     other_unit = (wanted.unit != given.unit) & (wanted.unit > 0) & (given.unit > 0)
     same = _same(wanted, given) & ~other_unit
-    for k, column in zip(*(~same).nonzero()):
+    for k, column in zip(*(~same).nonzero(), strict=True):
         name = f"{'R' if a.remote[i[k]] and column < 6 else ''}{AXES[column]}"
         texts = [n.text(p, k, column, other_unit) for n, p in ((wanted, written), (given, backup))]
         differences.append((int(i[k]), 4 + int(column), Difference(_name(a, int(i[k])), name, *texts)))
@@ -75,7 +75,7 @@ def _frames(a: Positions, b: Positions, i: IntArray, j: IntArray) -> list[tuple[
             texts = ["F" if v == NO_NUMBER else str(v) for v in (x[i[k]], y[j[k]])]
             differences.append((int(i[k]), place, Difference(_name(a, int(i[k])), what, *texts)))
     plain: dict[str | None, str] = {}
-    for row, other in zip(i.tolist(), j.tolist()):
+    for row, other in zip(i.tolist(), j.tolist(), strict=True):
         texts = [a.config[row], b.config[other]]
         if texts[0] == texts[1]:
             continue

@@ -33,13 +33,15 @@ def compare_statements(written: LsProgram, backup: LsProgram) -> list[Difference
     if cores[0] == cores[1]:
         return []
     first, ends = _changed_part(*cores)
-    middle = [column[first:end] for column, end in zip(cores, ends)]
+    middle = [column[first:end] for column, end in zip(cores, ends, strict=False)]
     lines = [program.statements.tolist() for program in (written, backup)]
     differences = []
     for a, b in _pairs(*middle):
         i, j = None if a is None else first + a, None if b is None else first + b
-        where = "line " + " / ".join("-" if k is None else str(column[k]) for k, column in zip((i, j), lines))
-        sides = [NOTHING if k is None else column[k] or "blank" for k, column in zip((i, j), texts)]
+        where = "line " + " / ".join(
+            "-" if k is None else str(column[k]) for k, column in zip((i, j), lines, strict=False)
+        )
+        sides = [NOTHING if k is None else column[k] or "blank" for k, column in zip((i, j), texts, strict=False)]
         what = "statement" if i is None or j is None else _part_that_differs(cores[0][i], cores[1][j])
         differences.append(Difference(where, what, sides[0], sides[1]))
     return differences
@@ -49,7 +51,7 @@ def statement_texts(program: LsProgram) -> list[str]:
     """Each statement of /MN in one line, without its number and what stands behind its end."""
     data, texts = program.data, []
     limit = _end_of_statements(program)
-    for start, stop in zip(program.place.tolist(), [*program.place[1:].tolist(), limit]):
+    for start, stop in zip(program.place.tolist(), [*program.place[1:].tolist(), limit], strict=True):
         whole = data[start : min(stop, limit)].decode("latin-1")
         parts = [part for line in whole.splitlines() if (part := _LINE.sub("", line, count=1).strip())]
         texts.append(_before_end(" ".join(parts)))
@@ -115,7 +117,7 @@ def _pairs(a: list[str], b: list[str]) -> list[tuple[int | None, int | None]]:
     """What stands for what, of statements that are not the same: numbers into both, None for what is missing."""
     if max(len(a), len(b)) > LONGEST_ALIGNED:
         n = min(len(a), len(b))
-        unequal = np.flatnonzero([x != y for x, y in zip(a, b)]).tolist()
+        unequal = np.flatnonzero([x != y for x, y in zip(a, b, strict=False)]).tolist()
         rest = [(k, None) for k in range(n, len(a))] + [(None, k) for k in range(n, len(b))]
         return [*((k, k) for k in unequal), *rest]
     pairs: list[tuple[int | None, int | None]] = []
@@ -136,4 +138,4 @@ def _part_that_differs(a: str, b: str) -> str:
     if not all(parts):
         return "statement"
     pair = [match.groups() for match in parts if match]
-    return ", ".join(name for name, x, y in zip(_PARTS, *pair) if x != y)
+    return ", ".join(name for name, x, y in zip(_PARTS, *pair, strict=True) if x != y)

@@ -85,7 +85,7 @@ def insert_points(
         tail = f"{m.speed[i]} CNT100{f' {carried}' if carried else ''}    ;".encode("latin-1")
         lines = [prefix + b"L P[%d] " % n + tail + eol for n in numbers[station == s].tolist()]
         edits[line_start, line_start] = b"".join(lines)
-    copies = [(int(poses.row[drive.pose[s]]), int(n)) for s, n in zip(station, numbers)]
+    copies = [(int(poses.row[drive.pose[s]]), int(n)) for s, n in zip(station, numbers, strict=True)]
     _append_positions(program, copies, edits, eol)
     extended = edited(program, edits)
     new_poses = read(extended)

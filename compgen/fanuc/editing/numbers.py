@@ -202,13 +202,13 @@ def _config_edits(
         group = np.flatnonzero((poses.tool[rows] == tool) & (poses.posture[rows] == posture))
         joints = solve_flange(robot, flange_from_tool(tcp[group], poses.tools[tool]), ALL_POSTURES[posture]).theta
         digits = turn_digits(robot, nearest_turns(joints, theta[group])).tolist()
-        for n, wanted in zip(group.tolist(), digits):
+        for n, wanted in zip(group.tolist(), digits, strict=False):
             i = int(poses.row[rows[n]])
             text = program.positions.config[i] or ""
             config = CONFIG.match(text)
             if config and [int(t or 0) for t in config.groups()[3:]] != wanted and config[4] is not None:
                 start = int(program.positions.config_span[i, 0])
-                for column, digit in zip((4, 5, 6), wanted):
+                for column, digit in zip((4, 5, 6), wanted, strict=False):
                     if int(config[column]) != digit:
                         edits[start + config.start(column), start + config.end(column)] = str(digit).encode("ascii")
     return edits

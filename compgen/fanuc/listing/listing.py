@@ -120,7 +120,7 @@ def other_statements(program: LsProgram) -> list[tuple[int, str]]:
     data, place = program.data, program.place
     other = np.flatnonzero(~np.isin(program.statements, program.motions.line))
     statements = []
-    for line, at, k in zip(program.statements[other].tolist(), place[other].tolist(), other.tolist()):
+    for line, at, k in zip(program.statements[other].tolist(), place[other].tolist(), other.tolist(), strict=True):
         stop = end_of_line(data, at)
         text = data[at:stop].decode("latin-1").partition(":")[2].strip()
         if text.startswith(REMARKS):

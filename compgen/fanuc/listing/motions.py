@@ -66,10 +66,10 @@ def read_motions(
     groups = [(template, templates.select(matches, reached)) for template, matches in groups]
     begins = [unit[matches.which] + first for _, matches in groups]
     remarks = parser.remarks
-    for (template, matches), lines_of_group in zip(groups, begins):
+    for (template, matches), lines_of_group in zip(groups, begins, strict=True):
         if ("remark", 0) in template.field_of:
             texts = templates.decode_texts(view, matches.span[:, template.field_of["remark", 0]])
-            remarks += [(line, text.rstrip()) for line, text in zip(lines_of_group.tolist(), texts)]
+            remarks += [(line, text.rstrip()) for line, text in zip(lines_of_group.tolist(), texts, strict=True)]
     statements = np.sort(np.concatenate([*begins, np.array(parser.lines, dtype=np.int64)]))
     return (
         _table(data, view, bounds, unit + first, groups, parser.moves),
@@ -188,8 +188,8 @@ def _matched_motions(
         line=number[matches.which],
         letter=(move.letter,) * n,
         disabled=np.full(n, move.disabled),
-        target=tuple(zip(*targets)),
-        position=tuple(zip(*numbers)),
+        target=tuple(zip(*targets, strict=True)),
+        position=tuple(zip(*numbers, strict=True)),
         speed=tuple(column_texts("speed", speed_span, move.speed)),
         termination=tuple(column_texts("termination", places(move.termination), move.termination)),
         options=(move.options,) * n,

@@ -100,7 +100,7 @@ def _block_fields(data: bytes, block: Block) -> tuple[list[templates.Field], tup
     if block.name:
         marked.append((block.name_span, templates.TEXT, ("name", 0, 0)))
     for g, group in enumerate(block.groups):
-        for what, frame, span in zip(("uframe", "utool"), group.frame, group.frame_span):
+        for what, frame, span in zip(("uframe", "utool"), group.frame, group.frame_span, strict=True):
             if frame != NO_NUMBER:
                 marked.append((span, templates.DIGITS, (what, g, 0)))
         if group.config is not None:
@@ -156,7 +156,7 @@ def _table(
     first = (np.cumsum(count[order]) - count[order])[rank]  # row of a position's first group
     following = np.append(place[order], end)[rank + 1]
     singles = slice(len(place) - len(blocks), None)
-    lines = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following[singles].tolist())]
+    lines = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following[singles].tolist(), strict=True)]
     ends = np.concatenate([*(_constant(p.ends, f) for p, f in groups), _ints(lines)])[order]
     line = np.cumsum(ends) - ends + (line_of(data, int(place[order[0]])) if len(place) else 0)
     number = np.concatenate([*(f.value[:, 0].astype(np.int64) for _, f in groups), _ints(b.number for b in blocks)])
@@ -184,7 +184,7 @@ def _table(
     for template, matches in groups:
         _fill_matched(view, table, names, configs, template, matches, first[done : done + len(matches.which)])
         done += len(matches.which)
-    for block, row in zip(blocks, first[singles].tolist()):
+    for block, row in zip(blocks, first[singles].tolist(), strict=True):
         _fill_parsed(table, names, configs, block, row)
     return replace(table, name=tuple(names), config=tuple(configs))
 
@@ -210,15 +210,15 @@ def _fill_matched(
             getattr(table, what)[rows] = matches.value[:, field]
         elif what == "config":
             table.config_span[rows] = matches.span[:, field]
-            for row, text in zip(rows.tolist(), templates.decode_texts(view, matches.span[:, field])):
+            for row, text in zip(rows.tolist(), templates.decode_texts(view, matches.span[:, field]), strict=True):
                 configs[row] = text
         elif what == "name":
             texts = templates.decode_texts(view, matches.span[:, field])
-            for row, text in zip(rows.tolist(), texts):
+            for row, text in zip(rows.tolist(), texts, strict=True):
                 for k in range(len(template.block.groups)):
                     names[row + k] = unquoted_name(text)
     for g, pairs in axes.items():
-        fields, columns = (np.array(numbers) for numbers in zip(*pairs))
+        fields, columns = (np.array(numbers) for numbers in zip(*pairs, strict=True))
         table.value[(first + g)[:, None], columns] = matches.value[:, fields]
         table.span[(first + g)[:, None], columns] = matches.span[:, fields]
 

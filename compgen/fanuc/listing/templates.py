@@ -72,7 +72,7 @@ def template_of(data: bytes, start: int, end: int, fields: Iterable[Field]) -> T
         literals.append(data[at:first])
         at = last
     literals.append(data[at:end])
-    for (kind, *_), after in zip(fields, literals[1:]):
+    for (kind, *_), after in zip(fields, literals[1:], strict=True):
         if not after or (kind != TEXT and after[:1] in b"0123456789.+-*"):
             return None
     return Template(tuple(literals), tuple(kind for kind, *_ in fields))

@@ -162,7 +162,7 @@ def check_join(program: LsProgram, main: bytes, pages: Mapping[str, bytes]) -> i
 
 def _first_difference(a: MotionSequence, i: int, b: MotionSequence, k: int, count: int) -> int | None:
     """The first that differs of ``count`` motions, of ``a`` from i on and of ``b`` from k on."""
-    equal = all(x[i : i + count] == y[k : k + count] for x, y in zip(a.columns, b.columns))
+    equal = all(x[i : i + count] == y[k : k + count] for x, y in zip(a.columns, b.columns, strict=True))
     if equal and _target_texts(a, i, count) == _target_texts(b, k, count):
         return None
     return next((n for n in range(count) if a.motion(i + n) != b.motion(k + n)), None)
@@ -172,7 +172,9 @@ def _target_texts(motions: MotionSequence, first: int, count: int) -> list[bytes
     """Text of the targets of some motions."""
     rows = slice(motions.first[first], motions.first[first + count])
     data, target = motions.program.data, motions.target[rows]
-    return [data[start:end] if end else text for (start, end), text in zip(motions.span[rows].tolist(), target)]
+    return [
+        data[start:end] if end else text for (start, end), text in zip(motions.span[rows].tolist(), target, strict=True)
+    ]
 
 
 def _stands_at_target(motion: ExecutedMotion) -> bool:
@@ -239,7 +241,7 @@ def read_pages(main: bytes, pages: Mapping[str, bytes]) -> list[Program]:
         if name not in pages:
             raise JoinError(f"page {name}: the main program calls it, but it is not there")
     programs = list(map_blocks(len(order), lambda k, _: interpret(pages[order[k]]), 1))
-    for name, page in zip(order, programs):
+    for name, page in zip(order, programs, strict=True):
         if page.name != name:
             raise JoinError(f"page {name}: it calls itself {page.name}")
     return programs
@@ -256,7 +258,7 @@ def join_programs(programs: Sequence[Program], steps: Mapping[str, float] = NO_S
     Raises:
         JoinError: Two pages do not meet; names the page and the gap.
     """
-    for before, after in zip(programs, programs[1:]):
+    for before, after in zip(programs, programs[1:], strict=False):
         require_meeting(before, after, steps.get(after.name, 0.0))
     starts = np.cumsum([0] + [len(p.position) - 1 for p in programs[:-1]])
     first, rest = programs[0], programs[1:]

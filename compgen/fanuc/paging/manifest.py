@@ -32,7 +32,7 @@ def manifest_json(
         page_facts: For each page what else is known of it: when it starts, how warm the robot is.
     """
     pages = []
-    for k, (page, facts) in enumerate(zip(paged.pages, page_facts or [{}] * len(paged.pages)), 1):
+    for k, (page, facts) in enumerate(zip(paged.pages, page_facts or [{}] * len(paged.pages), strict=True), 1):
         pages.append(
             {
                 "order": k,

@@ -176,7 +176,7 @@ def _refuse_local_registers(program: LsProgram, flow: Flow) -> None:
     """Raises ImpossibleError for arguments and local registers of a program: a page would not have them."""
     m = program.motions
     texts = [(int(flow.line[s]), text) for s, text in flow.text.items()]
-    if any(LOCAL_REGISTER.search(f"{speed} {options}") for speed, options in set(zip(m.speed, m.options))):
+    if any(LOCAL_REGISTER.search(f"{speed} {options}") for speed, options in set(zip(m.speed, m.options, strict=True))):
         texts += [(int(m.line[i]), f"{m.speed[i]} {m.options[i]}") for i in np.flatnonzero(~m.disabled).tolist()]
     for line, text in texts:
         if local := LOCAL_REGISTER.search(text):

@@ -101,12 +101,12 @@ def split_program(
     """
     flow = read_flow(program)
     plan = plan_pages(program, flow, capacity, taken, head_lines + len(common))
-    blocks = dict(zip(program.positions.number.tolist(), map(tuple, program.positions.block.tolist())))
+    blocks = dict(zip(program.positions.number.tolist(), map(tuple, program.positions.block.tolist()), strict=True))
     too_large = max(blocks, default=0) > capacity.max_positions
     renumber = (renumber or too_large) and not bool(np.any(flow.mention == NO_NUMBER))
     count = len(plan.ranges)
     pages = []
-    for k, (page, name, load) in enumerate(zip(plan.ranges, plan.names, plan.load)):
+    for k, (page, name, load) in enumerate(zip(plan.ranges, plan.names, plan.load, strict=True)):
         first, behind = np.searchsorted(flow.move_unit, [page.first, page.last]).tolist()
         remarks = (*common, *(heading(k, count, first) if heading else (f"page {k + 1} of {count}",)))
         used = [n for n in page_positions(program, flow, page) if n in blocks]
@@ -135,7 +135,7 @@ def _body(
     statements = [program.data[start:stop] for start, stop in flow.span[units].tolist()]
     if new:  # remarks and what is disabled stay as they are
         active = [k for k, s in enumerate(units) if flow.motion[s] != NO_NUMBER or s in flow.text]
-        for k, text in zip(active, _renumber_each([statements[k] for k in active], new)):
+        for k, text in zip(active, _renumber_each([statements[k] for k in active], new), strict=True):
             statements[k] = text
     texts += statements[: len(page.settings)]
     if page.entry != NO_NUMBER:
@@ -179,7 +179,7 @@ def _number_lines(texts: list[bytes]) -> list[bytes]:
     numbers = [_NUMBER.match(text) for text in texts]
     return [
         text if number is None else b"%*d" % (min(number.end(), 4), n) + text[number.end() :]
-        for n, (text, number) in enumerate(zip(texts, numbers), 1)
+        for n, (text, number) in enumerate(zip(texts, numbers, strict=True), 1)
     ]
 
 
@@ -199,7 +199,7 @@ def main_program_text(data: bytes, name: str, pages: Sequence[Page], remarks: Se
     end = _line_end(data)
     loads = pages[-1].load
     statements = [f"!{remark}" for remark in remarks]
-    for before, page in zip([None, *pages[:-1]], pages):
+    for before, page in zip([None, *pages[:-1]], pages, strict=True):
         if before is not None and before.load != page.load:
             statements += [f"MESSAGE[LOAD {page.load} OF {loads}]", "PAUSE"]
         statements.append(f"CALL {page.name}")

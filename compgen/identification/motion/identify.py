@@ -225,7 +225,7 @@ def _verdict(
                 f"the log cannot tell {chosen.kind.words} from {others[0].words}: only the smoothing's {known}; log a "
                 "program with corners at CNT100 or curvature that changes, at full speed",
             )
-        for time, (low, high) in zip(times_of(chosen.kind, chosen.numbers), intervals.tolist()):
+        for time, (low, high) in zip(times_of(chosen.kind, chosen.numbers), intervals.tolist(), strict=True):
             if (high - low) / 2 > max(KNOWN * time, robot.controller.period):
                 refuse(
                     "unsure",

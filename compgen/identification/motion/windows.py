@@ -102,7 +102,7 @@ def _spans(run: ExecutedRun, written: Array) -> list[_Span]:
     arrival = np.interp  # of arc lengths on the log's clock
     arcs, index = np.unique(run.deviation.arc, return_index=True)
     times = run.deviation.time[index]
-    for a, b in zip(stops[:-1].tolist(), stops[1:].tolist()):
+    for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
         if not course.judged[a:b].all() or course.arc[b] <= first or course.arc[a] >= last:
             continue
         begin, end = (float(arrival(course.arc[k], arcs, times)) for k in (a, b))
@@ -117,7 +117,7 @@ def _spans(run: ExecutedRun, written: Array) -> list[_Span]:
         if high - low < SHORTEST:
             continue
         parts = np.linspace(low, high, int(np.ceil((high - low) / LONGEST)) + 1)
-        for t, u in zip(parts[:-1].tolist(), parts[1:].tolist()):
+        for t, u in zip(parts[:-1].tolist(), parts[1:].tolist(), strict=True):
             c = written[a] + rate * run_law(np.array([t, u]), np.full(2, duration), np.full(2, at_speed))
             s = np.interp(c, written, course.arc)
             if s[0] >= first and s[1] <= last:

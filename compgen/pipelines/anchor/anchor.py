@@ -157,7 +157,7 @@ def _state(
     base, drift, earlier = x[K : K + 6], x[K + 6 :] / unknowns.unit, cell.state
     if earlier is not None:
         base = base + earlier.base
-        before = dict(zip(earlier.drifting, earlier.drift.tolist()))
+        before = dict(zip(earlier.drifting, earlier.drift.tolist(), strict=True))
         drift = drift + np.array([before.get(name, 0.0) for name in unknowns.named])
     unit = np.concatenate([np.ones(K + 6), 1 / unknowns.unit])
     rise, heat = forecast.rise + x[:K], cell.heat

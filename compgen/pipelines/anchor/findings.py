@@ -20,7 +20,7 @@ def anchor_findings(anchored: Anchored) -> tuple[Finding, ...]:
     level = Level.OUTSIDE if anchored.verdict in ("cannot tell", "something moved") else Level.NOTE
     findings.append(Finding(level, "anchor.verdict", f"{anchored.verdict}: {anchored.reason}{_next(anchored)}"))
     for moved in anchored.moved:
-        by = ", ".join(f"{a} {v / MM:+.3f}" for a, v in zip("xyz", moved.shift.tolist()))
+        by = ", ".join(f"{a} {v / MM:+.3f}" for a, v in zip("xyz", moved.shift.tolist(), strict=True))
         k2 = ", ".join(f"{2 * s / UM:.0f}" for s in moved.sigma.tolist())
         where = " where the part is" if moved.what == "the base" else "; its touches are left out"
         message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, k = 2: {k2} um){where}"

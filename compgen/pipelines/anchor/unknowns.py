@@ -97,7 +97,7 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
             units.append(parameter.unit)
     rows = [drifting_row(cell, parameters, name, "growth")[0] for name in named]
     drift_sigma = []
-    for name, sigma in zip(job.cell.drifting.numbers, job.cell.drifting.sigma):
+    for name, sigma in zip(job.cell.drifting.numbers, job.cell.drifting.sigma, strict=True):
         row, unit = drifting_row(cell, parameters, name, f"{cell.robot_file}: anchor.drifting")
         if row not in rows:
             rows.append(row)

@@ -82,10 +82,10 @@ def _of_corrections(a: Output, b: Output, one: Commanded, other: Commanded) -> M
 def _of_jobs(
     outputs: tuple[Output, Output], texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]
 ) -> Movement | str:
-    for output, text, points in zip(outputs, texts, planned):
+    for output, text, points in zip(outputs, texts, planned, strict=True):
         if len(text.number) != len(points):
             return f"{output.name}: {len(text.number)} positions in the program, {len(points)} rows in waypoints.csv"
-    one, other = (_in_world(output, text) for output, text in zip(outputs, texts))
+    one, other = (_in_world(output, text) for output, text in zip(outputs, texts, strict=True))
     if planned[0].shape == planned[1].shape and row_norms(planned[0] - planned[1]).max() <= SAME_POINT:
         movement = _by_number(one, other)
         is_printed_alike = texts[0].position is one.position and texts[1].position is other.position
@@ -125,7 +125,7 @@ def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array])
     at = length[0] * (length[1][-1] / length[0][-1])  # the lengths of one path differ by what chords cut off
     if row_norms(_interpolated(at, length[1], planned[1]) - planned[0]).max() > SAME_PATH:
         return None
-    corrections = [text.position - points for text, points in zip(texts, planned)]
+    corrections = [text.position - points for text, points in zip(texts, planned, strict=True)]
     moved = _interpolated(at, length[1], corrections[1]) - corrections[0]
     segment = np.clip(np.searchsorted(length[1], at, side="right") - 1, 0, len(length[1]) - 2)
     share = (at - length[1][segment]) / np.maximum(np.diff(length[1])[segment], np.finfo(float).tiny)

@@ -72,12 +72,14 @@ def drawn(program: Commanded) -> Array:
     chord = np.sqrt(8 * CHORD / arcs.radius.max())  # [rad]
     count = min(int(np.ceil(arcs.angle[:, 1].max() / chord)) + 1, MOST_CHORDS)
     bows = arcs.at(arcs.angle[:, 1:] * np.linspace(0.0, 1.0, count))
-    straight = [at[first:last] for first, last in zip([0, *middle + 1], [*middle, len(at)])]
-    return np.concatenate([straight[0], *(x for bow, part in zip(bows, straight[1:]) for x in (bow, part))])
+    straight = [at[first:last] for first, last in zip([0, *middle + 1], [*middle, len(at)], strict=True)]
+    return np.concatenate(
+        [straight[0], *(x for bow, part in zip(bows, straight[1:], strict=False) for x in (bow, part))]
+    )
 
 
 def _statements(program: LsProgram) -> Iterator[tuple[str, tuple[int, ...]]]:
-    return zip(program.motions.letter, program.motions.position)
+    return zip(program.motions.letter, program.motions.position, strict=True)
 
 
 def _files(output: Output) -> list[tuple[str, int, str | None]]:

@@ -62,7 +62,7 @@ def execute_program(
         _rise_at_samples(cell, poses, slowed(drive, s.override), duties_until(before, s), station, fraction)
         for _, s in starts
     ]
-    time, rise = heat[0][0], np.asarray(sum(weight * rise for (weight, _), (_, rise) in zip(starts, heat)))
+    time, rise = heat[0][0], np.asarray(sum(weight * rise for (weight, _), (_, rise) in zip(starts, heat, strict=True)))
     tcp = interpolate_poses(poses, drive, station, fraction)
     pose = drive.pose[station]
     theta, flange = commanded_joints(cell.robot, poses, drive, station, fraction, tcp)
@@ -121,7 +121,7 @@ def _rise_at_samples(
         goal = cell.heat.steady_state(duty)
         state = goal - (goal - state) * np.exp(-duty.duration * rate)
     begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
-    for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist())):
+    for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist(), strict=True)):
         if pause:
             state = pause_goals[s] + (state - pause_goals[s]) * np.exp(-pause * rate)
         begin[s], start[s] = time + pause, state

@@ -27,7 +27,7 @@ class ServedProof:
             TwinError: The controller's inverse and pinocchio disagree.
         """
         starts, weights = weighted_starts(ensemble)
-        weighted = [(weight, start) for weight, start in zip(weights.tolist(), starts) if weight > 0]
+        weighted = [(weight, start) for weight, start in zip(weights.tolist(), starts, strict=True) if weight > 0]
         at_mean = self._residue(self.fly(starts=weighted))
         flights = [(start, self.fly(starts=((1.0, start),))) for start in starts_to_fly(ensemble)]
         served = ServedStarts(ensemble, at_mean, tuple((start, self._residue(flight)) for start, flight in flights))

@@ -243,7 +243,7 @@ def steps_of_readings(names: Sequence[str], readings: Mapping[str, Array], time:
         steps, medians, count = readings_in_steps(values, time, STEP)
         digit = float(np.min(np.diff(np.unique(values[np.isfinite(values)])), initial=1.0))
         sigma = np.hypot(NOISE / np.sqrt(count), np.hypot(FLOOR, ROUNDING * digit))
-        for step, value, s in zip(steps.tolist(), medians.tolist(), sigma.tolist()):
+        for step, value, s in zip(steps.tolist(), medians.tolist(), sigma.tolist(), strict=True):
             if step >= first:
                 by_step.setdefault(step, []).append((names.index(name), value, s))
     return [

@@ -103,7 +103,11 @@ def _whole_rows(source: str) -> CsvTable | None:
     for n, cells in body:
         if len(cells) != len(header):
             raise InputError(f"{source}: line {n}: {len(cells)} cells where the header has {len(header)}; mend the row")
-    return CsvTable(source, header, tuple(zip(*(c for _, c in body))), tuple(n for n, _ in body)) if body else None
+    return (
+        CsvTable(source, header, tuple(zip(*(c for _, c in body), strict=True)), tuple(n for n, _ in body))
+        if body
+        else None
+    )
 
 
 def read_page_times(source: str | Path, duration: Sequence[float], planned: float) -> PageTimes:
@@ -126,7 +130,7 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
     loaded = table.numbers("loaded", gaps=True) if table.has("loaded") else np.zeros(len(time))
     starts: list[PageStart] = []
     latest = 0
-    for row, (t, p, have) in enumerate(zip(time.tolist(), page.tolist(), np.nan_to_num(loaded).tolist())):
+    for row, (t, p, have) in enumerate(zip(time.tolist(), page.tolist(), np.nan_to_num(loaded).tolist(), strict=True)):
         for column, value in (("page", p), ("loaded", have)):
             if value != int(value) or not 0 <= value <= len(duration):
                 raise InputError(f"{table.location(row, column)}: {value:g}: the job has pages 1 to {len(duration)}")

@@ -63,7 +63,7 @@ def write_pages(
     """
     pages, count, begin = written.pages[from_page - 1 :], len(written.pages), written.pages[from_page - 1].first
     files = {}
-    for page, start in zip(pages, starts):
+    for page, start in zip(pages, starts, strict=True):
         remarks = tuple(page_remarks(job, program, page.number - 1, count, start, anew=True))
         part = excerpt(program, page.first - begin, page.last - begin)
         files[page.file] = compose(replace(part, name=page.name, remarks=remarks))

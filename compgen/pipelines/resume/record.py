@@ -27,7 +27,7 @@ def manifest_anew(resumed: "Resumed", date: str, loaded: int = 0, done: int = 0)
     record: dict[str, Any] = json.loads(json.dumps(dict(written.record)))
     by_name = {str(entry["name"]): entry for entry in record["pages"]}
     replaced = []
-    for page, start, result in zip(written.pages[begin:], resumed.starts, resumed.pages):
+    for page, start, result in zip(written.pages[begin:], resumed.starts, resumed.pages, strict=True):
         data = resumed.files[page.file]
         checksum = sha256(data).hexdigest()
         by_name[page.name].update(sha256=checksum, bytes=len(data), **page_facts(job, start))
@@ -51,7 +51,9 @@ def manifest_anew(resumed: "Resumed", date: str, loaded: int = 0, done: int = 0)
         "first_waypoint": written.pages[begin].first,
         "clock_s": beginning.clock,
         "state": [float(x) for x in beginning.state],
-        "rise_K": {n: round(float(r), 4) for n, r in zip(job.heat.names, np.asarray(resumed.planned.rise[0]))},
+        "rise_K": {
+            n: round(float(r), 4) for n, r in zip(job.heat.names, np.asarray(resumed.planned.rise[0]), strict=True)
+        },
         "join": None if resumed.join is None else resumed.join.record(),
         "pages": replaced,
     }

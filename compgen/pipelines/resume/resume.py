@@ -97,7 +97,7 @@ def resume(
     windows = start_windows(planned, solution.theta, firsts)
     since = beginning.clock - whole.job.clock
     times = since + planned.trajectory.time[firsts]
-    starts = tuple(PageStart(*now) for now in zip(times.tolist(), planned.rise[firsts], windows.tolist()))
+    starts = tuple(PageStart(*now) for now in zip(times.tolist(), planned.rise[firsts], windows.tolist(), strict=True))
     commanded = problem.commanded(solution.correction)
     meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, float(windows[0]))
     pages = write_pages(written, job, meant, from_page, starts)
@@ -230,7 +230,7 @@ def _page_results(
     touching = np.append(np.repeat(on_part, np.diff(samples)), on_part[-1])
     old_samples = np.searchsorted(before.arc, path.arc)  # the old text has other lengths, so other samples
     old_touching = on_part[np.clip(np.searchsorted(path.arc, before.arc, side="right") - 1, 0, len(on_part) - 1)]
-    for page, begin, end in zip(pages, edges, edges[1:]):
+    for page, begin, end in zip(pages, edges, edges[1:], strict=False):
         sizes = []
         for deviation, at, mask in ((before, old_samples, old_touching), (after, samples, touching)):
             rows = slice(int(at[begin]), int(at[end]) + 1)

@@ -147,7 +147,7 @@ def _record_of(manifest: Path) -> dict[str, Any]:
 
 def _check_row(manifest: Path, pages: Sequence[WrittenPage]) -> None:
     """Raises InputError where pages do not follow each other; those of a planned job share the position between."""
-    for page, after in zip(pages, [*pages[1:], None]):
+    for page, after in zip(pages, [*pages[1:], None], strict=True):
         if page.last < page.first or (after is not None and after.first - page.last not in (0, 1)):
             raise InputError(
                 f"{manifest}: pages.{page.number - 1}: it goes from {page.first + 1} to {page.last + 1}"

@@ -70,7 +70,7 @@ def _answer_passes(
         return load_job(file, robot, [*overrides_of(file), f"process.feed_mm_s={feed / MM!r}"])
 
     jobs = [load_job(file, robot, overrides_of(file)) for file in pass_paths]
-    files = {job.source: file for job, file in zip(jobs, pass_paths)}
+    files = {job.source: file for job, file in zip(jobs, pass_paths, strict=True)}
     try:
         speeds = [float(feed) * MM for feed in feeds.split(",")] if feeds else []
     except ValueError:

@@ -71,7 +71,7 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
         row |= {
             "duration_s": _round(float(execution.time[-1])),
             "waypoints": len(geometry.path.arc),
-        } | {f"start_{n}_K": _round(float(r)) for n, r in zip(job.heat.names, execution.rise[0])}
+        } | {f"start_{n}_K": _round(float(r)) for n, r in zip(job.heat.names, execution.rise[0], strict=True)}
         band = band_at_samples(job, geometry)
         row["band_um"] = _round(band.largest / UM)
         if band.hidden:

@@ -191,7 +191,7 @@ def band_at(live: Live, band: LiveBand, setting: Setting) -> ShownBand:
     heats = _heats(live, band, state)
     columns = np.zeros((len(band.time), 3, len(band.quantities)))
     means, deviations = (np.zeros(len(band.quantities)) for _ in range(2))
-    for k, (q, h) in enumerate(zip(band.quantities, heats)):
+    for k, (q, h) in enumerate(zip(band.quantities, heats, strict=True)):
         columns[:, :, k] = q.column
         if q.by_rise is not None:
             columns[:, :, k] += (factor if q.expands else 1.0) * np.einsum("nik,nk->ni", q.by_rise, r)
@@ -241,7 +241,7 @@ def _by_step(live: Live, band: LiveBand, state: State, pair: ModelStep) -> Array
     """What a change of the model adds, by the difference of two, (N, K) [K]."""
     begin = np.zeros(len(live.heat.model.rate)) if live.heat.model.start is None else live.heat.model.start
     rises = []
-    for law, cycle in zip(pair.laws, pair.cycle):
+    for law, cycle in zip(pair.laws, pair.cycle, strict=True):
         z = _at_start(law, live, state, begin, cycle) + _air_by(law, live, state, state.elapsed)
         goal = law.moving(band.feed, 1.0)
         rises.append(goal + (z - goal) * np.exp(-band.time[:, None] * law.rate))

@@ -149,7 +149,7 @@ def at(live: Live, setting: Setting, places: Places) -> Shown:
 
 def expansion_factor(live: Live, setting: Setting) -> float:
     """cte / cte_0."""
-    return next((v / live.cte for s, v in zip(live.day.sliders, setting) if s.kind == "cte"), 1.0)
+    return next((v / live.cte for s, v in zip(live.day.sliders, setting, strict=True) if s.kind == "cte"), 1.0)
 
 
 def overrides_of(day: Day, setting: Setting, averaged: bool = False) -> list[str]:

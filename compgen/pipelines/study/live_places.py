@@ -179,7 +179,9 @@ def _largest(size: Array, arc: Array) -> IntArray:
     """The largest of each short stretch, where it is among the largest of all."""
     stretch = np.flatnonzero(np.diff(np.floor(arc / SHORT), prepend=-1.0))
     top = np.maximum.reduceat(size, stretch)
-    rows = [a + int(np.argmax(size[a:b])) for a, b in zip(stretch.tolist(), [*stretch[1:].tolist(), len(size)])]
+    rows = [
+        a + int(np.argmax(size[a:b])) for a, b in zip(stretch.tolist(), [*stretch[1:].tolist(), len(size)], strict=True)
+    ]
     return np.asarray(np.array(rows)[top >= NEAR * size.max()])
 
 

@@ -95,8 +95,8 @@ def validity(job: Job, limit: float) -> Answer:
         f"one corrected file stays within {limit / UM:g} um for a start {when}, or an ambient within "
         f"+-{span:.2f} K of the planned; regenerate beyond"
     )
-    rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays)]
-    rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs)]
+    rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays, strict=True)]
+    rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs, strict=True)]
     return Answer(
         key="validity",
         sentence=sentence,

@@ -79,7 +79,7 @@ def build(
         InputError: Nothing to vary, an unknown key, no values or one that the key never takes, too many scenarios.
     """
     axes = [_axis(item) for item in vary]
-    rows = [dict(zip(keys, row)) for keys, table in [_listed(listed)] for row in table] if listed else [{}]
+    rows = [dict(zip(keys, row, strict=True)) for keys, table in [_listed(listed)] for row in table] if listed else [{}]
     if not axes and not listed:
         raise InputError("--vary: nothing to vary; give KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200, or --list")
     count = len(rows)
@@ -91,7 +91,7 @@ def build(
     every = [*rows[0], *keys]
     if twice := next((k for k in every if every.count(k) > 1), None):
         raise InputError(f"--vary {twice}: it is varied twice; give its values together")
-    grid = [dict(zip(keys, point)) for point in itertools.product(*(values for _, values in axes))]
+    grid = [dict(zip(keys, point, strict=True)) for point in itertools.product(*(values for _, values in axes))]
     scenarios = tuple(
         Scenario(n, tuple({**row, **point}.items())) for n, (row, point) in enumerate(itertools.product(rows, grid))
     )
@@ -169,7 +169,7 @@ def _listed(file: str) -> tuple[list[str], list[list[str]]]:
     keys = [SHORT.get(name, name) for name in table.header]
     if twice := next((key for key in keys if keys.count(key) > 1), None):
         raise InputError(f"{file}: {twice} stands twice in the header, once by its short name; keep one")
-    return keys, [list(row) for row in zip(*columns)]
+    return keys, [list(row) for row in zip(*columns, strict=True)]
 
 
 def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:

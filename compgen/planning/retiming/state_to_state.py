@@ -110,7 +110,7 @@ def _ask_ruckig(b: Blocks, progress: Callable[[float], None]) -> _Stretches:
     B, time = len(b.v), np.cbrt(b.length / b.j)
     speeds, acceleration = [v * time / b.length for v in (b.v0, b.v1, b.v)], b.a * time**2 / b.length
     profiles = []
-    for n, v0, v1, v, a in zip(range(B), *(x.tolist() for x in (*speeds, acceleration))):
+    for n, v0, v1, v, a in zip(range(B), *(x.tolist() for x in (*speeds, acceleration)), strict=True):
         question.current_velocity, question.target_velocity = [v0], [v1]
         question.max_velocity, question.max_acceleration = [v], [a]
         try:

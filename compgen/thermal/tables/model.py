@@ -188,7 +188,7 @@ def network_of(
 
 def growth_of(robot: Robot, names: Sequence[str], reference: Array, profiles: Sequence[Profile]) -> tuple[Array, Array]:
     """Growth of each DH length per kelvin of each named rise, a and d, (6, K) [m/K]; away from zero."""
-    rises = dict(zip(names, reference.tolist()))
+    rises = dict(zip(names, reference.tolist(), strict=True))
     growth = {"a": np.zeros((6, len(names))), "d": np.zeros((6, len(names)))}
     for profile in profiles:
         parameter, row = DH_LENGTHS[profile.length]

@@ -75,7 +75,7 @@ def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit
     stands = standing_rows(course, time, arc, noise)
     stops = course.arc[course.stop]
     nearest = stops[_nearest(stops, np.array([arc[a] for a, _ in stands]))]
-    holds = [stand for stand, stop in zip(stands, nearest) if abs(arc[stand[0]] - stop) > NEAR_STOP]
+    holds = [stand for stand, stop in zip(stands, nearest, strict=True) if abs(arc[stand[0]] - stop) > NEAR_STOP]
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
@@ -207,7 +207,9 @@ def _assessed(
     turns = _refined(time[rows], c[rows], turns, rates, stretches)
     stretches = tuple(
         Stretch(a, b, s.rate, s.sigma)
-        for s, a, b in zip(stretches, [stretches[0].begin, *turns.tolist()], [*turns.tolist(), stretches[-1].end])
+        for s, a, b in zip(
+            stretches, [stretches[0].begin, *turns.tolist()], [*turns.tolist(), stretches[-1].end], strict=True
+        )
     )
     knots = np.concatenate([[time[0]], turns, [time[-1]]])
     fitted = np.interp(time[rows], knots, np.concatenate([[0.0], np.cumsum(rates * np.diff(knots))]))

@@ -86,7 +86,7 @@ def stretches_of(windows: Windows) -> tuple[tuple[Stretch, ...], float]:
         noise = max(1.4826 * float(np.median(np.abs(np.diff(rate)))) / np.sqrt(2), noise)
     edges = _merged(windows, _change_points(smooth / noise, 8 * np.log(max(n, 2)) + 8), noise)
     stretches, scatter = [], []
-    for a, b in zip(edges[:-1], edges[1:]):
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
         weight = windows.end[a:b] - windows.begin[a:b]
         away = np.abs(rate[a:b] - np.median(rate[a:b]))
         near = away <= max(5 * noise, float(np.median(away)))
@@ -122,7 +122,7 @@ def _merged(windows: Windows, edges: list[int], noise: float) -> list[int]:
     """Edges without those of stretches that are too short, or hardly another rate than their neighbour."""
     rate, edges = windows.rate, list(edges)
     while len(edges) > 2:
-        medians = np.array([float(np.median(rate[a:b])) for a, b in zip(edges[:-1], edges[1:])])
+        medians = np.array([float(np.median(rate[a:b])) for a, b in zip(edges[:-1], edges[1:], strict=True)])
         sizes = np.diff(edges)
         steps = np.abs(np.diff(medians)) / np.maximum(medians[1:], medians[:-1])
         sure = np.maximum(SAME_RATE, 4 * noise * np.sqrt(1 / sizes[1:] + 1 / sizes[:-1]))

@@ -84,7 +84,7 @@ class FaultyArm:
         before = history.travel or tuple(np.zeros(3) for _ in self.faults.axis_deviations)
         travel = tuple(
             travel_direction(np.vstack([first_position, nominal]), deviation.width, start)[1:]
-            for deviation, start in zip(self.faults.axis_deviations, before)
+            for deviation, start in zip(self.faults.axis_deviations, before, strict=True)
         )
         angles = theta + self._joint_faults(theta, torque, side) - self.robot.pendant_zero
         placements = [*self._placements(growth, rise), tool]
@@ -135,7 +135,7 @@ class FaultyArm:
             angle = n * f.gear_cycles * theta
             sine, cosine = f.gear_harmonics[:, n - 1, 0], f.gear_harmonics[:, n - 1, 1]
             offset = offset + sine * np.sin(angle) + cosine * np.cos(angle)
-        for n, wave in zip(f.ripple_orders, np.swapaxes(f.joint_ripple, 0, 1)):
+        for n, wave in zip(f.ripple_orders, np.swapaxes(f.joint_ripple, 0, 1), strict=True):
             offset = offset + wave[:, 0] * np.sin(n * theta) + wave[:, 1] * np.cos(n * theta)
         half_width = f.backlash + f.windup * np.sqrt(torque**2 + 1)
         return np.asarray(offset - half_width * side)
@@ -143,7 +143,7 @@ class FaultyArm:
     def _axis_deviation(self, nominal: Array, travel: tuple[Array, ...]) -> Array:
         """What the deviations along World axes add to the TCP, (M, 3) [m]."""
         total = np.zeros_like(nominal)
-        for deviation, t in zip(self.faults.axis_deviations, travel):
+        for deviation, t in zip(self.faults.axis_deviations, travel, strict=True):
             station = deviation.station
             s = np.clip(nominal[:, deviation.axis], station[0], station[-1])
             forward, reverse = (
@@ -156,7 +156,7 @@ class FaultyArm:
         """Torque of the loads about each joint (M, 6) [N m], and the nominal TCP (M, 3) [m]."""
         f = self.faults
         mass, moment = np.zeros(6), np.zeros((6, 3))
-        for k, (part_mass, centre) in enumerate(zip(f.mass, f.centre)):
+        for k, (part_mass, centre) in enumerate(zip(f.mass, f.centre, strict=True)):
             i = min(k, 5)
             mass[i] += part_mass
             moment[i] += part_mass * self._row_frame(i + 1).act(centre)
@@ -172,7 +172,7 @@ class FaultyArm:
         torque, position = np.empty((len(theta), 6)), np.empty((len(theta), 3))
         model = self.model.copy()
         model.gravity.linear = f.gravity
-        for k, (mass, centre) in enumerate(zip(f.mass, f.centre)):
+        for k, (mass, centre) in enumerate(zip(f.mass, f.centre, strict=True)):
             link = min(k + 1, 6)
             if mass:
                 centre_in_link = self._row_frame(link).act(centre)

@@ -19,7 +19,7 @@ ELEMENT = 0.1e-3  # m
 
 def growth_per_kelvin(heat: ThermalModel, profiles: Sequence[Profile]) -> Array:
     """Growth of each of ``LENGTHS`` per kelvin of each node, (K, 6) [m/K]."""
-    reference = dict(zip(heat.names, heat.reference_rise.tolist()))
+    reference = dict(zip(heat.names, heat.reference_rise.tolist(), strict=True))
     growth = np.zeros((len(heat.names), len(LENGTHS)))
     for profile in profiles:
         column = list(LENGTHS).index(profile.length)

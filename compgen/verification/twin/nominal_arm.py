@@ -135,7 +135,7 @@ def build_placed_chain() -> Any:
     angles = ca.SX.sym("angles", 6)
     placements = [ca.SX.sym(f"{name}{i}", size) for i in range(8) for name, size in (("position", 3), ("rotation", 9))]
     position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
-    for i, (offset, rows) in enumerate(zip(placements[::2], placements[1::2])):
+    for i, (offset, rows) in enumerate(zip(placements[::2], placements[1::2], strict=True)):
         position = position + rotation @ offset
         rotation = rotation @ ca.reshape(rows, 3, 3).T
         if i < 6:
@@ -179,9 +179,9 @@ def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
     model = pin.Model()
     parent = 0
     offsets = np.zeros((6, 3))
-    for length, (joint, along) in zip(nominal_lengths(robot), LENGTHS.values()):
+    for length, (joint, along) in zip(nominal_lengths(robot), LENGTHS.values(), strict=True):
         offsets[joint - 1, along] = length
-    for i, (axis, offset) in enumerate(zip(AXES, offsets)):
+    for i, (axis, offset) in enumerate(zip(AXES, offsets, strict=True)):
         joint_model = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
         parent = model.addJoint(parent, joint_model, pin.SE3(np.eye(3), offset), f"j{i + 1}")
     return model, pin.SE3(_flange_rotation(robot), np.zeros(3))
@@ -201,7 +201,7 @@ def pinocchio_difference(robot: Robot, tool: Pose, theta: Array, growth: Array, 
     nominal = Pose.from_rows(*evaluate(build_grown_pose(robot, tool), theta, np.zeros((1, len(LENGTHS)))))
     nominal_offsets = np.tile([p.translation for p in model.jointPlacements][1:], (len(theta), 1, 1))
     grown_offsets = nominal_offsets.copy()
-    for (joint, along), growths in zip(LENGTHS.values(), growth.T):
+    for (joint, along), growths in zip(LENGTHS.values(), growth.T, strict=True):
         grown_offsets[:, joint - 1, along] += growths
     tcp = flange * pin.SE3(tool.rotation, tool.position)
     angles = theta - robot.pendant_zero
@@ -229,7 +229,7 @@ def _pinocchio_wrist(model: pin.Model, angles: Array, offsets: Array) -> Pose:
     rotation, position = np.empty((len(angles), 3, 3)), np.empty((len(angles), 3))
     for m, q in enumerate(angles):
         if m < len(offsets):
-            for placement, offset in zip(placements, offsets[m]):
+            for placement, offset in zip(placements, offsets[m], strict=True):
                 placement.translation = offset
         pin.forwardKinematics(model, data, q)
         rotation[m], position[m] = wrist.rotation, wrist.translation

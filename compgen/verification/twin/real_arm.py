@@ -67,7 +67,7 @@ class Twin:
     ) -> tuple[Pose, DirectionHistory]:
         """The TCP with all faults at M samples, and the history that they leave."""
         arm = build_faulty_arm(self.robot, self.faults or Faults())
-        growth_of_length = dict(zip(LENGTHS, growth.T))
+        growth_of_length = dict(zip(LENGTHS, growth.T, strict=True))
         tools = Pose.stack([self.tool]) if tools is None else tools
         return arm.actual_pose(theta, growth_of_length, rise, tools, history, every)
 

@@ -57,7 +57,7 @@ def moving_mean(rows: Array, n: float) -> Array:
     m, M = int(n), len(rows)
     mean = np.empty_like(rows)
     total = np.zeros(m + 2 + M)
-    for column, out in zip(rows.T, mean.T):
+    for column, out in zip(rows.T, mean.T, strict=True):
         np.cumsum(column - column[0], out=total[m + 2 :])  # total[m + 1 + k] is the sum before row k
         out[:] = total[m + 2 :] - (1 - (n - m)) * total[2 : 2 + M] - (n - m) * total[1 : 1 + M]
         out /= n
