@@ -319,3 +319,36 @@ def test_what_reaches_behind_the_public_face_is_seen():
     for text in (f"from compgen.core import {name}", f"x.{name}", *patches):
         assert len(list(reached(ast.parse(text)))) == 1
     assert not list(reached(ast.parse(f"self.{name}")))
+
+
+MANY = 6  # fields from which on a record is built by keywords
+MOST_IN_ORDER = 7  # arguments of a call without their names
+
+
+def test_records_of_many_fields_are_built_by_keywords():
+    wrong = []
+    for file in FILES:
+        tree = ast.parse(file.read_text())
+        for record in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+            how = next((ast.unparse(d) for d in record.decorator_list if "dataclass" in ast.unparse(d)), None)
+            count = sum(
+                isinstance(n, ast.AnnAssign) and "ClassVar" not in ast.unparse(n.annotation) for n in record.body
+            )
+            if how is not None and count >= MANY and "kw_only=True" not in how:
+                wrong.append(f"{label(file)}: {record.name}")
+    assert wrong == []
+
+
+def test_no_call_gives_many_arguments_by_their_order():
+    wrong = [
+        f"{label(file)}: line {call.lineno}"
+        for file in FILES
+        for call in (node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call))
+        if len(call.args) > MOST_IN_ORDER and not is_listing(call)
+    ]
+    assert wrong == []
+
+
+def is_listing(call):
+    """Things of one kind, as many as there are: columns of a table, arguments of an expression."""
+    return ast.unparse(call.func).split(".")[-1] in ("Table", "evaluate")

@@ -65,7 +65,9 @@ def anchor(
             if (folder / name).exists() and "anchored_state" not in read_record(folder / RECORD):
                 raise InputError(f"--html {folder}: {name} in it is not what cgen anchor wrote; give another folder")
     use_cores(workers)
-    result = anchor_files(path, robot, overrides or (), touches, artefact, log, reference, frames)
+    result = anchor_files(
+        path, robot, overrides or (), touches=touches, artefact=artefact, log=log, reference=reference, frames=frames
+    )
     is_written = result.verdict in ACCEPTED
     if is_written:
         publish(target.parent, {target.name: state_text(result.state).encode()}, {})

@@ -88,7 +88,9 @@ def correct(
     from compgen.report.files import correction_files
 
     use_cores(workers)
-    options = options_of(split, insert, strict, again, mark, max_um, average_over, lift_all)
+    options = options_of(
+        split, insert, strict, again=again, mark=mark, max_um=max_um, average_over=average_over, lift_all=lift_all
+    )
     source = Path(program)
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
@@ -114,7 +116,14 @@ def correct(
     with show_progress(quiet or as_json, CORRECT) as progress:
         with naming_file(program):
             correction = pipeline.correct(
-                content, cell, frames_table, history, options, progress, programs_beside(source), register_table
+                content,
+                cell,
+                frames_table,
+                before=history,
+                options=options,
+                progress=progress,
+                find_program=programs_beside(source),
+                registers=register_table,
             )
         progress("report", 0.0)
         written = correction.is_usable or force

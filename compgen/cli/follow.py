@@ -124,15 +124,30 @@ def follow(
                 print_error(str(failure), 2)
             if readings is not None:
                 looked = look_at(
-                    written, whole, programs, readings, log, times, within_um * UM, loaded, ahead, anchored
+                    written,
+                    whole,
+                    programs,
+                    log=readings,
+                    source=log,
+                    times=times,
+                    within=within_um * UM,
+                    loaded=loaded,
+                    lead=ahead,
+                    anchored=anchored,
                 )
             resumed = None
             if looked is not None and looked.due and looked.beginning is not None:
                 beginning = looked.beginning
                 resumed = resume(
-                    written, whole, looked.due, lambda known, b=beginning: b, checked_moment(date), _silent,  # type: ignore[misc]
-                    looked.loaded, max(written.done, times.last(looked.time) - bool(looked.running)),
-                )  # fmt: skip
+                    written,
+                    whole,
+                    looked.due,
+                    begin=lambda known, b=beginning: b,  # type: ignore[misc]
+                    date=checked_moment(date),
+                    progress=_silent,
+                    loaded=looked.loaded,
+                    done=max(written.done, times.last(looked.time) - bool(looked.running)),
+                )
                 if resumed.replaced and (resumed.inside or force):
                     put_pages(place, resumed, options, figures)
                     written = read_written_job(place)

@@ -51,7 +51,17 @@ def offsets(
         if path.lower().endswith(".ls"):
             if log is not None:
                 raise InputError("--log: is of a path file; for a program anchor with it, and give --state")
-            result = _of_program(path, robot, state, state_age, frames, registers, before, overrides, progress)
+            result = _of_program(
+                path,
+                robot,
+                state,
+                state_age=state_age,
+                frames=frames,
+                registers=registers,
+                before=before,
+                overrides=overrides,
+                progress=progress,
+            )
         else:
             given = [n for n, v in (("--frames", frames), ("--registers", registers), ("--before", before)) if v]
             if given:

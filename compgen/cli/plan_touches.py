@@ -88,7 +88,9 @@ def plan_touches(
     use_cores(workers)
     with show_progress(quiet or as_json) as progress:
         search = Search(clearance * MM, beyond * MM)
-        planned = plan_path_touches(job, spheres, frame, count, sigma * UM, search, centres, progress)
+        planned = plan_path_touches(
+            job, spheres, frame, count=count, sigma=sigma * UM, search=search, centres=centres, progress=progress
+        )
     text = write_touches(planned, name, checked_date(date), utool, signal)
     touches = positions_of(planned, utool, signal is None)
     record = touch_record(planned, touches, signal)

@@ -96,9 +96,22 @@ def resume(
     use_machine(workers)
     if CORRECTED in written.record:
         resume_corrected_program(
-            written, place, from_page, waits if late is not None else None, log, when, loaded, done, robot, max_um,
-            force, as_json, quiet, options, figures,
-        )  # fmt: skip
+            written,
+            place,
+            from_page,
+            late=waits if late is not None else None,
+            log=log,
+            date=when,
+            loaded=loaded,
+            done=done,
+            robot=robot,
+            max_um=max_um,
+            force=force,
+            as_json=as_json,
+            quiet=quiet,
+            options=options,
+            figures=figures,
+        )
         return
     with show_progress(quiet or as_json, RESUME) as progress:
         whole = plan_whole(within(job_of(written, path, robot), bound), progress)
@@ -108,7 +121,9 @@ def resume(
                 return begin_with_state(whole, known, state, age)
             return begin_with_log(whole, known, log) if log is not None else begin_late(whole, known, waits)
 
-        resumed = pipeline(written, whole, from_page, begin, when, progress, loaded, done)
+        resumed = pipeline(
+            written, whole, from_page, begin=begin, date=when, progress=progress, loaded=loaded, done=done
+        )
         progress("report", 0.0)
         is_written = bool(resumed.replaced) and (resumed.inside or force)
         if is_written:

@@ -49,7 +49,14 @@ def teach_frame(
     check_own_file("-o", str(report), b'"uframe"', "teach-frame")
     uframes = (load_frames(frames) if frames else default_frames()).uframe
     taught = teaching.teach_frame(
-        arm, touches, artefact, number, temperatures, rise_reference(reference), uframes, nominal
+        arm,
+        touches,
+        artefact,
+        number=number,
+        log=temperatures,
+        reference=rise_reference(reference),
+        uframes=uframes,
+        nominal=nominal,
     )
     record = teaching.frame_record(taught, arm.robot.controller.decimals)
     reports = {report.name: json_text(record)}

@@ -90,7 +90,9 @@ def whatif(
     living = sliders(path, robot, overrides, quiet or as_json, study is None and not answers) if live else NONE
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
     base = base_job(path, robot, overrides)
-    files = study_files(path, overrides, study, rows, answers, base, of_page, living, max_um)
+    files = study_files(
+        path, overrides, study, rows=rows, answers=answers, base=base, options=of_page, live=living, max_um=max_um
+    )
     reports = page_files(folder, files, figures, of_page)
     publish(folder, journal, reports, own_files() if fresh else ())
     if as_json:

@@ -111,7 +111,9 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
     notes += map_findings(job.sources, places[on_part], on_part)
     notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
-    notes += unknown_start_findings(job.robot, job.sources, model, theta, places, rise, motion, path.contact)
+    notes += unknown_start_findings(
+        job.robot, job.sources, model, theta=theta, position=places, rise=rise, directions=motion, contact=path.contact
+    )
     notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.unlikely]
     notes += dry_run_findings(job, path)
     if not job.history.before and job.heat.start is None:

@@ -86,7 +86,9 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
             lead_in=_lead_in(program, cell, model),
             frame=program.path.place,
         )
-        path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, layout)
+        path, theta = refinement.refine(
+            robot, program.posture, tool.pose, sources=cell.sources, model=model, path=path, feed=feed, layout=layout
+        )
         progress(f"path: {len(theta)} waypoints", 1.0)
         page_stops, payload = None, tool.payload is not None
         if pages and process.arcs:

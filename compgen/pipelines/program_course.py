@@ -167,7 +167,9 @@ def _listed_course(
     wait = np.append(np.where(follows, pause[at[1:]], 0.0), 0.0)
     length = np.maximum(step_lengths(poses.tcp.position[pose]), SHORTEST)
     length = np.where(np.isfinite(drive.length[at[1:]]) & follows, drive.length[at[1:]], length)
-    cruise, periods = _written_clocks(program, robot, poses, drive, at, length, total - wait[:-1], judged, via)
+    cruise, periods = _written_clocks(
+        program, robot, poses, drive=drive, at=at, length=length, total=total - wait[:-1], judged=judged, via=via
+    )
     nodes = {
         "position": poses.tcp.position[pose],
         "judged": judged,

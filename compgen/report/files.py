@@ -79,7 +79,14 @@ def study_files(
         **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
         **{f"{answer.key}.csv": answer_csv(answer) for answer in answers},
         "whatif.html": study_html(
-            f"What if: {PurePath(path).stem}", study, rows, answers, base, options, live.html, max_um
+            f"What if: {PurePath(path).stem}",
+            study,
+            rows,
+            answers=answers,
+            base=base,
+            options=options,
+            live=live.html,
+            max_um=max_um,
         ),
     }
 

@@ -51,7 +51,9 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
             line_colour = colour or (WARM, COOL)[side == "after"]
             symbol = LOOKS[side][1] if other is None or len(colours) > MOST_LINES else SYMBOLS[k]
             ink = {"color": line_colour, "symbol": symbol}
-            traces += _line(grid, key, groups.get(value, []), side, name, ink, place, is_named)
+            traces += _line(
+                grid, key, groups.get(value, []), side=side, name=name, ink=ink, place=place, is_named=is_named
+            )
         axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
         shown = axis(title_of(key)) if n == len(sides) - 1 else {"matches": f"x{len(sides)}", "showticklabels": False}
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", **_kind(whole, key), **shown}
@@ -90,9 +92,20 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
     bar = {"title": {"text": "µm"}, "thickness": 12, "outlinewidth": 0}
     hover = f"{words_of(x)} %{{x}}<br>{words_of(y)} %{{y}}<br>%{{z:.2f}} µm<extra></extra>"
     traces = [
-        trace("heatmap", *names, [[None if v != v else v for v in line] for line in cells.tolist()], text=texts,
-              colorscale=colours, colorbar=bar, xgap=1, ygap=1, hovertemplate=hover, name="", **labelled)
-    ]  # fmt: skip
+        trace(
+            "heatmap",
+            *names,
+            [[None if v != v else v for v in line] for line in cells.tolist()],
+            text=texts,
+            colorscale=colours,
+            colorbar=bar,
+            xgap=1,
+            ygap=1,
+            hovertemplate=hover,
+            name="",
+            **labelled,
+        )
+    ]
     failed = [(plain(grid.value(row, x)), plain(grid.value(row, y))) for row in grid.failed]
     if failed:
         traces.append(_crosses([f[0] for f in failed], [f[1] for f in failed], [r["reason"] for r in grid.failed]))
@@ -150,8 +163,20 @@ def _line(
     x, y = ([point[k] for point in points] for k in range(2))
     line, marker = {"color": ink["color"], "dash": dash, "width": 1.6}, {"symbol": ink["symbol"], "size": 7}
     mode = "lines+markers" if len(points) <= MARKED else "lines"
-    return [trace("scatter", x, y, mode=mode, name=name, legendgroup=name, showlegend=is_named,
-                  line=line, marker=marker, **place)]  # fmt: skip
+    return [
+        trace(
+            "scatter",
+            x,
+            y,
+            mode=mode,
+            name=name,
+            legendgroup=name,
+            showlegend=is_named,
+            line=line,
+            marker=marker,
+            **place,
+        )
+    ]
 
 
 def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> list[Trace]:

@@ -92,7 +92,9 @@ def insert_points(
     rows = np.flatnonzero(new_poses.number >= first)
     theta = _joints_between(robot, poses, drive, station, tcp)
     nudge = np.zeros((len(rows), 3), dtype=np.int64)
-    edits = number_edits(extended, new_poses, robot, rows, tcp, theta, nudge, nudge[:, 0] > 0)
+    edits = number_edits(
+        extended, new_poses, robot, rows=rows, tcp=tcp, theta=theta, nudge=nudge, marked=nudge[:, 0] > 0
+    )
     return edited(extended, edits)
 
 

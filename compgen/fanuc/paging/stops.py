@@ -95,7 +95,16 @@ def place_page_stops(
         obstacle = "its limits leave no room for a page; raise them in the robot file"
         return PageStops(path.stop, np.zeros(len(path.arc), dtype=bool), 0, obstacle)
     per_page = max(MIN_POSITIONS, int(per_page / growth))
-    return add_stops(robot, path.arc, theta, path.stop, path.contact, per_page, on_the_part, path.via)
+    return add_stops(
+        robot,
+        path.arc,
+        theta,
+        stop=path.stop,
+        contact=path.contact,
+        per_page=per_page,
+        on_the_part=on_the_part,
+        via=path.via,
+    )
 
 
 def head_line_count(nodes: int, payload: bool = False) -> int:

@@ -100,7 +100,17 @@ def identify(
     left = function(plainest.motion)[~fitted]
     limit = NOISE_MULTIPLE * max(noise, 1e-9) + FLOOR
     largest = float(np.sqrt((left**2).sum(axis=1).max(initial=0.0)))
-    findings = _verdict(chosen, alike, intervals, sigma, plainest.rms, limit, noise, len(np.unique(block)), robot)
+    findings = _verdict(
+        chosen,
+        alike,
+        intervals,
+        sigma=sigma,
+        held_out=plainest.rms,
+        limit=limit,
+        noise=noise,
+        blocks=len(np.unique(block)),
+        robot=robot,
+    )
     progress(1.0)
     return IdentifiedMotion(
         chosen=chosen,

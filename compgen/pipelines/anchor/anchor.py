@@ -78,8 +78,12 @@ def anchor(
     sizes = rms(chosen.before), rms(chosen.after)
     verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
     refusals.refuse_unidentified(cell, artefact, touches, best, innovation)
-    touch_next = next_touches(job, artefact, frame, forecast, unknowns, seen, chosen, columns)
-    state = _state(job, forecast, unknowns, chosen, prior, path, verdict, made_from or {})
+    touch_next = next_touches(
+        job, artefact, frame, forecast=forecast, unknowns=unknowns, seen=seen, chosen=chosen, columns=columns
+    )
+    state = _state(
+        job, forecast, unknowns, chosen=chosen, prior=prior, path=path, verdict=verdict, made_from=made_from or {}
+    )
     anchored = Anchored(
         job=job,
         artefact=artefact,

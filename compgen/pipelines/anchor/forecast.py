@@ -111,7 +111,9 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
     sensed = np.array([name in log.readings for name in heat.names])
     own = np.where(sensed, EACH * job.cell.warmth.sensors, HEIGHT * np.abs(fitted.rise[-1]))
     rise = np.column_stack([np.interp(when, fitted.time, column) for column in fitted.rise.T])
-    return _begun(job, state, last, rise, air, own, (fitted.time, fitted.rise), History(air=air))
+    return _begun(
+        job, state, last, rise=rise, air=air, own=own, course=(fitted.time, fitted.rise), past=History(air=air)
+    )
 
 
 def _by_history(job: Job, touches: Touches) -> Forecast:
@@ -135,7 +137,7 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
     rise[order] = rise_history(heat, duties, when[order] - origin, air=history.air)
     air = replace(history.air, time=history.air.time - (last - origin), peak=history.air.peak - (last - origin))
     past = replace(history, before=until)
-    return _begun(job, state, last, rise, air, np.zeros(len(heat.names)), None, past)
+    return _begun(job, state, last, rise=rise, air=air, own=np.zeros(len(heat.names)), course=None, past=past)
 
 
 def _begun(

@@ -130,11 +130,11 @@ def _plan_correction(
         cell,
         poses,
         drive,
-        scope.free,
-        before,
-        options.settings,
-        lambda share: progress("correction", share),
-        options.ensemble,
+        free=scope.free,
+        before=before,
+        settings=options.settings,
+        progress=lambda share: progress("correction", share),
+        ensemble=options.ensemble,
     )
     free = scope.free.copy()
     free[[station for station, _ in stations.held]] = False
@@ -217,7 +217,16 @@ def _write_and_verify(
     nudge = np.zeros((len(rows), 3), dtype=np.int64)
 
     def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
-        edits = number_edits(program, poses, cell.robot, rows, commanded, shared.theta[rows], nudges, marked_joints)
+        edits = number_edits(
+            program,
+            poses,
+            cell.robot,
+            rows=rows,
+            tcp=commanded,
+            theta=shared.theta[rows],
+            nudge=nudges,
+            marked=marked_joints,
+        )
         return edited(program, edits) if edits else program
 
     written = write(nudge, nudge[:, 0] > 0)

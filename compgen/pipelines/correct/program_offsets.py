@@ -52,7 +52,16 @@ def offsets_of_program(
         InputError: What ``correct`` refuses, a corrected program among it; no position, or positions in several frames.
         TwinError: The twin cannot drive the program, as it is or moved.
     """
-    full = correct(data, cell, frames, before, Options(), progress, find_program, registers)
+    full = correct(
+        data,
+        cell,
+        frames,
+        before=before,
+        options=Options(),
+        progress=progress,
+        find_program=find_program,
+        registers=registers,
+    )
     progress("offsets", 0.0)
     poses, drive = full.plan.poses, full.plan.drive
     station, fraction = full.execution.station, full.execution.fraction

@@ -133,7 +133,16 @@ def correct_stations(
     for i, (first, last) in enumerate(runs):
         rows = np.arange(first, last + 1)
         arc = np.concatenate([[0.0], np.cumsum(drive.length[first + 1 : last + 1])])
-        run = _build_problem(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows), arc, drive.stop[rows])
+        run = _build_problem(
+            cell,
+            models,
+            poses,
+            pose=drive.pose[rows],
+            rise=rise[rows],
+            motion=motion.at(rows),
+            arc=arc,
+            stop=drive.stop[rows],
+        )
         solution = optimise.optimise(run, settings)
         correction[rows], theta[rows] = solution.correction, solution.theta
         if not solution.status.is_legal:
@@ -173,7 +182,16 @@ def cancel_errors(
     for kind in np.unique(kinds, axis=0):
         rows = np.flatnonzero((kinds == kind).all(axis=1))
         zero = np.zeros(len(rows))
-        problem = _build_problem(cell, models, poses, pose[rows], rise[rows], motion.at(rows), zero, zero.astype(bool))
+        problem = _build_problem(
+            cell,
+            models,
+            poses,
+            pose=pose[rows],
+            rise=rise[rows],
+            motion=motion.at(rows),
+            arc=zero,
+            stop=zero.astype(bool),
+        )
         c = np.zeros((len(rows), 6))
         for _ in range(ITERATIONS):
             c = c - problem.residual(c)

@@ -213,7 +213,14 @@ def correct(
     neighbours = programs_beside(Path(file)) if file is not None else _no_program
     with nullcontext() if file is None else naming_file(file), numpy_alone():
         result = pipeline.correct(
-            content, cell, frames_table, history, options, report_progress, neighbours, register_table
+            content,
+            cell,
+            frames_table,
+            before=history,
+            options=options,
+            progress=report_progress,
+            find_program=neighbours,
+            registers=register_table,
         )
     corrected = CorrectedProgram(file or f"{result.name}.LS", result, correction_summary(result))
     logger.info("%r", corrected)

@@ -96,7 +96,18 @@ def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit
             rounded=rounded,
         )
     stretches = _pooled(time, course.at(clock, arc), run, inside, stretches)
-    return _assessed(course, clock, time, arc, run, inside, stretches, held, rounded, stands)
+    return _assessed(
+        course,
+        clock,
+        time,
+        arc=arc,
+        run=run,
+        inside=inside,
+        stretches=stretches,
+        held=held,
+        rounded=rounded,
+        still=stands,
+    )
 
 
 def _planned_runs(course: Course, edges: Array) -> tuple[Array, Array]:
