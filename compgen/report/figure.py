@@ -67,7 +67,7 @@ def unpacked(values: Any) -> Array:
 
 def trace(kind: str, *xyz: Any, **options: Any) -> Trace:
     """Points, bars or lines over x, y and perhaps z; names and numbers as lists, arrays as bytes."""
-    columns = {k: packed_array(v) if isinstance(v, np.ndarray) else v for k, v in zip("xyz", xyz, strict=True)}
+    columns = {k: packed_array(v) if isinstance(v, np.ndarray) else v for k, v in zip("xyz", xyz, strict=False)}
     return {"type": kind, **columns, **options}
 
 
