@@ -100,7 +100,7 @@ def override(data: dict[str, Any], assignment: str, option: str) -> None:
     *parents, last = key.strip().split(".")
     table: Any = data
     try:
-        for step, following in zip(parents, [*parents[1:], last], strict=True):
+        for step, following in zip(parents, [*parents[1:], last], strict=False):
             rows: Any = [] if following.isdigit() else {}
             table = _entry(table, step) if isinstance(table, list) else table.setdefault(step, rows)
         if isinstance(table, list):
