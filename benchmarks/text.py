@@ -41,7 +41,18 @@ def spiral(points: int) -> fanuc.Program:
     fine = t % 1000 == 0
     posture = Posture(True, True, False)
     return fanuc.Program(
-        "LONG", "benchmark", "26-01-01", ("one remark",), 0, 1, position, rotation, posture, turns, speed, fine
+        name="LONG",
+        comment="benchmark",
+        date="26-01-01",
+        remarks=("one remark",),
+        uframe=0,
+        utool=1,
+        position=position,
+        rotation=rotation,
+        posture=posture,
+        turns=turns,
+        speed=speed,
+        fine=fine,
     )
 
 

@@ -191,11 +191,20 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
     N = len(local)
     return fanuc.compose(
         fanuc.Program(
-            name, "test", "26-01-01", ("compgen 0.1.0 m710ic50",), *numbers, local,
-            np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1)), Posture(), np.zeros((N, 3), dtype=np.int64),
-            np.full(N - 1, speed), np.array(fine),
+            name=name,
+            comment="test",
+            date="26-01-01",
+            remarks=("compgen 0.1.0 m710ic50",),
+            uframe=numbers[0],
+            utool=numbers[1],
+            position=local,
+            rotation=np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1)),
+            posture=Posture(),
+            turns=np.zeros((N, 3), dtype=np.int64),
+            speed=np.full(N - 1, speed),
+            fine=np.array(fine),
         )
-    )  # fmt: skip
+    )
 
 
 def circle(name="PART", radius=0.15, speed=0.1):
@@ -208,8 +217,17 @@ def circle(name="PART", radius=0.15, speed=0.1):
     N = len(local)
     return fanuc.compose(
         fanuc.Program(
-            name, "test", "26-01-01", ("compgen 0.1.0 m710ic50",), 0, 0, local,
-            np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1)), Posture(), np.zeros((N, 3), dtype=np.int64),
-            np.full(N - 1, speed), np.isin(np.arange(N), [0, N - 1]),
+            name=name,
+            comment="test",
+            date="26-01-01",
+            remarks=("compgen 0.1.0 m710ic50",),
+            uframe=0,
+            utool=0,
+            position=local,
+            rotation=np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1)),
+            posture=Posture(),
+            turns=np.zeros((N, 3), dtype=np.int64),
+            speed=np.full(N - 1, speed),
+            fine=np.isin(np.arange(N), [0, N - 1]),
         )
-    )  # fmt: skip
+    )

@@ -68,7 +68,7 @@ def merged_places(parts: Sequence[FixedPlaces], first_frame: Sequence[int]) -> t
     numbers = [np.array([names.index(name) for name in part.names], dtype=int) for part in parts]
     frame, place, sigma = np.full(len(names), WORLD), np.full((len(names), 3), np.nan), np.zeros(len(names))
     lengths: dict[tuple[int, int], tuple[float, float]] = {}
-    for part, number, first in zip(parts, numbers, first_frame, strict=True):
+    for part, number, first in zip(parts, numbers, first_frame, strict=False):
         frame[number] = np.where(part.frame == WORLD, WORLD, part.frame + first)
         place[number], sigma[number] = part.place, part.sigma
         for (a, b), length, of_length in zip(

@@ -16,7 +16,15 @@ AIR = 'ambient={kind="wave",value_degC=21,amplitude_K=2,period_h=24,peak_h=15}'
 def asked(*overrides):
     """A path of sweeps, as if nothing were corrected."""
     planned = generate.predict(load_job(path_file("raster_1300"), overrides=list(overrides)), quiet)
-    solution = Solution(np.zeros((len(planned.theta), 6)), planned.theta, planned.error(), Status.CONVERGED, 1, 0.0, ())
+    solution = Solution(
+        correction=np.zeros((len(planned.theta), 6)),
+        theta=planned.theta,
+        residual=planned.error(),
+        status=Status.CONVERGED,
+        iterations=1,
+        last_step=0.0,
+        active_limits=(),
+    )
     return planned, solution
 
 

@@ -53,7 +53,7 @@ def first_difference(one: object, other: object, place: str = "") -> str | None:
         names = [field.name for field in fields(one)]
         pairs = [(name, getattr(one, name), getattr(other, name)) for name in names]
     elif isinstance(one, tuple | list) and isinstance(other, tuple | list):
-        pairs = [(str(k), *pair) for k, pair in enumerate(zip(one, other, strict=True))]
+        pairs = [(str(k), *pair) for k, pair in enumerate(zip(one, other, strict=False))]
         if len(one) != len(other):
             return place
     elif isinstance(one, Mapping) and isinstance(other, Mapping):
