@@ -141,7 +141,7 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
         body.append(f'<line x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{INK}" stroke-dasharray="1 4"/>')
         body.append(text(right + 8, y + 5, limit[0], colour=INK))
     heights: list[float] = []
-    for (name, x, y), (tint, dashes) in zip(curves, CURVES, strict=True):
+    for (name, x, y), (tint, dashes) in zip(curves, CURVES, strict=False):
         line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y, strict=True))
         body.append(
             f'<polyline points="{line}" fill="none" stroke="{tint}" stroke-width="2.5" stroke-dasharray="{dashes}"/>'

@@ -32,7 +32,7 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
         except (ValueError, TypeError):
             raise ShapeError(f"{type(owner).__name__}.{name}: no array of numbers of shape {shape}; give one") from None
         expected = tuple(
-            lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, array.shape, strict=True)
+            lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, array.shape, strict=False)
         )
         if len(shape) != array.ndim or expected != array.shape:
             raise ShapeError(f"{type(owner).__name__}.{name}: shape {array.shape}, expected {shape}")

@@ -213,7 +213,7 @@ def _stacked_ends(
     if all(p.ends is None for p in files):
         return None
     parts = []
-    for p, reflectors, places, first in zip(files, reflector, place, poses, strict=True):
+    for p, reflectors, places, first in zip(files, reflector, place, poses, strict=False):
         ends = p.ends or plain_ends(len(p.pose))
         parts.append(
             replace(
