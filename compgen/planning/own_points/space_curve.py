@@ -97,7 +97,7 @@ def space_curve(points: LocalPoints, tolerance: Tolerance) -> SpaceCurve:
     runs = [
         _run(points.at(slice(a, b + 1)), tolerance) for a, b in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)
     ]
-    bulges = [bulge._replace(row=bulge.row + first) for (_, bulge), first in zip(runs, ends.tolist(), strict=True)]
+    bulges = [bulge._replace(row=bulge.row + first) for (_, bulge), first in zip(runs, ends.tolist(), strict=False)]
     worst = max(bulges, key=lambda bulge: bulge.beyond)
     whole = worst._replace(size=max(b.size for b in bulges), lowest=min(b.lowest for b in bulges))
     return SpaceCurve(join(*(piece for piece, _ in runs)), int((sharp & ~points.stop).sum()), whole)
