@@ -92,7 +92,7 @@ def test_motion_goes_through_every_block_from_its_speed_to_the_next(longest):
 
 def test_ruckig_alone_would_drive_backwards_where_there_is_no_room():
     """2 mm from 0.05 to 0.2 m/s: why a block is looked at before ruckig is asked, and its answer afterwards."""
-    question, answer = ruckig.InputParameter(1), ruckig.Trajectory(time=1)
+    question, answer = ruckig.InputParameter(1), ruckig.Trajectory(1)
     question.current_position, question.target_position = [0.0], [2e-3]
     question.current_velocity, question.target_velocity = [0.05], [0.2]
     question.max_velocity, question.max_acceleration, question.max_jerk = [0.2], [1.0], [5.0]
@@ -122,7 +122,7 @@ def answers_falsified(monkeypatch, number, falsify):
             return self.ruckig.validate_input(*arguments)
 
         def calculate(self, question, answer):
-            true = ruckig.Trajectory(time=1)
+            true = ruckig.Trajectory(1)
             outcome = self.ruckig.calculate(question, true)
             own = true.profiles[0][0]
             profile = SimpleNamespace(
