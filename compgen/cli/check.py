@@ -48,7 +48,8 @@ def check(
     from compgen.cli.job_table import show_job, show_outcomes
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import CHECK, show_progress
-    from compgen.core.findings import Level, first_message
+    from compgen.core.codes import Level
+    from compgen.core.findings import first_message
     from compgen.pipelines import generate as pipeline
     from compgen.pipelines.assumed_ramps import judge_ramps
     from compgen.pipelines.path_file import load_job

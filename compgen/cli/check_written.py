@@ -25,7 +25,8 @@ def judge_written(
         CompgenError: The program is another path's, or cannot be driven.
     """
     from compgen.cli.progress_bar import PREDICT, show_progress
-    from compgen.core.findings import Level, first_message
+    from compgen.core.codes import Level
+    from compgen.core.findings import first_message
     from compgen.pipelines.path_file import load_job
     from compgen.pipelines.program_file import read_program
     from compgen.pipelines.programs_beside import programs_beside

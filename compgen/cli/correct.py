@@ -15,9 +15,10 @@ from compgen.cli.messages import outcome_words, print_error, print_record
 from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
+from compgen.core.codes import Level
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
-from compgen.core.findings import Level, first_message
+from compgen.core.findings import first_message
 
 
 def correct(

@@ -15,9 +15,10 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import check_identified
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import check_names, publish
+from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
-from compgen.core.findings import Level, first_message
+from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 
 Poses = Annotated[list[str] | None, typer.Option("--poses", help="CSV of joints and measured places; repeatable.")]

@@ -8,8 +8,9 @@ from compgen.cli import options as opt
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import outcome_words, print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
+from compgen.core.codes import Level
 from compgen.core.dates import DEFAULT_DATE, checked_date
-from compgen.core.findings import Level, first_message
+from compgen.core.findings import first_message
 from compgen.core.number_text import beyond_text
 from compgen.core.units import MM, UM
 

@@ -13,8 +13,9 @@ from compgen.cli.durations import duration
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, page_options
+from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Level, first_message
+from compgen.core.findings import first_message
 
 if TYPE_CHECKING:
     from compgen.pipelines.job import Job

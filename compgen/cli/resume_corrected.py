@@ -10,8 +10,9 @@ from compgen.cli.figure_files import FigureFormat
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.progress_bar import CORRECT, show_progress
 from compgen.cli.resume_table import pages_table
+from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Level, first_message
+from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 from compgen.pipelines.resume.written_job import WrittenJob
 

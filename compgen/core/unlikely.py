@@ -17,10 +17,9 @@ from dataclasses import dataclass
 from math import hypot, pi
 from typing import Any
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM
-
-UNLIKELY_UNITS = "units.unlikely"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,12 +115,12 @@ def unlikely_lengths(option: str, text: str, lengths: Sequence[float]) -> tuple[
         return ()
     meant = " ".join(f"{length / MM:.4g}" for length in lengths)
     message = f"{option} '{text}': did you mean '{meant}'? it looks like metres, it is in mm"
-    return (Finding(Level.WARNING, UNLIKELY_UNITS, message),)
+    return (Finding(Level.WARNING, Code.UNITS_UNLIKELY, message),)
 
 
 def _finding(file: str, key: str, value: float, factor: float, unit: str, expected: str) -> Finding:
     message = f"{key} = {value:g}: did you mean {value * factor:.4g}? it looks like {unit}, the key is in {expected}"
-    return Finding(Level.WARNING, UNLIKELY_UNITS, f"{file}: {message}")
+    return Finding(Level.WARNING, Code.UNITS_UNLIKELY, f"{file}: {message}")
 
 
 def _numbers(data: Any, key: str, plain: str) -> Iterator[tuple[str, str, float]]:

@@ -24,7 +24,8 @@ import numpy as np
 from scipy.stats import norm
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import PERCENT, UM
 from compgen.identification.evidence import Posterior, posterior
 from compgen.identification.fit import SEEN_TWICE, SETTLED, Fit, frame_prior
@@ -104,15 +105,15 @@ def forecast_findings(limits: FitLimits, warm: bool) -> list[Finding]:
             "is the log another warm-up's? measure again"
         )
         if not warm:
-            return [Finding(Level.WARNING, "forecast", f"{message}; the band is scaled by it")]
-        return [Finding(Level.REFUSED, "forecast", message)]
+            return [Finding(Level.WARNING, Code.FORECAST, f"{message}; the band is scaled by it")]
+        return [Finding(Level.REFUSED, Code.FORECAST, message)]
     if blocks < FEW_BLOCKS:
         poses = round(FEW_BLOCKS * LEAST_POSES / (1 - KNOWN_FIRST))
         message = (
             f"{blocks} blocks of measurements could be foretold from those before; {FEW_BLOCKS} or more say how far "
             f"the fit's own band may be trusted (scaled by {scale:.2f}): measure {poses} poses or more"
         )
-        return [Finding(Level.NOTE, "forecast.few", message)]
+        return [Finding(Level.NOTE, Code.FORECAST_FEW, message)]
     return []
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding, Progress
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
@@ -208,7 +209,7 @@ def _unwritten_warmth(nodes: int) -> list[Finding]:
     """What a user must know of a warm-up whose temperatures nobody measured."""
     mend = "--temperatures" if nodes else "a [thermal] table with nodes, and their log with --temperatures"
     message = f"the warm-up was fitted along without temperatures, and nothing of its warmth is written; give {mend}"
-    return [Finding(Level.NOTE, "warm_up", message)]
+    return [Finding(Level.NOTE, Code.WARM_UP, message)]
 
 
 def fitted_sources(

@@ -13,7 +13,8 @@ from itertools import combinations
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import MINUTE
 from compgen.identification.evidence import posterior
 from compgen.identification.fit import Fit, fit, frame_prior
@@ -49,7 +50,7 @@ def log_findings(model: ArmModel, data: Measurements, fitted: Fit, nodes: Sequen
         gain, words = max(gains, default=(0.0, ""))
         if gain >= GAIN:
             message = f"the poses fit the temperature log far better (log evidence + {gain:.0f}) {words}"
-            return [Finding(level, "log.clock" if level is Level.REFUSED else "log.swapped", message)]
+            return [Finding(level, Code.LOG_CLOCK if level is Level.REFUSED else Code.LOG_SWAPPED, message)]
     return []
 
 

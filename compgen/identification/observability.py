@@ -12,7 +12,8 @@ measurements then take less than a hundredth from the prior's variance.
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.identification.fit import Fit
 from compgen.identification.fixed_places import WORLD
 from compgen.identification.identifiability import scaled_rows
@@ -35,12 +36,12 @@ def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> list[Findi
             "no row sees the base: where it stands (base_frame), the zero of J1 and d1 stay nominal, and World is the "
             "robot file's; teach the part's frame with the arm (cgen teach-frame)"
         )
-        findings.append(Finding(Level.NOTE, "unobservable", message))
+        findings.append(Finding(Level.NOTE, Code.UNOBSERVABLE, message))
     directions = unseen_directions(model, data, fitted)
     if directions:
         more = f", and {len(directions) - NAMED} more" if len(directions) > NAMED else ""
         message = f"no row sees {'; '.join(directions[:NAMED])}{more}: held near nominal by the priors"
-        findings.append(Finding(Level.NOTE, "unobservable", message))
+        findings.append(Finding(Level.NOTE, Code.UNOBSERVABLE, message))
     return findings
 
 

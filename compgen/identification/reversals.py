@@ -18,7 +18,8 @@ from typing import Any, get_args
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import DEG, MDEG
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.source import DirectionDependent, Law, ReversalWidths
@@ -151,7 +152,7 @@ def lost_motion_findings(robot: Robot, motion: LostMotion | None, fitted: Sequen
             for i in np.flatnonzero(measured)
         )
         message = f"lost motion by reversal runs, half-width over width [mdeg], law {motion.law}: {amounts}"
-        findings.append(Finding(Level.NOTE, "reversals.width", message))
+        findings.append(Finding(Level.NOTE, Code.REVERSALS_WIDTH, message))
     held = np.flatnonzero(~measured)
     if len(held):
         amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
@@ -159,7 +160,7 @@ def lost_motion_findings(robot: Robot, motion: LostMotion | None, fitted: Sequen
             "no reversal in small steps (plan-poses writes reversals.csv) tells how far these joints turn until their "
             f"play is through; held [mdeg]: {amounts}"
         )
-        findings.append(Finding(Level.NOTE, "reversals.held", message))
+        findings.append(Finding(Level.NOTE, Code.REVERSALS_HELD, message))
     return findings
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.identification.fit import Fit
 from compgen.identification.model import ArmModel
 
@@ -78,5 +79,5 @@ def sensorless_findings(nodes: Sequence[SensorlessNode], is_written: bool) -> li
                 f"{node.name} has no sensor: it rose {node.height:.2f} +- {node.height_sigma:.2f} times what the file "
                 f"says beside the others, with {node.lag:.2f} times its time constant; {ending}"
             )
-            findings.append(Finding(Level.NOTE, "log.fitted", message))
+            findings.append(Finding(Level.NOTE, Code.LOG_FITTED, message))
     return findings

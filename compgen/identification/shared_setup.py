@@ -13,7 +13,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from compgen.core.arrays import Array
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import UM
 from compgen.identification.fit import Fit
@@ -45,7 +46,7 @@ def with_shared_setups(data: Measurements, fitted: Fit) -> tuple[Measurements, l
                     f"{data.instruments[j]} and {data.instruments[i]}: their frames agree to "
                     f"{np.linalg.norm(difference[3:]) / UM:.0f} um: taken as measured from one setup"
                 )
-                findings.append(Finding(Level.NOTE, "setup", message))
+                findings.append(Finding(Level.NOTE, Code.SETUP, message))
                 break
     if not findings:
         return data, findings

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.error_model.source import ArmFacts
 from compgen.identification.evidence import NormalEquations, posterior
 from compgen.identification.fit import Fit, fit, frame_prior
@@ -100,7 +101,7 @@ def with_needed_warmth(
         findings.append(
             Finding(
                 Level.WARNING,
-                "held",
+                Code.HELD,
                 f"{parameter.name}: the warm-up asks for {fitted.p[k] / parameter.unit:.3g}, {ratio[k]:.1f} sigmas of "
                 f"its prior ({parameter.prior / parameter.unit:.3g}): something else warms; it is held at nominal",
             )

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, rms
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
@@ -102,14 +103,14 @@ def validate(
     findings = []
     if outlier.mean() > MOST:
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
-        findings.append(Finding(Level.WARNING, "outliers", message))
+        findings.append(Finding(Level.WARNING, Code.OUTLIERS, message))
         outlier = np.zeros_like(outlier)
     findings += _named(data, distances[1], outlier)
     kept = np.where(outlier, 0.0, distances[1])
     worst = int(np.argmax(kept))
     if bound is not None and kept[worst] > bound:
         message = f"{data.label[worst]}: error of {kept[worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
-        findings.append(Finding(Level.OUTSIDE, "bounds.max_um", message))
+        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX_UM, message))
     return Validation(
         data=data,
         frames=frames,
@@ -155,10 +156,10 @@ def _named(data: Measurements, distance: Array, outlier: BoolArray) -> list[Find
     rows = [n for n in np.argsort(-distance).tolist() if outlier[n]]
     usual = float(np.median(distance)) / UM
     findings = [
-        Finding(Level.WARNING, "outlier", f"{data.label[n]}: set aside: {distance[n] / UM:.0f} um off, where "
+        Finding(Level.WARNING, Code.OUTLIER, f"{data.label[n]}: set aside: {distance[n] / UM:.0f} um off, where "
                 f"{usual:.0f} um is usual")
         for n in rows[:NAMED]
     ]  # fmt: skip
     if len(rows) > NAMED:
-        findings.append(Finding(Level.WARNING, "outlier", f"{len(rows) - NAMED} more rows were set aside"))
+        findings.append(Finding(Level.WARNING, Code.OUTLIER, f"{len(rows) - NAMED} more rows were set aside"))
     return findings

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import Fit
@@ -51,7 +52,7 @@ def judge(
         stays = _frames_stay(nominal, selected)
         findings.append(
             Finding(
-                Level.WARNING if stays else Level.REFUSED, "frames",
+                Level.WARNING if stays else Level.REFUSED, Code.FRAMES,
                 f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
                 f"{'instrument' if data.ends is None else 'spheres or sockets'} and of what the flange carries can "
                 "hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
@@ -63,7 +64,7 @@ def judge(
     if left > FAR * reach:
         findings.append(
             Finding(
-                Level.REFUSED, "unexplained",
+                Level.REFUSED, Code.UNEXPLAINED,
                 f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
                 f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
                 "signs), the DH lengths and the order of the columns this robot's?",
@@ -74,7 +75,7 @@ def judge(
     if selected is nominal or gain[0] <= 0:
         findings.append(
             Finding(
-                Level.REFUSED, "no_gain",
+                Level.REFUSED, Code.NO_GAIN,
                 f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
                 f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
                 f"{_poses_to_add(robot, data, moved)}",
@@ -82,12 +83,12 @@ def judge(
         )  # fmt: skip
     span = np.ptp(data.theta, axis=0)
     findings += [
-        Finding(Level.WARNING, "still", f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; "
+        Finding(Level.WARNING, Code.STILL, f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; "
                 f"measure poses that move J{k + 1}")
         for k in np.flatnonzero(~moved).tolist()
     ]  # fmt: skip
     findings += [
-        Finding(Level.WARNING, "narrow", f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are "
+        Finding(Level.WARNING, Code.NARROW, f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are "
                 "known there and nowhere else; the robot file says so (sources.box)")
         for k in np.flatnonzero(moved & (span < NARROW)).tolist()
     ]  # fmt: skip
@@ -96,17 +97,19 @@ def judge(
         distance = np.linalg.norm(selected.fit.residual[n]) / UM
         usual = selected.fit.noise_of_row[n] * np.sqrt(data.numbers[n]) / UM
         findings.append(
-            Finding(Level.WARNING, "outlier", f"{data.label[n]}: set aside: {distance:.0f} um from what the other rows "
-                    f"say, where {usual:.0f} um is usual")
+            Finding(Level.WARNING, Code.OUTLIER, f"{data.label[n]}: set aside: {distance:.0f} um from what the other "
+                    f"rows say, where {usual:.0f} um is usual")
         )  # fmt: skip
     if len(outliers) > 20:
-        findings.append(Finding(Level.WARNING, "outlier", f"{len(outliers) - 20} more rows were set aside"))
+        findings.append(Finding(Level.WARNING, Code.OUTLIER, f"{len(outliers) - 20} more rows were set aside"))
     weak = identifiability.held_by_prior
     if weak:
         names = ", ".join(model.parameters[k].name for k in weak[:6])
         more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
         findings.append(
-            Finding(Level.NOTE, "held", f"the data says little of {names}{more}: their priors hold them near nominal")
+            Finding(
+                Level.NOTE, Code.HELD, f"the data says little of {names}{more}: their priors hold them near nominal"
+            )
         )
     return findings
 
@@ -134,7 +137,7 @@ def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> list[F
     if not far:
         return []
     words = "; ".join(sentence for _, sentence in sorted(far, reverse=True)[:2])
-    return [Finding(Level.REFUSED, "lengths", f"{words}: is this the arm's file? mend its DH lengths")]
+    return [Finding(Level.REFUSED, Code.LENGTHS, f"{words}: is this the arm's file? mend its DH lengths")]
 
 
 def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:
@@ -155,7 +158,7 @@ def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:
             return [
                 Finding(
                     Level.REFUSED,
-                    "set_aside",
+                    Code.SET_ASIDE,
                     f"{count} of {int(rows.sum())} ({100 * count / rows.sum():.0f} %) of {name} do not fit the others, "
                     f"and {100 * MOST:.0f} % may be wild: {MOVED}",
                 )

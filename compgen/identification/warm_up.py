@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
 from compgen.thermal.log_fit import TemperatureLog
@@ -68,11 +69,11 @@ def with_temperatures(
     findings = [*_lukewarm(log, reference), *_swapped(log, rises, heat), *_gaps(log, data.time)]
     if logged.loose:
         message = f"{source}: {logged.loose} readings far from their neighbours are left out"
-        findings.append(Finding(Level.NOTE, "log.loose", message))
+        findings.append(Finding(Level.NOTE, Code.LOG_LOOSE, message))
     if modelled:
         names = ", ".join(heat.names[k] for k in modelled)
         message = f"{source}: no sensor on {names}: their rises are modelled from the others, in the file's proportions"
-        findings.append(Finding(Level.NOTE, "log.modelled", message))
+        findings.append(Finding(Level.NOTE, Code.LOG_MODELLED, message))
     return replace(data, rise=logged.rise, lag=logged.lag, shifted=shifted, modelled=modelled, warm=warm), findings
 
 
@@ -168,7 +169,7 @@ def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
         f"{log.table.source}: the log may not begin cold ({words}): rises count from its first readings; --reference "
         "says what else they may count from"
     )
-    return [Finding(Level.WARNING, "log.warm", message)]
+    return [Finding(Level.WARNING, Code.LOG_WARM, message)]
 
 
 def _swapped(log: Temperatures, rises: TemperatureLog, heat: NodeModel | NetworkModel) -> list[Finding]:
@@ -185,7 +186,7 @@ def _swapped(log: Temperatures, rises: TemperatureLog, heat: NodeModel | Network
                     f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
                     f"{expected[b]:g}"
                 )
-                findings.append(Finding(Level.WARNING, "log.swapped", message))
+                findings.append(Finding(Level.WARNING, Code.LOG_SWAPPED, message))
     if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
         return findings
     for a in highest:
@@ -194,7 +195,7 @@ def _swapped(log: Temperatures, rises: TemperatureLog, heat: NodeModel | Network
                 f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
                 f"and {air:.1f} K"
             )
-            findings.append(Finding(Level.WARNING, "log.swapped", message))
+            findings.append(Finding(Level.WARNING, Code.LOG_SWAPPED, message))
     return findings
 
 
@@ -212,5 +213,5 @@ def _gaps(log: Temperatures, time: Array) -> list[Finding]:
                 f"{log.table.source}: {log.column[name]} has no reading for 30 min or more around {lost} poses; its "
                 "rise is modelled there"
             )
-            findings.append(Finding(Level.NOTE, "log.gap", message))
+            findings.append(Finding(Level.NOTE, Code.LOG_GAP, message))
     return findings

@@ -3,7 +3,8 @@
 import numpy as np
 
 from compgen.core.arrays import norm
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import MDEG
 from compgen.fanuc import Program
@@ -29,4 +30,4 @@ def orientation_on_arcs(job: Job, program: Program) -> list[Finding]:
         "the orientation of an arc's via, which is not published; here it turns through it"
     )
     level = Level.WARNING if bound is not None and off.max() > bound else Level.NOTE
-    return [Finding(level, "path.arcs_orientation", message)]
+    return [Finding(level, Code.PATH_ARCS_ORIENTATION, message)]

@@ -12,7 +12,8 @@ from compgen.compensation.problem import Problem
 from compgen.compensation.solution import Solution
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, frozen
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding, Progress
 from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.pipelines.job_results import DenseCorrection, Planned
@@ -42,7 +43,7 @@ def with_arcs(
         f"within {(process.thin or process.chord) / UM:g} um of the corrected path"
     )
     path = planned.path.subset(rows, via)
-    kept, of_rows = at_waypoints(planned, solution, rows, path, Finding(Level.NOTE, "path.arcs", message))
+    kept, of_rows = at_waypoints(planned, solution, rows, path, Finding(Level.NOTE, Code.PATH_ARCS, message))
     return replace(kept, dense=dense), problem.window(rows), of_rows
 
 

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import row_norms
-from compgen.core.findings import Finding, Level, first_message
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding, first_message
 from compgen.core.units import UM
 from compgen.fanuc.program import Program
 from compgen.pipelines.draws import RAMPS
@@ -59,9 +60,9 @@ def ramp_findings(job: Job, path: ToolPath, program: Program) -> list[Finding]:
     facts = "accelerations are assumed (limits.acceleration_known = false)"
     if broken:
         mend = "time a run between two stops on the robot, mend limits.acceleration_deg_s2 and say true, or stop less"
-        finding = Finding(Level.OUTSIDE, "timing.ramps", f"{facts}: {broken}; {mend}")
+        finding = Finding(Level.OUTSIDE, Code.TIMING_RAMPS, f"{facts}: {broken}; {mend}")
     else:
         low, high = SHARES
         message = f"{facts}: ramps at {low:.2g} to {high:.2g} of them move the tool by {moved / UM:.2g} um at most"
-        finding = Finding(Level.NOTE, "timing.ramps", message)
+        finding = Finding(Level.NOTE, Code.TIMING_RAMPS, message)
     return [finding]

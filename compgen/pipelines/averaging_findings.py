@@ -1,6 +1,7 @@
 """What a user must know of a file that serves many starts."""
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.pipelines.averaging import Averaged
 from compgen.thermal.ensemble import Ensemble, Start
@@ -18,7 +19,7 @@ def averaging_findings(averaged: Averaged) -> list[Finding]:
         f"of the rises, {averaged.rms / UM:.2f} rms and {worst.total.max / UM:.2f} at most over the starts "
         f"({start_words(worst.start)})"
     )
-    findings = [Finding(Level.NOTE, "average.spread", message)]
+    findings = [Finding(Level.NOTE, Code.AVERAGE_SPREAD, message)]
     remade = averaged.remade
     if remade and worst.total.max / remade >= WIDE and averaged.added.max() > averaged.tolerance:
         message = (
@@ -26,13 +27,13 @@ def averaging_findings(averaged: Averaged) -> list[Finding]:
             f"instead of {worst.total.max / UM:.2f}; {averaged.files} files keep each start within "
             f"{averaged.tolerance / UM:g} um of its own (compensation.start_drift_um)"
         )
-        findings.append(Finding(Level.WARNING, "average.wide", message))
+        findings.append(Finding(Level.WARNING, Code.AVERAGE_WIDE, message))
     if averaged.disagreement > max(APART * averaged.spread, SAME):
         message = (
             f"over the starts the twin differs from the error model by {averaged.disagreement / UM:.2f} um rms, the "
             f"starts from their mean by {averaged.spread / UM:.2f}: trust what was flown, not what lies between"
         )
-        findings.append(Finding(Level.WARNING, "average.model", message))
+        findings.append(Finding(Level.WARNING, Code.AVERAGE_MODEL, message))
     return findings
 
 

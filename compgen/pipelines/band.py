@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, column_extremes, row_norms
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import PERCENT
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
@@ -96,7 +97,7 @@ def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
             f"sources.{', '.join(guessed)}: no sigma: in the band their values are known no better than before any "
             "measurement; identify the robot, or give sigma"
         )
-        findings.append(Finding(Level.NOTE, "sources.sigma", message))
+        findings.append(Finding(Level.NOTE, Code.SOURCES_SIGMA, message))
     if not warmth.is_assumed:
         return tuple(findings)
     message = (
@@ -104,7 +105,7 @@ def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
         f"{warmth.sensors:g} K of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, "
         f"{warmth.missing / PERCENT:g} % of missing physics; give what is known"
     )
-    return *findings, Finding(Level.NOTE, "thermal.uncertainty", message)
+    return *findings, Finding(Level.NOTE, Code.THERMAL_UNCERTAINTY, message)
 
 
 def _has_values(source: Source) -> bool:

@@ -7,8 +7,9 @@ import numpy as np
 
 from compgen import __version__, fanuc
 from compgen.core.arrays import Array, IntArray, own
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import naming_file
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.units import KB
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import REMARK_LENGTH
@@ -110,15 +111,15 @@ def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list
         loads = f", to be loaded in {count} loads, one after another (drip feed)" if count > 1 else ""
         stopped = f"; {added} stops were put in for them, {stops.on_the_part} of them on the part" if added else ""
         level = Level.WARNING if stops.on_the_part else Level.NOTE
-        return [Finding(level, "controller.size", f"{message}; {pages}{loads}{stopped}")]
+        return [Finding(level, Code.CONTROLLER_SIZE, f"{message}; {pages}{loads}{stopped}")]
     if not over:
         return []
     if stops is None:
         remedy = "raise process.chord_um, or leave --no-pages out"
-        return [Finding(Level.OUTSIDE, "controller.size", f"{message}: it cannot be loaded; {remedy}")]
+        return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, f"{message}: it cannot be loaded; {remedy}")]
     remedy = "allow stops on the part with process.page_stops = 'anywhere', or raise process.chord_um"
     message = f"{message}, and it cannot be parted: {stops.obstacle}; {remedy}"
-    return [Finding(Level.OUTSIDE, "controller.size", message)]
+    return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)]
 
 
 def _place_of(page: Page) -> dict[str, object]:

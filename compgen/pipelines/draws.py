@@ -15,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, frozen, own, rms, row_norms
+from compgen.core.codes import Code, Level
 from compgen.core.evaluation import map_blocks
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.error_model.quantities import combined
 from compgen.pipelines.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
@@ -69,7 +70,7 @@ class FlownDraws:
                 f"band (rms; {100 * AGREEMENT:g} % are allowed; {100 * self.disagreement[worst]:.0f} % in draw "
                 f"{worst + 1}), most in '{self.disagrees_in}': trust the guaranteed bounds, which are flown"
             )
-            findings.append(Finding(Level.WARNING, "band.linear", message))
+            findings.append(Finding(Level.WARNING, Code.BAND_LINEAR, message))
         return findings
 
 

@@ -14,8 +14,9 @@ from hashlib import sha256
 
 import numpy as np
 
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM
 from compgen.pipelines.job import Job
 from compgen.planning.toolpath import ToolPath
@@ -83,7 +84,7 @@ def dry_run_findings(job: Job, path: ToolPath) -> list[Finding]:
         f"{dry_run_words(height)}: this program runs {height / MM:g} mm above its place, at least "
         f"{share[worst] * height / MM:.1f} mm clear of the part; its correction is for there: not for the part"
     )
-    return [Finding(Level.WARNING, "program.dry_run", message)]
+    return [Finding(Level.WARNING, Code.PROGRAM_DRY_RUN, message)]
 
 
 def raised_findings(height: float) -> list[Finding]:
@@ -91,7 +92,7 @@ def raised_findings(height: float) -> list[Finding]:
     if height == 0:
         return []
     message = f"{dry_run_words(height)}: Z of every position is {height / MM:g} mm higher; not for the part"
-    return [Finding(Level.WARNING, "program.dry_run", message)]
+    return [Finding(Level.WARNING, Code.PROGRAM_DRY_RUN, message)]
 
 
 @contextmanager

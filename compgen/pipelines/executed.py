@@ -9,9 +9,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import loads
 from compgen.fanuc.registers import Register
@@ -58,7 +59,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
                 f"{record_file.name} beside it is of another text of {program.name}: an older correction, or the "
                 "program was edited since; give the one that the record was written with"
             )
-            findings.append(Finding(Level.WARNING, "executed.record", message))
+            findings.append(Finding(Level.WARNING, Code.EXECUTED_RECORD, message))
     made_from = _record(folder / "report.json").get("provenance")
     report_inputs = made_from.get("inputs_sha256") if isinstance(made_from, dict) else None
     if inputs and isinstance(report_inputs, str) and not report_inputs.startswith(inputs):
@@ -66,7 +67,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
             f"report.json beside it is of inputs {report_inputs[:12]}, the program's remark says {inputs[:12]}: it is "
             "an older program, or another one's report"
         )
-        findings.append(Finding(Level.WARNING, "executed.record", message))
+        findings.append(Finding(Level.WARNING, Code.EXECUTED_RECORD, message))
     return ProgramText(
         file=file,
         content=content,
@@ -142,7 +143,7 @@ def judge(
         like = likeness(course, deviation, laid, name, other)
         if like is None:
             message = f"{name} is another path: the log does not follow it"
-            findings.append(Finding(Level.NOTE, "executed.unlike", message))
+            findings.append(Finding(Level.NOTE, Code.EXECUTED_UNLIKE, message))
         else:
             likenesses.append(like)
     judged = judge_run(course, laid, deviation, clock, likenesses, bound)

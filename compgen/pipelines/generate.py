@@ -12,10 +12,11 @@ from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solver
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray
+from compgen.core.codes import Code, Level
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.findings import Finding, Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
@@ -104,7 +105,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     progress("twin before", 0.0)
     twin_result = run_in_background(drive_uncorrected, len(theta))
     notes = [
-        Finding(Level.WARNING, "thermal.box", text)
+        Finding(Level.WARNING, Code.THERMAL_BOX, text)
         for text in job.heat.extrapolations(job.duties_before(), job.feed, trajectory.time[-1], rise)
     ]
     places = path.target.position
@@ -117,10 +118,10 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.unlikely]
     notes += dry_run_findings(job, path)
     if not job.history.before and job.heat.start is None:
-        notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
+        notes.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
-        notes.append(Finding(Level.NOTE, "controller.signature", text))
+        notes.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, text))
     rows = np.arange(len(theta))
     return Planned(
         job=job,
@@ -215,7 +216,7 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
     if ripple > MAX_RIPPLE:
         message = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         verdict.append(
-            Finding(Level.WARNING, "compensation.mid_spatial", f"{message}; raise compensation.curvature_period_mm")
+            Finding(Level.WARNING, Code.COMPENSATION_MID_SPATIAL, f"{message}; raise compensation.curvature_period_mm")
         )
     return planned, Corrected(
         solution=solution,
@@ -323,7 +324,7 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     rows = simplify.simplify(path, solution.correction[:, :3], tolerance, planned.feed * period)
     N = len(path.arc)
     message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
-    return at_waypoints(planned, solution, rows, path.subset(rows), Finding(Level.NOTE, "path.thinned", message))
+    return at_waypoints(planned, solution, rows, path.subset(rows), Finding(Level.NOTE, Code.PATH_THINNED, message))
 
 
 def start_window(planned: Planned, theta: Array) -> float:

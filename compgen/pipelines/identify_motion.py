@@ -5,6 +5,7 @@ from collections.abc import Callable
 from hashlib import sha256
 from typing import Any
 
+from compgen.core.codes import Code
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.units import MS, PERCENT, UM
@@ -35,7 +36,8 @@ def identify_motion(
         InputError: Not a program, a log that is not of it, or one of a run with no steady motion.
     """
     run = judge(text, log, situation)
-    wrong = next((f for f in run.findings if f.code in ("executed.another", "executed.older", "executed.offset")), None)
+    another = (Code.EXECUTED_ANOTHER, Code.EXECUTED_OLDER, Code.EXECUTED_OFFSET)
+    wrong = next((f for f in run.findings if f.code in another), None)
     if wrong is not None:
         raise InputError(f"{log.table.source}: {wrong.message}")
     windows = windows_of(run, situation.robot)

@@ -9,10 +9,10 @@ from compgen import fanuc
 from compgen.compensation.problem import Settings, Solver
 from compgen.compensation.solution import Solution, Status
 from compgen.core.arrays import row_norms
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.units import MM, MS, UM
-from compgen.core.unlikely import UNLIKELY_UNITS
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unknown import OF_WARMTH
 from compgen.fanuc import Program
@@ -33,7 +33,7 @@ def asking_units(job: Job) -> Iterator[None]:
     try:
         yield
     except ImpossibleError as failure:
-        questions = [finding.message for finding in job.unlikely if finding.code == UNLIKELY_UNITS]
+        questions = [finding.message for finding in job.unlikely if finding.code == Code.UNITS_UNLIKELY]
         if questions:
             failure.args = (f"{failure}; {questions[0]}",)
         raise
@@ -54,7 +54,7 @@ def limited(solution: Solution) -> list[Finding]:
     keys = " or ".join(f"compensation.{key}" for name, key in mends.items() if name in kinds)
     message = f"{text}; {farthest}" if text else farthest
     message += f"; raise {keys} to let the correction go farther" if keys else ""
-    return [Finding(Level.WARNING, "compensation.limited", message)]
+    return [Finding(Level.WARNING, Code.COMPENSATION_LIMITED, message)]
 
 
 def nothing_to_correct(cell: Cell) -> list[Finding]:
@@ -62,7 +62,7 @@ def nothing_to_correct(cell: Cell) -> list[Finding]:
     if OF_WARMTH not in cell.unknown or not all(isinstance(source, RiseDependent) for source in cell.sources):
         return []
     message = "nothing in the robot file makes this arm err: nothing was corrected; identify it, or give [thermal]"
-    return [Finding(Level.OUTSIDE, "correction.none", message)]
+    return [Finding(Level.OUTSIDE, Code.CORRECTION_NONE, message)]
 
 
 def of_knowledge(job: Job) -> list[Finding]:
@@ -82,7 +82,7 @@ def of_knowledge(job: Job) -> list[Finding]:
         f"{held_out / UM:.0f} um off (mean) at poses that its identification had not seen: on the part some "
         f"{held_out / UM:.0f} um can be kept"
     )
-    return [Finding(Level.WARNING, "bounds.knowledge", message)]
+    return [Finding(Level.WARNING, Code.BOUNDS_KNOWLEDGE, message)]
 
 
 def solver(solution: Solution, settings: Settings) -> list[Finding]:
@@ -90,7 +90,7 @@ def solver(solution: Solution, settings: Settings) -> list[Finding]:
     if settings.solver is Solver.STRUCTURED:
         return []
     message = f"the correction is {settings.solver.value}'s, after {solution.iterations} iterations"
-    return [Finding(Level.NOTE, "compensation.solver", message)]
+    return [Finding(Level.NOTE, Code.COMPENSATION_SOLVER, message)]
 
 
 def failed(solution: Solution) -> str:
@@ -115,7 +115,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
         findings.append(
             Finding(
                 Level.OUTSIDE,
-                "timing.limit",
+                Code.TIMING_LIMIT,
                 f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
                 f"{100 * trajectory.utilisation.max():.0f} % of its limit; lower process.feed_mm_s",
             )
@@ -131,19 +131,19 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             else ("joint limits bind there")
         )
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
-        findings.append(Finding(Level.NOTE, "timing.below_feed", message))
+        findings.append(Finding(Level.NOTE, Code.TIMING_BELOW_FEED, message))
     if abs(feed - job.feed) > SAME_FEED * job.feed:
         message = (
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
-        findings.append(Finding(Level.NOTE, "timing.feed", message))
+        findings.append(Finding(Level.NOTE, Code.TIMING_FEED, message))
     error, late = fanuc.feed_errors(trajectory.speed, program.speed, program.lengths())
     if error > FEED_ERROR:
         message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
             f"stretch by {late / MS:.0f} ms at most"
         )
-        findings.append(Finding(Level.NOTE, "timing.feed_error", message))
+        findings.append(Finding(Level.NOTE, Code.TIMING_FEED_ERROR, message))
     return findings
 
 
@@ -157,7 +157,7 @@ def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding
         f"({100 * (driven / planned - 1):+.1f} %): stops and slow stretches weigh differently; what is told is the "
         "text's"
     )
-    return [Finding(Level.NOTE, "timing.clock", message)]
+    return [Finding(Level.NOTE, Code.TIMING_CLOCK, message)]
 
 
 def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Finding]:
@@ -172,4 +172,4 @@ def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Fin
         f"the written speeds ask {written.use.max():.5g} times the {limit}{place}: the controller is slower there; "
         "lower process.feed_mm_s"
     )
-    return [Finding(Level.WARNING, "timing.joint_use", message)]
+    return [Finding(Level.WARNING, Code.TIMING_JOINT_USE, message)]

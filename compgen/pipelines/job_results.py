@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray
+from compgen.core.codes import Code, Level
 from compgen.core.evaluation import Background
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.fanuc import Program
@@ -130,7 +131,7 @@ class Corrected:
     @property
     def is_as_planned(self) -> bool:
         """Whether nothing was corrected for its files know of no error, and nothing else stands against the program."""
-        return {f.code for f in self.findings if f.level is Level.OUTSIDE} == {"correction.none"}
+        return {f.code for f in self.findings if f.level is Level.OUTSIDE} == {Code.CORRECTION_NONE}
 
     @property
     def is_usable(self) -> bool:

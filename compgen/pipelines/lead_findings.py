@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_findings import motion_words
@@ -87,7 +88,7 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
         f"{'raise path.lead_mm to that' if raised else 'lower process.feed_mm_s'}, or stop at the bend: "
         'path.turn = "square", or stop = 1 in points of your own'
     )
-    return [Finding(Level.WARNING if beyond else Level.NOTE, "motion.lead", message)]
+    return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_LEAD, message)]
 
 
 def short_leads(path: ToolPath, off: Array, speed: Array, reach: Reach) -> Iterator[ShortLead]:

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, rms, row_norms
+from compgen.core.codes import Code, Level
 from compgen.core.evaluation import kept_with
 from compgen.core.exceptions import CompgenError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.twin_of_job import twin_of
@@ -93,7 +94,7 @@ def cross_flight(job: Job, prepared: PreparedProgram, deviation: Deviation) -> t
         form = fly_across(job, prepared, deviation)
     except CompgenError as failure:
         message = f"model form is not known, the robot file's other heat model cannot be driven: {failure}"
-        return None, [Finding(Level.NOTE, "thermal.model_form", message)]
+        return None, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
     if form is None:
         return None, []
     message = (
@@ -101,7 +102,7 @@ def cross_flight(job: Job, prepared: PreparedProgram, deviation: Deviation) -> t
         f"({form.rms / UM:.1f} rms) driven on '{form.driven}', {100 * form.share:.0f} % of what the warmth does; "
         "only a measurement of the warm arm tells which is nearer"
     )
-    return form, [Finding(Level.NOTE, "thermal.model_form", message)]
+    return form, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
 
 
 def _places(job: Job, prepared: PreparedProgram, rows: IntArray, rise: Array) -> Array:

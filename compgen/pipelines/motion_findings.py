@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import BoolArray
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
 from compgen.planning.toolpath import ToolPath
@@ -42,13 +43,13 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
     if not effect.known:
         if effect.largest < LEAST:
             message = f"{WHAT} is not known; on the part this path has no bend that it could matter at"
-            return [Finding(Level.NOTE, "motion.unknown", message)]
+            return [Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)]
         message = (
             f"{WHAT} is not known, nothing is corrected for it: {motion_words(effect.motion)}, as may be, would lead "
             f"the tool {size} um off this path ({place}), a quarter of it at {HALF / PERCENT:.0f} % override; log a "
             "run for cgen identify-motion, or lower process.feed_mm_s"
         )
-        return [Finding(level, "motion.unknown", message)]
+        return [Finding(level, Code.MOTION_UNKNOWN, message)]
     words = motion_words(effect.motion)
     along = f", and up to {_um(effect.along)} um along it" if effect.along > effect.largest and beyond else ""
     if effect.motion.may_predistort:
@@ -57,7 +58,7 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
             f"the program is made for 100 % override: it is commanded up to {size} um off its path against {WHAT} "
             f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}"
         )
-        return [Finding(Level.WARNING if beyond else Level.NOTE, "motion.predistorted", message)]
+        return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
     if effect.motion.enabled and effect.motion.evidence is not None:
         why = "its [motion.identified] was rejected: log another run for cgen identify-motion"
     elif effect.motion.evidence is None:
@@ -70,7 +71,7 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}; it "
         f"is part of the errors, and not commanded against: {why}"
     )
-    return [Finding(level, "motion.known", message)]
+    return [Finding(level, Code.MOTION_KNOWN, message)]
 
 
 def motion_of_a_listing(motion: ControllerMotion | None) -> Finding:
@@ -78,9 +79,9 @@ def motion_of_a_listing(motion: ControllerMotion | None) -> Finding:
     if motion is None:
         example = "128 um on a radius of 650 mm at 200 mm/s with moving means of 200 and 100 ms"
         message = f"{WHAT} is not known, and not looked at here: it pulls bends inwards, {example}"
-        return Finding(Level.NOTE, "motion.unknown", message)
+        return Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)
     message = f"{WHAT} as [motion] has it ({motion_words(motion)}) is not looked at here: cgen generate predicts it"
-    return Finding(Level.NOTE, "motion.known", message)
+    return Finding(Level.NOTE, Code.MOTION_KNOWN, message)
 
 
 def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tuple[Unknown, ...]:

@@ -6,7 +6,8 @@ import numpy as np
 
 from compgen.compensation.rigid_offset import best_frame, register_shift, register_turn
 from compgen.core.arrays import Array
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 
 NOTHING = "nothing"
@@ -74,10 +75,10 @@ def offset_findings(uframe: int, ways: tuple[Offset, ...]) -> list[Finding]:
             "the positions are in World (UFRAME 0), which takes no numbers: for the user frame teach them in a frame "
             "of their own, or use the position register"
         )
-        findings.append(Finding(Level.NOTE, "offsets.world", message))
+        findings.append(Finding(Level.NOTE, Code.OFFSETS_WORLD, message))
     nothing = ways[0].left.rms
     useless = [way.kind for way in ways[1:-1] if way.left.rms > USELESS * nothing]
     if useless:
         message = f"{', '.join(useless)}: leaves no less than nothing does: what errs is not one shift"
-        findings.append(Finding(Level.WARNING, "offsets.useless", message))
+        findings.append(Finding(Level.WARNING, Code.OFFSETS_USELESS, message))
     return findings

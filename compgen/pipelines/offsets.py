@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.findings import Level, Progress
+from compgen.core.codes import Level
+from compgen.core.findings import Progress
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import Deviation
 from compgen.verification.own_file.distance import distance_from_file
 
-OWN_FILE = "path.file"
 ALLOWED = 1 * UM  # of the chords that stand for arcs here, and of a program's digits
 ROUNDING = 1e-9  # m of arc length
 
@@ -39,9 +39,9 @@ def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Fi
         message = (
             f"judged by {file.source} itself, read a second time: {lines}its places to {distance.missed / UM:.2g} um"
         )
-        return [Finding(Level.NOTE, OWN_FILE, message)]
+        return [Finding(Level.NOTE, Code.PATH_FILE, message)]
     message = (
         f"{file.source}: line {line}: read a second time, the tool is {off / UM:.0f} um off it, where the path's "
         f"tolerance and the error that is left explain {allowed / UM:.3g}: the path is not this file's"
     )
-    return [Finding(Level.OUTSIDE, OWN_FILE, message)]
+    return [Finding(Level.OUTSIDE, Code.PATH_FILE, message)]

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from compgen import fanuc
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, read_toml
@@ -83,7 +84,7 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Fi
             "[frame] does not say how it was taught: touched on the pendant with a warm arm it holds the heat, which "
             "would be corrected twice; teach it with cgen teach-frame, or say frame.taught"
         )
-        return (Finding(Level.NOTE, "frame.taught", message),)
+        return (Finding(Level.NOTE, Code.FRAME_TAUGHT, message),)
     hottest = max(taught.rise_K.values(), default=0.0)
     if taught.through == "pendant":
         if hottest > WARM:
@@ -91,15 +92,15 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Fi
                 f"the frame was taught on the pendant by an arm {hottest:.1f} K warm, without a model: the heat is in "
                 "it and would be corrected twice; teach it with cgen teach-frame"
             )
-            return (Finding(Level.WARNING, "frame.hot", message),)
+            return (Finding(Level.WARNING, Code.FRAME_HOT, message),)
         message = "the frame was taught on the pendant: what the arm errs by at the touched places is in it"
-        return (Finding(Level.NOTE, "frame.pendant", message),)
+        return (Finding(Level.NOTE, Code.FRAME_PENDANT, message),)
     findings = []
     if taught.robot_file and not taught.robot_file.endswith(robot_file_hash[:16]):
         message = f"the frame was taught through {taught.robot_file}, another robot file than this; teach it anew"
-        findings.append(Finding(Level.WARNING, "frame.model", message))
+        findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))
     if any(taught.sigma_um):
         k2 = ", ".join(f"{2 * s:.0f}" for s in taught.sigma_um)
         message = f"the part's place is known to {k2} um (k = 2, World x, y, z): in the band, and in no bound"
-        findings.append(Finding(Level.NOTE, "frame.uncertainty", message))
+        findings.append(Finding(Level.NOTE, Code.FRAME_UNCERTAINTY, message))
     return tuple(findings)

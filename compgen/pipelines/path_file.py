@@ -14,8 +14,9 @@ import numpy as np
 from compgen import __version__
 from compgen.compensation.problem import Settings
 from compgen.compensation.tables import settings_of
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.resolved import resolved_keys
 from compgen.core.rotations import from_wpr
@@ -295,7 +296,7 @@ def _with_run_in(
         message = (
             f"sweeps run {lead:.0f} mm past the edge, not {table.lead_mm:g} (path.lead_mm), to run play through there"
         )
-        finding = Finding(Level.NOTE, "path.lead_in", f"{message}; process.lead_in = false keeps them short")
+        finding = Finding(Level.NOTE, Code.PATH_LEAD_IN, f"{message}; process.lead_in = false keeps them short")
         return longer, (finding,)
     return program, ()
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import MS
 from compgen.fanuc import Program
 from compgen.planning.toolpath import ToolPath
@@ -23,7 +24,7 @@ def times_apart(controller: Controller, written: WrittenMotion) -> list[Finding]
         f"on a controller that rounds every line up to whole periods of {controller.period / MS:g} ms; times and heat "
         f"here are {'the second' if controller.rounds_up_to_period else 'the first'}: controller.rounds_up_to_period"
     )
-    return [Finding(Level.NOTE, "timing.whole_periods", message)]
+    return [Finding(Level.NOTE, Code.TIMING_WHOLE_PERIODS, message)]
 
 
 def over_periods(controller: Controller, path: ToolPath, program: Program, feed: float) -> list[Finding]:
@@ -49,4 +50,4 @@ def over_periods(controller: Controller, path: ToolPath, program: Program, feed:
         f"periods that they were laid out for: that to P[{worst + 2}] {lasts[worst]:.4f}, not {planned[worst]:.0f}; a "
         "controller that rounds up takes one more for each"
     )
-    return [Finding(Level.WARNING, "timing.over_periods", message)]
+    return [Finding(Level.WARNING, Code.TIMING_OVER_PERIODS, message)]

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.error_model.posterior import ParameterPosterior, numbers_of, posterior_hash, read_posterior
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.tables import IdentifiedTable
@@ -41,12 +42,12 @@ def posterior_beside(
         if not any(k.sigma for k in known):
             return None, []
         message = f"{robot_file}: identified.posterior: no file is named; {_TOO_WIDE}; identify again"
-        return None, [Finding(Level.WARNING, "posterior.missing", message)]
+        return None, [Finding(Level.WARNING, Code.POSTERIOR_MISSING, message)]
     beside = [folder / identified.posterior for folder in (robot_file.parent, robot_file.resolve().parent)]
     file = next((f for f in beside if f.exists()), None)
     if file is None:
         message = f"{beside[0]}: not there; {_TOO_WIDE}; copy it along with its robot file"
-        return None, [Finding(Level.WARNING, "posterior.missing", message)]
+        return None, [Finding(Level.WARNING, Code.POSTERIOR_MISSING, message)]
     try:
         content = read_regular(file, MOST_BYTES)
     except OSError as failure:
@@ -64,4 +65,4 @@ def posterior_beside(
         if not is_overridden:
             raise
         message = f"{file}: it belongs to the values that the robot file has without overrides; {_TOO_WIDE}"
-        return None, [Finding(Level.WARNING, "posterior.overridden", message)]
+        return None, [Finding(Level.WARNING, Code.POSTERIOR_OVERRIDDEN, message)]

@@ -11,8 +11,9 @@ import numpy as np
 
 from compgen import __version__
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.resolved import resolved_keys
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.units import UM
@@ -37,7 +38,7 @@ from compgen.thermal.uncertainty import ThermalUncertainty, nothing_warms
 
 COLD = Finding(
     Level.WARNING,
-    "thermal.none",
+    Code.THERMAL_NONE,
     "the robot file has no [thermal]: the arm is taken as cold, and what its warmth does is not known",
 )
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
 from compgen.fanuc.canonical.writer import pose_numbers
@@ -67,7 +68,7 @@ def robot_sheet(arm: Arm) -> RobotSheet:
     findings = [*arm.unlikely]
     if not arm.nodes:
         message = "no [thermal]: taken as a cold arm; how it warms, measurements would tell (docs/identify.md)"
-        findings.append(Finding(Level.NOTE, "thermal.none", message))
+        findings.append(Finding(Level.NOTE, Code.THERMAL_NONE, message))
     joints = [j for j in _table(bool(obstacle)) if _allowed(robot, j)]
     limits = np.column_stack([robot.lower - robot.pendant_zero, robot.upper - robot.pendant_zero]) / DEG
     return RobotSheet(

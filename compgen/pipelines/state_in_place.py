@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.toml import toml_value
 from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
@@ -239,4 +240,4 @@ def state_note(state: AnchoredState, age: float, replaced: str) -> Finding:
         f"holds {state.window / MINUTE:.0f} min from then, standing"
     )
     level = Level.WARNING if state.verdict == "something moved" else Level.NOTE
-    return Finding(level, "state", message)
+    return Finding(level, Code.STATE, message)

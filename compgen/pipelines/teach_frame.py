@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
@@ -141,8 +142,8 @@ def _findings(
 ) -> list[Finding]:
     """What the user must know of the teaching."""
     findings = [
-        Finding(Level.WARNING, "outlier", f"{touches.label[n]}: set aside: {abs(fitted.residual[n]) / UM:.0f} um from "
-                f"where the other touches have it")
+        Finding(Level.WARNING, Code.OUTLIER, f"{touches.label[n]}: set aside: {abs(fitted.residual[n]) / UM:.0f} um "
+                f"from where the other touches have it")
         for n in np.flatnonzero(fitted.outlier).tolist()
     ]  # fmt: skip
     if nominal and hottest > WARM:
@@ -150,13 +151,13 @@ def _findings(
             f"taught as the pendant does, by an arm {hottest:.1f} K warm: the heat is in the frame and would be "
             "corrected twice; leave --nominal out"
         )
-        findings.append(Finding(Level.WARNING, "frame.hot", message))
+        findings.append(Finding(Level.WARNING, Code.FRAME_HOT, message))
     if log is None:
         message = "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
-        findings.append(Finding(Level.NOTE, "frame.cold", message))
+        findings.append(Finding(Level.NOTE, Code.FRAME_COLD, message))
     if not nominal and not any(k.sigma for k in arm.known):
         message = f"{arm.source} was never identified: what the arm errs by where it touched is in the frame"
-        findings.append(Finding(Level.WARNING, "frame.model", message))
+        findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))
     return findings
 
 
@@ -170,7 +171,7 @@ def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, fla
             f"their certified {artefact.length[n] / MM:.3f} mm: is the artefact's temperature right? cgen identify "
             "--touches fits the arm's lengths to it"
         )
-        findings.append(Finding(Level.WARNING, "frame.length", message))
+        findings.append(Finding(Level.WARNING, Code.FRAME_LENGTH, message))
     return findings
 
 

@@ -6,8 +6,9 @@ from itertools import pairwise
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.findings import Finding, Progress
 from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
@@ -145,7 +146,7 @@ def _too_few(count: int, centres: bool) -> list[Finding]:
     if coordinates >= LEAST_COORDINATES:
         return []
     message = f"{coordinates} coordinates: cgen anchor asks for {LEAST_COORDINATES} at least; plan more touches"
-    return [Finding(Level.WARNING, "touches.too_few", message)]
+    return [Finding(Level.WARNING, Code.TOUCHES_TOO_FEW, message)]
 
 
 def _little_gain(rms: Array, count: int) -> list[Finding]:
@@ -157,7 +158,7 @@ def _little_gain(rms: Array, count: int) -> list[Finding]:
         f"from touch {useful + 1} on each gains less than {USEFUL:.0%}: -n {max(useful, 1)} leaves "
         f"{rms[max(useful, 1)] / UM:.1f} um where {count} leave {rms[-1] / UM:.1f}"
     )
-    return [Finding(Level.NOTE, "touches.more_than_useful", message)]
+    return [Finding(Level.NOTE, Code.TOUCHES_MORE_THAN_USEFUL, message)]
 
 
 def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Finding]:
@@ -168,7 +169,7 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Fi
         way = a + (b - a) * share
         if job.robot.interference is not None and (job.robot.interference.clearance(way) < 0).any():
             message = f"between touches {n} and {n + 1} J2 and J3 leave their polygon: teach a position between"
-            findings.append(Finding(Level.WARNING, "touches.way", message))
+            findings.append(Finding(Level.WARNING, Code.TOUCHES_WAY, message))
         gap = stem_gap(job.robot, targets, probe, way)
         s = int(np.argmin(gap))
         if gap[s] < NEAR:
@@ -176,5 +177,5 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Fi
                 f"between touches {n} and {n + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from "
                 f"{targets.name[s]}: teach a position between"
             )
-            findings.append(Finding(Level.WARNING, "touches.way", message))
+            findings.append(Finding(Level.WARNING, Code.TOUCHES_WAY, message))
     return findings

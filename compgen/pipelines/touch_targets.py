@@ -3,8 +3,9 @@
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import MM
 from compgen.fanuc.frames import load_frames
@@ -60,14 +61,14 @@ def targets_of(artefact: Artefact, frame: Pose, centres: bool) -> tuple[Targets,
         )
     if artefact.certified is None and artefact.taught is None:
         message = f"{source}: artefact.certified: not said: places count as an instrument's, known to their sigma_um"
-        notes.append(Finding(Level.NOTE, "touches.certified", message))
+        notes.append(Finding(Level.NOTE, Code.TOUCHES_CERTIFIED, message))
     unplaced = ", ".join(n for n, known in zip(artefact.names, placed.tolist(), strict=True) if not known)
     planes = 0 if centres else len(artefact.planes)
     if not placed.any() and not planes:
         raise InputError(f"{source}: sphere: none has a place; give x_mm, y_mm, z_mm of those to be touched")
     if unplaced:
         message = f"{source}: sphere {unplaced}: no place, so a touch anchors nothing: left out"
-        notes.append(Finding(Level.NOTE, "touches.unknown_place", message))
+        notes.append(Finding(Level.NOTE, Code.TOUCHES_UNKNOWN_PLACE, message))
     if placed.sum() + planes > MOST_TARGETS:
         count = placed.sum() + planes
         raise InputError(f"{source}: {count} targets; at most {MOST_TARGETS} are planned for: leave some out")
@@ -113,4 +114,4 @@ def unreached(artefact: Artefact, targets: Targets, ways: Ways) -> list[Finding]
     if not missed:
         return []
     message = f"{', '.join(missed)}: no way to touch it in the program's posture: left out"
-    return [Finding(Level.WARNING, "touches.reach", message)]
+    return [Finding(Level.WARNING, Code.TOUCHES_REACH, message)]

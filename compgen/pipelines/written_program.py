@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, step_lengths
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.findings import Finding, Progress
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
 from compgen.core.units import MM
@@ -18,7 +19,7 @@ from compgen.pipelines.band import DrivenProgram
 from compgen.pipelines.draws import FlownDraws, fly_draws
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
-from compgen.pipelines.own_file_findings import OWN_FILE, own_file_findings
+from compgen.pipelines.own_file_findings import own_file_findings
 from compgen.pipelines.program_course import canonical_program
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning.toolpath import ToolPath
@@ -82,7 +83,7 @@ def fly_written(
     if worst is None:
         raise InputError("compensation.average_over: it has no start to fly")
     draws = _draws(planned, path, rows, prepared, worst[1], progress)
-    planned_findings = [f for f in planned.findings if f.code != OWN_FILE]  # of this text, not of the planned one
+    planned_findings = [f for f in planned.findings if f.code != Code.PATH_FILE]  # of this text, not of the planned one
     findings = [*judge(worst[1], job.bounds), *own_file_findings(job, path, worst[1])]
     findings += [*(draws.findings() if draws is not None else ()), *planned_findings]
     findings += _robot_findings(job, program)
@@ -100,7 +101,7 @@ def _robot_findings(job: Job, program: Program) -> list[Finding]:
         return []
     now = f"{job.cell.robot_file} now, {job.cell.robot_file_hash[: len(made)]}"
     message = f"{program.name} was written with another robot file ({made} in its remarks) than {now}; give that one"
-    return [Finding(Level.WARNING, "written.robot_file", f"{message} with --robot, or generate it anew")]
+    return [Finding(Level.WARNING, Code.WRITTEN_ROBOT_FILE, f"{message} with --robot, or generate it anew")]
 
 
 def _draws(

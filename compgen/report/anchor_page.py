@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.codes import Code
 from compgen.core.units import MINUTE, UM
 from compgen.pipelines.anchor import Anchored
 from compgen.report.anchor_record import anchor_record
@@ -34,7 +35,7 @@ def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
         f"<b>{data['verdict']}</b>.{reason} Along this path the tool's place is open by {before:.0f} &micro;m rms "
         f"before the touches and {after:.0f} &micro;m after; the state holds {holds}."
     )
-    repeated = "anchor.verdict" if is_anchored else ""  # the opening has its numbers
+    repeated = Code.ANCHOR_VERDICT if is_anchored else None  # the opening has its numbers
     body = findings_list(f for f in anchored.findings if f.code != repeated)
     body += _path(anchored) + _rises(data) + _touches(data) + _hypotheses(data)
     title = f"What {anchored.job.robot.name} is now: {anchored.job.title or anchored.job.name}"

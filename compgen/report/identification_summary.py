@@ -6,7 +6,7 @@ import numpy as np
 
 from compgen import __version__
 from compgen.core.arrays import BoolArray
-from compgen.core.findings import Level
+from compgen.core.codes import Level
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit_limits import fit_limits_record
 from compgen.identification.identify import Identification

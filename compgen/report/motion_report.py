@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
@@ -101,7 +102,7 @@ def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: 
         for fit in summary["tried"]
     ]  # fmt: skip
     head = ["kind", "times [ms]", "sigma [ms]", "held out, rms [&micro;m]", "foretells as well"]
-    findings = (Finding(Level(f["level"]), f["code"], f["message"]) for f in summary["findings"])
+    findings = (Finding(Level(f["level"]), Code(f["code"]), f["message"]) for f in summary["findings"])
     body = findings_list(findings) + section("What was tried", table(head, rows))
     body += figure_section("What each kind leaves on stretches that it was not fitted to", _kinds(summary), "kinds")
     return page(f"{summary['name']}: the controller's motion", body, opening, inputs, REMARK, options)

@@ -7,7 +7,8 @@ from functools import lru_cache
 from html import escape
 from importlib.resources import files
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Level
+from compgen.core.findings import Finding
 from compgen.report.figure import Figure, div, library
 from compgen.report.inputs import Inputs, inputs_html, provenance_html
 from compgen.report.table import table

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, frozen, own
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.verification.deviation import Extent
 from compgen.verification.verdict import Guarantee, checks, rounded_up, unit_of
 
@@ -64,12 +65,12 @@ def judge_draws(bounds: Sequence[DrawnBound], guarantee: Guarantee) -> list[Find
             f"{b.guaranteed / factor:.3f} {unit} is what {promise} stay within ({basis}, {b.breaking} break it): above "
             f"bounds.guaranteed.{b.key} = {b.bound / factor:g}; {rounded_up(b.guaranteed / factor):g} can be kept"
         )
-        findings.append(Finding(Level.OUTSIDE, f"bounds.guaranteed.{b.key}", message))
+        findings.append(Finding(Level.OUTSIDE, Code(f"bounds.guaranteed.{b.key}"), message))
     together = int(np.any([b.values > b.bound for b in bounds], axis=0).sum())
     if not findings and together > guarantee.may_break:
         message = (
             f"{together} of {guarantee.draws} draws break one of the guaranteed bounds, {guarantee.may_break} may: "
             f"each is kept by {promise}, all at once are not; raise one of them"
         )
-        findings.append(Finding(Level.OUTSIDE, "bounds.guaranteed.together", message))
+        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_GUARANTEED_TOGETHER, message))
     return findings

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, floor, isfinite, log10
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.number_text import beyond_text
 from compgen.core.units import MDEG, UM
 from compgen.verification.deviation import COMPONENTS, Deviation, Extent
@@ -27,10 +28,10 @@ def verdict_of(findings: Sequence[Finding]) -> Verdict:
     broken = {f.code for f in findings if f.level is Level.OUTSIDE}
     if not broken:
         return Verdict.INSIDE
-    if "correction.none" in broken:
+    if Code.CORRECTION_NONE in broken:
         return Verdict.NOT_CORRECTED
-    if broken <= {"controller.size", "bounds.none"}:
-        return Verdict.NOT_LOADABLE if "controller.size" in broken else Verdict.NO_BOUNDS
+    if broken <= {Code.CONTROLLER_SIZE, Code.BOUNDS_NONE}:
+        return Verdict.NOT_LOADABLE if Code.CONTROLLER_SIZE in broken else Verdict.NO_BOUNDS
     return Verdict.OUTSIDE
 
 
@@ -68,8 +69,9 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
     findings: list[Finding] = []
     for level, extents in ((Level.OUTSIDE, deviation.on_part), (Level.NOTE, deviation.extents)):
         for key, extent, value, bound in checks(extents, bounds):
-            code = f"bounds.{key}" if level is Level.OUTSIDE else "bounds.off_part"
-            if bound is None or value <= bound or {f.code for f in findings} & {code, f"bounds.{key}"}:
+            of_bound = Code(f"bounds.{key}")
+            code = of_bound if level is Level.OUTSIDE else Code.BOUNDS_OFF_PART
+            if bound is None or value <= bound or {f.code for f in findings} & {code, of_bound}:
                 continue
             factor, unit = unit_of(key)
             size = beyond_text(value / factor, bound / factor, 3)
@@ -82,7 +84,7 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
             findings.append(Finding(level, code, message))
     if bounds == Bounds():
         message = "[bounds] of the path file gives none: nothing says whether this is good enough; give bounds.max_um"
-        findings.append(Finding(Level.OUTSIDE, "bounds.none", message))
+        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_NONE, message))
     return findings
 
 

@@ -27,8 +27,8 @@ from jobs import by_vector, joints_by_config  # noqa: E402
 from ls_text import cartesian, joint_form, program  # noqa: E402
 from shipped import ROOT  # noqa: E402
 
+from compgen.core.codes import Level  # noqa: E402
 from compgen.core.exceptions import CompgenError  # noqa: E402
-from compgen.core.findings import Level  # noqa: E402
 from compgen.pipelines.robot_file import load_cell  # noqa: E402
 
 EXPLAINED = 110.0  # [rad/m], [rad/rad] a tenth more than is promised

@@ -1,7 +1,8 @@
 """Messages: one printable line of at most 300 characters, cut in the middle so that place and mend stay."""
 
 from compgen.cli.messages import print_error
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.one_line import MOST_CHARACTERS, one_line
 
 
@@ -22,7 +23,7 @@ def test_what_does_not_print_is_escaped():
 
 
 def test_findings_and_refusals_are_cut(capsys):
-    assert len(Finding(Level.NOTE, "code", "word " * 400).message) <= MOST_CHARACTERS
+    assert len(Finding(Level.NOTE, Code.TIMING_FEED, "word " * 400).message) <= MOST_CHARACTERS
     assert print_error("word\n" * 400, 2) == 2
     message = capsys.readouterr().err
     assert message.count("\n") == 1

@@ -7,7 +7,7 @@ from command_line import refused, run
 from ls_text import at, program
 from shipped import ROOT
 
-from compgen.core.findings import Level
+from compgen.core.codes import Level
 from compgen.core.toml import override
 from compgen.core.unlikely import unlikely_lengths, unlikely_values
 from compgen.fanuc.frames import load_frames

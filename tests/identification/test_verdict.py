@@ -8,7 +8,7 @@ from campaign import robot_file
 from shipped import quiet
 from synthetic import made_up, measured, random_theta
 
-from compgen.core.findings import Level
+from compgen.core.codes import Level
 from compgen.core.units import DEG, MM
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit

@@ -16,9 +16,9 @@ from shipped import path_file, quiet
 from compgen import fanuc
 from compgen.compensation import general_solver, optimise, refinement
 from compgen.compensation.optimise import Status
+from compgen.core.codes import Level
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Level
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model import validity
 from compgen.error_model.direction_memory import NO_DIRECTION

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
-from compgen.core.findings import Level
+from compgen.core.codes import Level
 from compgen.pipelines import generate
 from compgen.pipelines.lead_findings import LEAST, Reach, reach_of, short_leads
 from compgen.pipelines.path_file import load_job

@@ -5,7 +5,7 @@ import json
 import pytest
 from shipped import path_file, quiet
 
-from compgen.core.findings import Level
+from compgen.core.codes import Level
 from compgen.pipelines import generate
 from compgen.pipelines.motion_findings import WHAT, motion_of_a_listing
 from compgen.pipelines.path_file import load_job

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Level
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.pipelines.generate import generate

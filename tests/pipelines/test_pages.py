@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from shipped import path_file, quiet
 
 from compgen import fanuc as ls
-from compgen.core.findings import Level
+from compgen.core.codes import Level
 from compgen.core.units import UM
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages

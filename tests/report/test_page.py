@@ -8,7 +8,8 @@ from every_page import COMMANDS
 from shipped import path_file, quiet
 
 import compgen
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.report.inputs import SHORT, duties_words, job_inputs
@@ -147,7 +148,7 @@ def test_a_long_history_says_how_long_the_robot_was_in_each_state():
 
 
 def test_findings_are_told_by_sign_and_word():
-    findings = [Finding(level, "c", "m") for level in (Level.OUTSIDE, Level.WARNING, Level.NOTE)]
+    findings = [Finding(level, Code.CONTROLLER_SIZE, "m") for level in (Level.OUTSIDE, Level.WARNING, Level.NOTE)]
     item = r'<li class="(\w+)"><span class="mark" aria-hidden="true">(.)</span>(.*?)</li>'
     items = re.findall(item, findings_list(findings))
     assert [(kind, words) for kind, _, words in items] == [(k, f"{k}: m") for k in ("outside", "warning", "note")]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.core.findings import Level
+from compgen.core.codes import Level
 from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.planning import curves, surfaces, toolpath

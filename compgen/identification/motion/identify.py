@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import MS, UM
 from compgen.identification.motion.fit import (
@@ -204,26 +205,29 @@ def _verdict(
     findings = []
     known = f"sigma is {sigma[0] / MS:.1f} to {sigma[1] / MS:.1f} ms"
 
-    def refuse(code: str, message: str) -> None:
-        findings.append(Finding(Level.REFUSED, f"motion.{code}", message))
+    def refuse(code: Code, message: str) -> None:
+        findings.append(Finding(Level.REFUSED, code, message))
 
     if blocks < LEAST_BLOCKS:
-        refuse("short", f"{blocks} blocks of rows away from stops are too few to hold some out; log a longer run")
+        refuse(
+            Code.MOTION_SHORT,
+            f"{blocks} blocks of rows away from stops are too few to hold some out; log a longer run",
+        )
     if held_out > limit:
         refuse(
-            "held_out",
+            Code.MOTION_HELD_OUT,
             f"{chosen.kind.words} foretells stretches that it was not fitted to with {held_out / UM:.2f} um rms, above "
             f"{limit / UM:.2f} ({NOISE_MULTIPLE:g} times the noise and {FLOOR / UM:g}): it is none of those tried",
         )
     elif not chosen.kind.count and sigma[1] > BLIND:
         refuse(
-            "blind",
+            Code.MOTION_BLIND,
             f"the path curves too little at its speed to show smoothing: {known}; log a program with corners at CNT100 "
             "or curvature that changes, at full speed",
         )
     elif not chosen.kind.count:
         refuse(
-            "none",
+            Code.MOTION_NONE,
             "no smoothing seen: the log shows the programmed path itself; either the controller smooths nothing, or "
             f"the log has commanded positions from before the smoothing; {known}",
         )
@@ -231,17 +235,17 @@ def _verdict(
         others = [fit.kind for fit in alike if not fit.kind.includes(chosen.kind)]
         if others:
             refuse(
-                "alike",
+                Code.MOTION_ALIKE,
                 f"the log cannot tell {chosen.kind.words} from {others[0].words}: only the smoothing's {known}; log a "
                 "program with corners at CNT100 or curvature that changes, at full speed",
             )
         for time, (low, high) in zip(times_of(chosen.kind, chosen.numbers), intervals.tolist(), strict=True):
             if (high - low) / 2 > max(KNOWN * time, robot.controller.period):
                 refuse(
-                    "unsure",
+                    Code.MOTION_UNSURE,
                     f"a time of {time / MS:.0f} ms is known as {low / MS:.0f} to {high / MS:.0f} ms only; {known}; log "
                     "a program with corners at CNT100 or curvature that changes, at full speed",
                 )
                 break
     message = "a lag of the whole motion only shifts the log's clock: this log does not show it, and it moves no path"
-    return (*findings, Finding(Level.NOTE, "motion.lag", message))
+    return (*findings, Finding(Level.NOTE, Code.MOTION_LAG, message))

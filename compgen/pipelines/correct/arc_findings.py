@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import DEG, MDEG
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.stations import arcs_in_line, swept_angles
@@ -30,7 +31,7 @@ def wide_arcs(drive: Traversal, before: Poses, after: Poses) -> list[Finding]:
         f"{int(over.sum())} arcs sweep more than 180 deg once corrected, by P[{number}] {corrected[worst] / DEG:.4f}: "
         "a controller may refuse them (circle angle too large); part them in two"
     )
-    return [Finding(Level.WARNING, "correction.arc", message)]
+    return [Finding(Level.WARNING, Code.CORRECTION_ARC, message)]
 
 
 def flat_arcs(drive: Traversal, before: Poses, after: Poses) -> list[Finding]:
@@ -51,4 +52,4 @@ def flat_arcs(drive: Traversal, before: Poses, after: Poses) -> list[Finding]:
         f"{len(flat)} arcs have their three places in one line (by {names}): a controller may refuse them; their "
         "places are judged, not the way between them"
     )
-    return [Finding(Level.WARNING, "correction.flat_arc", message)]
+    return [Finding(Level.WARNING, Code.CORRECTION_FLAT_ARC, message)]

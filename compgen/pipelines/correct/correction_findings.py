@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.number_text import beyond_text
 from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
@@ -67,15 +68,15 @@ def _robot_findings(result: Correction) -> list[Finding]:
         message = f"{robot.name} cannot take {count} ({_first_of([f'P[{n}]' for n in none.positions])})"
         message += ": is it another robot's program? say which with --robot, or other frames with --frames"
         level = Level.OUTSIDE if 2 * len(none.positions) >= none.driven else Level.WARNING
-        findings.append(Finding(level, "robot.unattainable", message))
+        findings.append(Finding(level, Code.ROBOT_UNATTAINABLE, message))
     others = other_models(plan.program, robot)
     if others:
         message = f"its remarks name {', '.join(others)[:60]}, it is corrected for {robot.name}"
-        findings.append(Finding(Level.WARNING, "robot.named", f"{message}: is that the robot that runs it?"))
+        findings.append(Finding(Level.WARNING, Code.ROBOT_NAMED, f"{message}: is that the robot that runs it?"))
     groups = sorted(set(plan.program.positions.group[plan.program.positions.group > 1].tolist()))
     if groups:
         message = f"positions hold group {', '.join(map(str, groups))} as well: group 1 is taken for {robot.name}"
-        findings.append(Finding(Level.NOTE, "robot.groups", message))
+        findings.append(Finding(Level.NOTE, Code.ROBOT_GROUPS, message))
     return findings
 
 
@@ -87,11 +88,11 @@ def _placement_findings(result: Correction) -> list[Finding]:
     if len(rows) and (stands := np.unique(poses.stands.stand[rows][poses.stands.stand[rows] > 0])).size:
         message = f"an extended axis carries the arm: {len(stands)} places of its base are taken from the frames table"
         message += "; errors told in World, maps among them, are taken to move along with it"
-        findings.append(Finding(Level.NOTE, "robot.carried", message))
+        findings.append(Finding(Level.NOTE, Code.ROBOT_CARRIED, message))
     if poses.placements.assumed:
         names = _first_of([f"PR[{n}]" for n in poses.placements.assumed])
         message = f"{names}: taken for Cartesian, for the program writes six numbers and does not say in which form"
-        findings.append(Finding(Level.NOTE, "registers.form", message))
+        findings.append(Finding(Level.NOTE, Code.REGISTERS_FORM, message))
     return findings
 
 
@@ -99,7 +100,7 @@ def _bound_findings(result: Correction) -> list[Finding]:
     judged = result.judged
     if not judged.any():
         message = "no position of this program can be corrected: it is unchanged; cgen inspect says what keeps them"
-        return [Finding(Level.OUTSIDE, "correction.none", message)]
+        return [Finding(Level.OUTSIDE, Code.CORRECTION_NONE, message)]
     findings = job_findings.nothing_to_correct(result.cell)
     before, after = result.error.distance[judged], result.residual.distance[judged]
     worse = np.flatnonzero(after > before + ROUNDING)
@@ -108,7 +109,7 @@ def _bound_findings(result: Correction) -> list[Finding]:
         k = int(worse[np.argmax((after - before)[worse])])
         line = _line_of(result, int(result.execution.station[judged][k]))
         message = f"line {line}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
-        findings.append(Finding(Level.OUTSIDE, "correction.worse", message))
+        findings.append(Finding(Level.OUTSIDE, Code.CORRECTION_WORSE, message))
     if (result.turn > 0).any():
         k, i = (int(index) for index in np.unravel_index(np.argmax(result.turn), result.turn.shape))
         line, way = _line_of(result, int(result.execution.station[k])), result.execution.fraction[k] < 1
@@ -117,13 +118,13 @@ def _bound_findings(result: Correction) -> list[Finding]:
             f"{result.turn[k, i] / DEG:.2f} deg more from the planned to the corrected text than the correction "
             "explains: a singularity is near; teach it elsewhere"
         )
-        findings.append(Finding(Level.OUTSIDE, "correction.turn", message))
+        findings.append(Finding(Level.OUTSIDE, Code.CORRECTION_TURN, message))
     bound = result.options.bound
     if bound is not None and after.max() > bound:
         line = _line_of(result, int(result.execution.station[judged][int(np.argmax(after))]))
         size = beyond_text(float(after.max()) / UM, bound / UM)
         message = f"line {line}: {size} um after correction, above the {bound / UM:g} um of --max-um"
-        findings.append(Finding(Level.OUTSIDE, "bounds.max", message))
+        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX, message))
     return findings
 
 
@@ -132,7 +133,7 @@ def _missing_bound(result: Correction) -> list[Finding]:
         return []
     after = result.residual.distance[result.judged].max() / UM
     message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
-    return [Finding(Level.OUTSIDE, "bounds.none", message)]
+    return [Finding(Level.OUTSIDE, Code.BOUNDS_NONE, message)]
 
 
 def _source_findings(result: Correction) -> list[Finding]:
@@ -161,7 +162,7 @@ def _source_findings(result: Correction) -> list[Finding]:
         message = (
             f"{_lines(lines)}: from where the robot comes is not sure: the side that joints come from is as unknown"
         )
-        findings.append(Finding(Level.NOTE, "sources.order", f"{message} there as where the program begins"))
+        findings.append(Finding(Level.NOTE, Code.SOURCES_ORDER, f"{message} there as where the program begins"))
     return findings
 
 
@@ -172,23 +173,23 @@ def _scope_findings(result: Correction) -> list[Finding]:
         lines = sorted({u.line for u in unsafe})
         message = f"{len(unsafe)} statements or positions are passed through untouched or cast doubt: {_lines(lines)}"
         findings.append(
-            Finding(Level.WARNING, "correction.unsafe", f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
+            Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
         )
     found = contradictions(result.plan.program, result.plan.drive, result.around.called.motionless)
     if found:
         lines = sorted({u.line for u in found})
         message = f"the program contradicts itself at {_lines(lines)}; first: {found[0].text}: {found[0].reason}"
-        findings.append(Finding(Level.WARNING, "program.contradiction", message))
+        findings.append(Finding(Level.WARNING, Code.PROGRAM_CONTRADICTION, message))
     reasons: dict[str, list[int]] = {}
     for station, reason in result.plan.stations.held:
         reasons.setdefault(reason, []).append(_line_of(result, station))
     for reason, lines in reasons.items():
-        findings.append(Finding(Level.WARNING, "correction.held", f"{_lines(lines)} left as it is: {reason}"))
+        findings.append(Finding(Level.WARNING, Code.CORRECTION_HELD, f"{_lines(lines)} left as it is: {reason}"))
     limits: dict[str, list[int]] = {}
     for station, limit in result.plan.stations.limited:
         limits.setdefault(limit, []).append(_line_of(result, station))
     for limit, lines in limits.items():
-        findings.append(Finding(Level.WARNING, "correction.limited", f"{limit} binds at {_lines(lines)}"))
+        findings.append(Finding(Level.WARNING, Code.CORRECTION_LIMITED, f"{limit} binds at {_lines(lines)}"))
     return findings
 
 
@@ -201,12 +202,14 @@ def _shared_findings(result: Correction) -> list[Finding]:
         message = (
             f"{names} used more than once with corrections up to {shared.spread.max() / UM:.1f} um from their mean"
         )
-        findings.append(Finding(Level.WARNING, "correction.shared", f"{message}, which is written; --split parts them"))
+        findings.append(
+            Finding(Level.WARNING, Code.CORRECTION_SHARED, f"{message}, which is written; --split parts them")
+        )
     mixed = np.flatnonzero(shared.mixed)
     if len(mixed):
         names = _positions(poses.number[mixed].tolist())
         message = f"{names} also used where nothing may change: left as it is; --split parts them"
-        findings.append(Finding(Level.WARNING, "correction.mixed", message))
+        findings.append(Finding(Level.WARNING, Code.CORRECTION_MIXED, message))
     return findings
 
 
@@ -219,13 +222,13 @@ def _served_findings(result: Correction) -> list[Finding]:
         f"one file for {ensemble_words(result.served.ensemble)}: at most {mean / UM:.2f} um with the mean of the "
         f"rises, {worst.largest / UM:.2f} at most over the starts ({start_words(start)})"
     )
-    findings = [Finding(Level.NOTE, "average.spread", message)]
+    findings = [Finding(Level.NOTE, Code.AVERAGE_SPREAD, message)]
     if mean > 0 and worst.largest / mean >= WIDE:
         message = (
             f"a file for each start alone would be about {worst.largest / mean:.1f} times better: --before with the "
             "standing makes one"
         )
-        findings.append(Finding(Level.WARNING, "average.wide", message))
+        findings.append(Finding(Level.WARNING, Code.AVERAGE_WIDE, message))
     return findings
 
 
@@ -233,7 +236,7 @@ def _line_findings(result: Correction, deviation: Array) -> list[Finding]:
     findings = []
     if deviation.max(initial=0.0) > MAX_DEVIATION:
         message = f"straight lines between corrected ends stray by up to {deviation.max() / UM:.1f} um midway"
-        findings.append(Finding(Level.NOTE, "correction.straight", f"{message}; --insert UM puts points into them"))
+        findings.append(Finding(Level.NOTE, Code.CORRECTION_STRAIGHT, f"{message}; --insert UM puts points into them"))
     drive = result.plan.drive
     with np.errstate(invalid="ignore", divide="ignore"):
         speed = drive.length / drive.duration
@@ -245,7 +248,7 @@ def _line_findings(result: Correction, deviation: Array) -> list[Finding]:
         )
     if short.any():
         message = f"{int(short.sum())} straight lines are shorter than speed x the interpolation period"
-        findings.append(Finding(Level.NOTE, "timing.short", f"{message}: the robot will be slower there"))
+        findings.append(Finding(Level.NOTE, Code.TIMING_SHORT, f"{message}: the robot will be slower there"))
     return findings
 
 
@@ -260,13 +263,13 @@ def _way_findings(result: Correction) -> list[Finding]:
         if len(stations):
             lines = sorted({_line_of(result, s) for s in stations.tolist()})
             message = f"{_lines(lines)}: {words} {robot} between its ends: only the ends are judged"
-            findings.append(Finding(level, "correction.reach", message))
+            findings.append(Finding(level, Code.CORRECTION_REACH, message))
     unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
     unsure = unsure[unsure > 0]
     if len(unsure):
         lines = sorted({_line_of(result, s) for s in unsure.tolist()})
         message = f"{_lines(lines)}: from where the robot comes is not sure (a jump, a call, a macro, an unknown place)"
-        findings.append(Finding(Level.NOTE, "correction.order", f"{message}: the end is judged, not the way there"))
+        findings.append(Finding(Level.NOTE, Code.CORRECTION_ORDER, f"{message}: the end is judged, not the way there"))
     return findings
 
 
@@ -276,16 +279,16 @@ def _text_findings(result: Correction) -> list[Finding]:
     if decimals.min(initial=3) < 3:
         message = f"positions are written with {decimals.min()} decimals: rounding alone moves them by up to"
         findings.append(
-            Finding(Level.NOTE, "text.decimals", f"{message} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um")
+            Finding(Level.NOTE, Code.TEXT_DECIMALS, f"{message} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um")
         )
     joint = result.plan.poses.joint_form & result.shared.changed
     if joint.any():
         message = f"{int(joint.sum())} corrected positions are in joint form, whose digits say a place less exactly"
-        findings.append(Finding(Level.NOTE, "text.joint_form", message))
+        findings.append(Finding(Level.NOTE, Code.TEXT_JOINT_FORM, message))
     if result.changed and result.mark is Mark.NONE:
         message = "its positions cannot carry compgen's mark: keep the provenance file beside the program"
         message += ", or let a remark carry it with --mark remark"
-        findings.append(Finding(Level.NOTE, "correction.mark", message))
+        findings.append(Finding(Level.NOTE, Code.CORRECTION_MARK, message))
     return findings
 
 
@@ -293,12 +296,12 @@ def _heat_findings(result: Correction) -> list[Finding]:
     drive, stations, heat = result.plan.drive, result.plan.stations, result.cell.heat
     findings = list(result.cell.unlikely)
     if not result.before and result.cell.heat.start is None:
-        findings.append(Finding(Level.NOTE, "thermal.cold", "no --before: the cell starts cold"))
+        findings.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no --before: the cell starts cold"))
     run = drive.duration > 0
     if run.any() and np.nansum(drive.length) > 0:
         feed = float(np.nansum(drive.length[run]) / drive.duration[run].sum())
         messages = heat.extrapolations(result.before, round(feed, 4), float(stations.time[-1]), stations.rise)
-        findings += [Finding(Level.WARNING, "thermal.box", message) for message in messages]
+        findings += [Finding(Level.WARNING, Code.THERMAL_BOX, message) for message in messages]
     return findings
 
 
@@ -307,10 +310,10 @@ def _timing_findings(result: Correction) -> list[Finding]:
     findings = []
     if drive.untimed:
         message = f"{_lines(drive.untimed)}: speed or way is only known at run time; an assumed one warms the model"
-        findings.append(Finding(Level.NOTE, "timing.assumed", message))
+        findings.append(Finding(Level.NOTE, Code.TIMING_ASSUMED, message))
     if drive.flow:
         message = f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed"
-        findings.append(Finding(Level.NOTE, "timing.order", message))
+        findings.append(Finding(Level.NOTE, Code.TIMING_ORDER, message))
     return findings
 
 
@@ -319,14 +322,14 @@ def _controller_findings(result: Correction) -> list[Finding]:
     findings = [motion_of_a_listing(result.cell.robot.motion)]
     if controller.compensation == "signature":
         message = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
-        findings.append(Finding(Level.NOTE, "controller.signature", message))
+        findings.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, message))
     size = program_size(result.plan.program)
     message = f"{size.lines} lines, {size.positions} positions, about {size.memory / KB:.0f} kB on the controller"
     if not size.within(controller_capacity(result.cell.robot)):
         message = f"{message}: more than it holds in one file, it cannot be loaded; cgen pages parts it"
-        findings.append(Finding(Level.OUTSIDE, "controller.size", message))
+        findings.append(Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message))
     elif result.added:
-        findings.append(Finding(Level.NOTE, "controller.size", f"{result.added} positions are new: {message}"))
+        findings.append(Finding(Level.NOTE, Code.CONTROLLER_SIZE, f"{result.added} positions are new: {message}"))
     return findings
 
 

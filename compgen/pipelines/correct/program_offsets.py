@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, rms
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.findings import Finding, Progress
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.units import DEG, MM
@@ -134,8 +135,8 @@ def _not_shifted(full: Correction) -> list[Finding]:
     poses, findings = full.plan.poses, list[Finding]()
     if joints := int(poses.joint_form.sum()):
         message = f"{joints} positions in joint form: no offset and no user frame moves them"
-        findings.append(Finding(Level.WARNING, "offsets.joint_form", message))
+        findings.append(Finding(Level.WARNING, Code.OFFSETS_JOINT_FORM, message))
     if poses.placements.of_motion:
         message = "some motions have an Offset or a frame of their own already: add the register's numbers to theirs"
-        findings.append(Finding(Level.WARNING, "offsets.doubled", message))
+        findings.append(Finding(Level.WARNING, Code.OFFSETS_DOUBLED, message))
     return findings

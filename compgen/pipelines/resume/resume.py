@@ -17,8 +17,9 @@ from functools import partial
 import numpy as np
 
 from compgen.core.arrays import BoolArray, row_norms
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.findings import Finding, Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc import Program
@@ -195,10 +196,10 @@ def _join_findings(join: Join | None, written: WrittenJob, whole: Whole) -> list
     sizes = f"page {join.page} begins on the part: the tool steps by {join.step / UM:.1f} um at the stop there"
     if join.beyond > JOIN:
         message = f"{sizes}, {join.beyond / UM:.2f} um of it beyond what has drifted (at most {JOIN / UM:g}); {mend}"
-        return [Finding(Level.OUTSIDE, "resume.join", message)]
+        return [Finding(Level.OUTSIDE, Code.RESUME_JOIN, message)]
     if join.step > SEEN:
         message = f"{sizes}, which is what has drifted, to {join.beyond / UM:.2f} um; {mend}"
-        return [Finding(Level.WARNING, "resume.join", message)]
+        return [Finding(Level.WARNING, Code.RESUME_JOIN, message)]
     return []
 
 
@@ -206,7 +207,7 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
     """Where the heat model is asked for more than was measured."""
     job = planned.job
     texts = job.heat.extrapolations((), job.feed, planned.trajectory.time[-1], planned.rise)
-    return [Finding(Level.WARNING, "thermal.box", text) for text in texts]
+    return [Finding(Level.WARNING, Code.THERMAL_BOX, text) for text in texts]
 
 
 def _moved_findings(beginning: Beginning) -> list[Finding]:
@@ -214,7 +215,7 @@ def _moved_findings(beginning: Beginning) -> list[Finding]:
     if beginning.cause.get("verdict") != "something moved":
         return []
     message = f"{beginning.why}: the pages are for the base and the targets as touched; find what moved before they run"
-    return [Finding(Level.WARNING, "state", message)]
+    return [Finding(Level.WARNING, Code.STATE, message)]
 
 
 def _page_results(

@@ -7,8 +7,9 @@ then a few array operations on its samples. A scenario that only changes tempera
 from collections import OrderedDict
 from typing import Any
 
+from compgen.core.codes import Level
 from compgen.core.exceptions import CompgenError
-from compgen.core.findings import Level, first_message
+from compgen.core.findings import first_message
 from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.job import Job

@@ -7,8 +7,9 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.quantities import NotNegative
 from compgen.core.toml import Table
 from compgen.core.units import DEG, MDEG, MM, UM
@@ -96,13 +97,15 @@ def pattern_on_mesh(
     place, tilt = table.tolerance_um or TOLERANCE_UM, table.tolerance_mdeg or TOLERANCE_MDEG
     local = place_points(laid.points, plane(np.zeros(3)), spin, 1.0)
     curve = space_curve(local, Tolerance(place * UM, tilt * MDEG, CORNER, False)).curve
-    notes = [Finding(Level.NOTE, "surface.mesh", text) for text in (_size(mesh, laid), *_words(table, laid, place))]
+    notes = [Finding(Level.NOTE, Code.SURFACE_MESH, text) for text in (_size(mesh, laid), *_words(table, laid, place))]
     if laid.on_mesh < 1:
         level = Level.NOTE if laid.on_mesh > MOSTLY else Level.WARNING
         off = 100 * (1 - laid.on_mesh)
         notes.append(
             Finding(
-                level, "surface.mesh", f"{off:.2g} % of the path inside the edge is not over the mesh: no contact there"
+                level,
+                Code.SURFACE_MESH,
+                f"{off:.2g} % of the path inside the edge is not over the mesh: no contact there",
             )
         )
     return OnMesh(curve, tuple(notes))

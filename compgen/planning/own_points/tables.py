@@ -7,8 +7,9 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.quantities import Coordinate, Length
 from compgen.core.toml import Table
 from compgen.core.units import DEG, MDEG, MM, UM
@@ -113,7 +114,7 @@ def own_points_path(
         raise InputError(
             f"{where}: surface.kind: the points of {points.source} say themselves how the tool stands; remove [surface]"
         )
-    notes = tuple(Finding(Level.WARNING, "path.end", f"{table.file}: {text}") for text in points.notes)
+    notes = tuple(Finding(Level.WARNING, Code.PATH_END, f"{table.file}: {text}") for text in points.notes)
     lines = through(table) == "lines"
     if not lines:
         points = points.as_points()
@@ -142,7 +143,7 @@ def through(table: OwnPoints) -> str:
 def _of_lines(path: SpaceCurve, ways: int) -> Finding:
     stops = "no stop at a corner" if not path.corners else f"{path.corners} stops at corners that no rounding can hold"
     return Finding(
-        Level.NOTE, "path.lines", f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}"
+        Level.NOTE, Code.PATH_LINES, f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}"
     )
 
 
@@ -151,19 +152,19 @@ def _of_curve(path: SpaceCurve, points: GivenPoints, local: LocalPoints, table: 
     bulge, allowed = path.bulge, table.bulge_um * UM
     stops = f"; it stops at {path.corners} corners (path.corner_deg)" if path.corners else ""
     message = f"the curve leaves the lines between points by up to {bulge.size / MM:.3g} mm{stops}"
-    findings = [Finding(Level.NOTE, "path.points", message)]
+    findings = [Finding(Level.NOTE, Code.PATH_POINTS, message)]
     if bulge.beyond > allowed:
         message = (
             f"{points.where(bulge.row)}: behind it the curve leaves the line to the next point by "
             f"{bulge.beyond / MM:.3g} mm more than the points' curvature explains, path.bulge_um allows "
             f"{table.bulge_um:g} um; give more points, or path.through = 'lines'"
         )
-        findings.append(Finding(Level.OUTSIDE, "path.bulge", message))
+        findings.append(Finding(Level.OUTSIDE, Code.PATH_BULGE, message))
     below = float(local.place[:, 2].min()) - bulge.lowest
     if below > table.tolerance_um * UM:
         message = (
             f"the curve goes {below / MM:.3g} mm below the lowest point of {table.file}; give more points there, or "
             "path.through = 'lines'"
         )
-        findings.append(Finding(Level.WARNING, "path.below", message))
+        findings.append(Finding(Level.WARNING, Code.PATH_BELOW, message))
     return findings

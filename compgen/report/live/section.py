@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.findings import Level, first_message
+from compgen.core.codes import Level
+from compgen.core.findings import first_message
 from compgen.core.units import UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.motion_findings import with_motion

@@ -6,7 +6,8 @@ from contextlib import contextmanager
 
 import compgen
 from compgen.core import evaluation
-from compgen.core.findings import Finding, Level
+from compgen.core.codes import Level
+from compgen.core.findings import Finding
 from compgen.report.notebook.arguments import MAX_WORKERS, whole_number
 
 logger = logging.getLogger("compgen")

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import norm
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.number_text import beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.verification.executed.clock_fit import ClockFit, fit_clock
@@ -131,13 +132,13 @@ def _of_identity(
             message = (
                 f"the log is of {like.name}, not of this text ({differs}, {100 * like.beta:.0f} % of it in the log)"
             )
-            findings.append(Finding(Level.OUTSIDE, "executed.other", f"{message}; load the program that was meant"))
+            findings.append(Finding(Level.OUTSIDE, Code.EXECUTED_OTHER, f"{message}; load the program that was meant"))
         elif like.is_sure:
             message = f"the log is of this text and not of {like.name} ({differs})"
-            findings.append(Finding(Level.NOTE, "executed.this", message))
+            findings.append(Finding(Level.NOTE, Code.EXECUTED_THIS, message))
         else:
             message = f"the log cannot tell this text from {like.name}: {differs}"
-            findings.append(Finding(Level.WARNING, "executed.unsure", message))
+            findings.append(Finding(Level.WARNING, Code.EXECUTED_UNSURE, message))
     largest = deviation.extents["total"].max if deviation.extents else 0.0
     offset = [] if any(like.is_other for like in likenesses) else _of_offset(course, laid, deviation)
     if offset:
@@ -148,7 +149,7 @@ def _of_identity(
             f"{course.point_name(deviation.extents['total'].where)}: corrections are clamped to "
             f"{CLAMP / MM:g} mm, so it is another program along the same way"
         )
-        findings.append(Finding(Level.OUTSIDE, "executed.another", message))
+        findings.append(Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message))
     return findings
 
 
@@ -175,7 +176,7 @@ def _of_offset(course: Course, laid: LaidLog, deviation: PathDeviation) -> list[
             source = laid.log.table.source
             raise InputError(f"{source}: its positions lie at {words}; log with the program's own, or give --frames")
         return [
-            Finding(Level.OUTSIDE, "executed.offset", f"{100 * offset.explained:.0f} % of the deviation is {words}")
+            Finding(Level.OUTSIDE, Code.EXECUTED_OFFSET, f"{100 * offset.explained:.0f} % of the deviation is {words}")
         ]
     resting = deviation.judged & (deviation.speed < RESTING * max(float(np.median(deviation.speed)), 1e-4))
     if resting.sum() >= 5:
@@ -187,7 +188,7 @@ def _of_offset(course: Course, laid: LaidLog, deviation: PathDeviation) -> list[
                 f"where it stood it was {median / UM:.0f} um off the text (up to {away.max() / UM:.0f} at {where}), "
                 "and no controller smooths there: an older correction of the same path; give it with --also"
             )
-            return [Finding(Level.OUTSIDE, "executed.older", message)]
+            return [Finding(Level.OUTSIDE, Code.EXECUTED_OLDER, message)]
     return []
 
 
@@ -201,20 +202,20 @@ def _of_extent(course: Course, deviation: PathDeviation) -> list[Finding]:
         f"the log has {100 * (1 - missing):.1f} % of the path: from {begin} ({100 * first / course.length:.1f} %) to "
         f"{end} ({100 * last / course.length:.1f} %); the rest is not judged"
     )
-    return [Finding(Level.OUTSIDE, "executed.part", message)]
+    return [Finding(Level.OUTSIDE, Code.EXECUTED_PART, message)]
 
 
 def _of_override(course: Course, clock: ClockFit) -> list[Finding]:
     if not clock.stretches:
         message = "no steady motion in it long enough: neither override nor time is known; log a longer run"
-        return [Finding(Level.WARNING, "executed.no_clock", message)]
+        return [Finding(Level.WARNING, Code.EXECUTED_NO_CLOCK, message)]
     findings = []
     if clock.rounded:
         message = (
             "lines take whole interpolation periods: that explains its speeds, written speeds do not; set "
             "controller.rounds_up_to_period = true in the robot file"
         )
-        findings.append(Finding(Level.WARNING, "executed.periods", message))
+        findings.append(Finding(Level.WARNING, Code.EXECUTED_PERIODS, message))
     if len(clock.stretches) > 1:
         turns = [
             f"{100 * s.override:.0f} % from {s.begin:.2f} s" for s in clock.stretches[1 : NAMED + 1]
@@ -222,10 +223,10 @@ def _of_override(course: Course, clock: ClockFit) -> list[Finding]:
         more = len(clock.stretches) - 1 - NAMED
         message = f"the override changed midway: {100 * clock.stretches[0].override:.0f} % at first, {', '.join(turns)}"
         message += f" and {more} changes more" if more > 0 else ""
-        findings.append(Finding(Level.OUTSIDE, "executed.override_changed", message))
+        findings.append(Finding(Level.OUTSIDE, Code.EXECUTED_OVERRIDE_CHANGED, message))
     elif clock.stretches[0].override != 1:
         message = f"it ran at {100 * clock.stretches[0].override:.0f} % override, its speeds are written for 100 %"
-        findings.append(Finding(Level.WARNING, "executed.override", message))
+        findings.append(Finding(Level.WARNING, Code.EXECUTED_OVERRIDE, message))
     return findings
 
 
@@ -242,14 +243,14 @@ def _of_time(course: Course, clock: ClockFit) -> list[Finding]:
         else "also away from stops: the controller is slower, the plan faster, or the log's clock is off"
     )
     message = f"it took {clock.took:.2f} s where the plan has {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
-    return [Finding(Level.WARNING, "executed.time", message)]
+    return [Finding(Level.WARNING, Code.EXECUTED_TIME, message)]
 
 
 def _of_stands(course: Course, clock: ClockFit) -> list[Finding]:
     findings = []
     for held, level, code, words in (
-        (True, Level.WARNING, "executed.held", "it was held where the program does not stop"),
-        (False, Level.NOTE, "executed.waited", "it stood at stops"),
+        (True, Level.WARNING, Code.EXECUTED_HELD, "it was held where the program does not stop"),
+        (False, Level.NOTE, Code.EXECUTED_WAITED, "it stood at stops"),
     ):
         stands = [s for s in clock.stands if s.at_stop is not held and s.duration + s.planned > 0.05]
         if stands:
@@ -262,7 +263,7 @@ def _of_stands(course: Course, clock: ClockFit) -> list[Finding]:
 def _of_bound(course: Course, deviation: PathDeviation, bound: float | None) -> list[Finding]:
     if not deviation.extents:
         message = "no row lies on a straight or circular way that the program surely drives: nothing is judged"
-        return [Finding(Level.OUTSIDE, "executed.nothing", message)]
+        return [Finding(Level.OUTSIDE, Code.EXECUTED_NOTHING, message)]
     total = deviation.extents["total"]
     if bound is None or total.max <= bound:
         return []
@@ -271,7 +272,7 @@ def _of_bound(course: Course, deviation: PathDeviation, bound: float | None) -> 
         f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m along, is "
         f"above --max-um {bound / UM:g}; p99 {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
     )
-    return [Finding(Level.OUTSIDE, "executed.max", message)]
+    return [Finding(Level.OUTSIDE, Code.EXECUTED_MAX, message)]
 
 
 def _of_log(course: Course, laid: LaidLog, deviation: PathDeviation) -> list[Finding]:
@@ -283,16 +284,16 @@ def _of_log(course: Course, laid: LaidLog, deviation: PathDeviation) -> list[Fin
             f"{int(missing.sum())} gaps in the log, the longest {step.max() / MS:.0f} ms, and {laid.log.gaps} rows "
             "without a position: what happened there is not seen"
         )
-        findings.append(Finding(Level.NOTE, "executed.gaps", message))
+        findings.append(Finding(Level.NOTE, Code.EXECUTED_GAPS, message))
     if deviation.away:
         message = f"{deviation.away} rows between its first and its last are over 20 mm off the path and are not judged"
-        findings.append(Finding(Level.WARNING, "executed.away", message))
+        findings.append(Finding(Level.WARNING, Code.EXECUTED_AWAY, message))
     unjudged = 1 - float(np.mean(deviation.judged))
     if unjudged > 0.01:
         message = f"{100 * unjudged:.0f} % of its rows are on joint motions or on ways that are not sure: not judged"
-        findings.append(Finding(Level.NOTE, "executed.unjudged", message))
+        findings.append(Finding(Level.NOTE, Code.EXECUTED_UNJUDGED, message))
     message = (
         "these are positions that the controller knows, by its own model of the arm: they do not show heat, geometry, "
         "compliance or play; where the tool was, only measuring tells"
     )
-    return [*findings, Finding(Level.NOTE, "executed.not_the_tool", message)]
+    return [*findings, Finding(Level.NOTE, Code.EXECUTED_NOT_THE_TOOL, message)]
