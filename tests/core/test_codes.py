@@ -104,3 +104,11 @@ def test_a_record_has_the_text_of_a_code():
     record = Finding(Level.OUTSIDE, Code.CORRECTION_NONE, "nothing").record()
     assert json.dumps(record) == '{"level": "outside", "code": "correction.none", "message": "nothing"}'
     assert type(record["code"]) is str
+
+
+def test_the_page_of_findings_is_made_from_the_registry(monkeypatch):
+    """To renew it: python docs/finding_tables.py."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    import finding_tables
+
+    assert (ROOT / "docs" / "findings.md").read_text() == finding_tables.page()
