@@ -15,6 +15,7 @@ from compgen.cli.messages import outcome_words, print_error, print_record
 from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
+from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
@@ -126,7 +127,7 @@ def correct(
                 find_program=programs_beside(source),
                 registers=register_table,
             )
-        progress("report", 0.0)
+        progress(stages.REPORT, 0.0)
         written = correction.is_usable or force
         files = correction_files(correction, file, written, of_page)
         programs = {name: files[name] for name in (provenance, file) if name in files}

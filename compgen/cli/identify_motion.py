@@ -15,6 +15,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import check_identified_motion
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import check_names, publish
+from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.exceptions import naming_file
 from compgen.core.files import file_hash
@@ -72,7 +73,7 @@ def identify_motion(
     positions = read_position_log(log)
     use_cores(workers)
     with show_progress(quiet or as_json) as progress:
-        run, identified = identification(text, positions, situation, lambda share: progress("motion", share))
+        run, identified = identification(text, positions, situation, lambda share: progress(stages.MOTION, share))
     summary = motion_summary(run, text, identified, nominal)
     # a robot file that stands stays with its own reports
     stem = target.stem if identified.accepted or not target.exists() else f"{target.stem}_refused"

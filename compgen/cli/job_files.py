@@ -5,7 +5,8 @@ from pathlib import Path
 
 from compgen.cli.ownership import check_job_folder, check_planned_program, resume_files
 from compgen.cli.publish import publish
-from compgen.core.findings import Progress
+from compgen.core import stages
+from compgen.core.stages import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines.job import Job
 from compgen.pipelines.planned_delivery import COMMENT, planned_name_of
@@ -35,5 +36,5 @@ def publish_job(
 
 def _with_progress(content: bytes | Iterable[bytes], progress: Progress, share: float) -> Iterable[bytes]:
     for block in [content] if isinstance(content, bytes) else content:
-        progress("report", share)
+        progress(stages.REPORT, share)
         yield block

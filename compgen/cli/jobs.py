@@ -8,6 +8,7 @@ from compgen.cli import options as opt
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import outcome_words, print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
+from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import first_message
@@ -65,7 +66,7 @@ def generate(
         in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(job, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
-        progress("report", 0.0)
+        progress(stages.REPORT, 0.0)
         written = corrected.is_usable or force
         reports = page_files(folder, job_reports(planned, corrected, of_page, written), figures, of_page)
         programs = dict(corrected.delivery.files) if written else {}
@@ -128,7 +129,7 @@ def predict(
         if program:
             planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
             programs = {} if first_message(Level.OUTSIDE, planned.findings) else dict(delivered.files)
-        progress("report", 0.0)
+        progress(stages.REPORT, 0.0)
         reports = page_files(folder, job_reports(planned, None, of_page), figures, of_page)
         publish_job(folder, programs, reports, job, progress, is_planned=True)
     if as_json:

@@ -1,6 +1,5 @@
 """What a terminal shows of a long run: the stage at work, the share of the whole, waypoints a second, the time left."""
 
-import re
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -11,25 +10,33 @@ from rich.progress import BarColumn, ProgressColumn, Task, TextColumn
 from rich.progress import Progress as Bar
 from rich.text import Text
 
-from compgen.core import interrupts
-from compgen.core.findings import Progress
+from compgen.core import interrupts, stages
+from compgen.core.stages import Progress, RunStage
 
 #: the stages of a run in their order, and what each takes of its time; what takes none has its name shown
 GENERATE = {
-    "path": 8, "timing": 15, "twin before": 20, "correction": 3, "thinning": 1, "final timing": 5, "text": 22,
-    "twin after": 7, "cross flight": 2, "draws": 20, "report": 19,
+    stages.PATH: 8, stages.TIMING: 15, stages.TWIN_BEFORE: 20, stages.CORRECTION: 3, stages.THINNING: 1,
+    stages.FINAL_TIMING: 5, stages.TEXT: 22, stages.TWIN_AFTER: 7, stages.CROSS_FLIGHT: 2, stages.DRAWS: 20,
+    stages.REPORT: 19,
 }  # fmt: skip
-PREDICT = {"path": 15, "timing": 35, "twin before": 30, "report": 20}
-CHECK = {**GENERATE, "report": 0}
-CORRECT = {"reading": 25, "correction": 35, "twin before": 10, "twin after": 10, "report": 20}
-RESUME = {"path": 20, "timing": 25, "correction": 10, "final timing": 10, "text": 15, "twin after": 10, "report": 10}
+PREDICT = {stages.PATH: 15, stages.TIMING: 35, stages.TWIN_BEFORE: 30, stages.REPORT: 20}
+CHECK = {**GENERATE, stages.REPORT: 0}
+CORRECT = {
+    stages.READING: 25, stages.CORRECTION: 35, stages.TWIN_BEFORE: 10, stages.TWIN_AFTER: 10, stages.REPORT: 20,
+}  # fmt: skip
+RESUME = {
+    stages.PATH: 20, stages.TIMING: 25, stages.CORRECTION: 10, stages.FINAL_TIMING: 10, stages.TEXT: 15,
+    stages.TWIN_AFTER: 10, stages.REPORT: 10,
+}  # fmt: skip
 
 DELAY = 0.5  # s: a run that takes no longer shows no bar
 LEAST_SHARE = 0.03  # from which on the time left is more than a guess
 
 
 @contextmanager
-def show_progress(quiet: bool, weights: Mapping[str, float] | None = None, delay: float = DELAY) -> Iterator[Progress]:
+def show_progress(
+    quiet: bool, weights: Mapping[RunStage, float] | None = None, delay: float = DELAY
+) -> Iterator[Progress]:
     """A bar for the whole run, on a terminal only; errors come after it has gone.
 
     Args:
@@ -51,7 +58,7 @@ def show_progress(quiet: bool, weights: Mapping[str, float] | None = None, delay
 class _StageBar:
     """One bar over all stages, shown after a delay [s]; its share never falls."""
 
-    def __init__(self, console: Console, weights: Mapping[str, float] | None, delay: float) -> None:
+    def __init__(self, console: Console, weights: Mapping[RunStage, float] | None, delay: float) -> None:
         self._weights, self._delay = weights, delay
         self._start = time.monotonic()
         self._share = 0.0
@@ -61,27 +68,25 @@ class _StageBar:
             TextColumn("{task.fields[rate]}"), _TimeLeftColumn(), console=console, transient=True,
         )  # fmt: skip
 
-    def update(self, stage: str, share: float) -> None:
-        """Show a stage, as ``name``, ``name: N waypoints`` or ``name: what it is at``, and how much of it is done."""
+    def update(self, stage: RunStage, share: float) -> None:
+        """Show a stage and how much of it is done."""
         interrupts.raise_if_interrupted()
-        name, _, detail = stage.partition(": ")
-        count = re.search(r"(\d+) waypoints", stage)
-        self._waypoints = int(count[1]) if count else self._waypoints
-        self._share = max(self._share, overall_share(self._weights, name, share))
+        self._waypoints = stage.waypoints or self._waypoints
+        self._share = max(self._share, overall_share(self._weights, stage, share))
         now = time.monotonic()
         elapsed = now - self._start
         if elapsed < self._delay:
             return
         if not self._bar.task_ids:
-            self._bar.add_task(name, total=1.0, rate="", left=None, updated=now)
+            self._bar.add_task(stage.name, total=1.0, rate="", left=None, updated=now)
             self._bar.start()
         per_second = self._waypoints * self._share / elapsed
         self._bar.update(
             self._bar.task_ids[0],
-            description=name if count or not detail else stage,
+            description=f"{stage.name}: {stage.detail}" if stage.detail else stage.name,
             completed=self._share,
             rate=f"{_two_figures(per_second):,d} waypoints/s" if per_second else "",
-            left=elapsed * (1 / self._share - 1) if self._share > LEAST_SHARE and (count or not detail) else None,
+            left=elapsed * (1 / self._share - 1) if self._share > LEAST_SHARE and stage.is_even else None,
             updated=now,
         )
 
@@ -98,15 +103,15 @@ class _TimeLeftColumn(ProgressColumn):
         return Text(time_left_text(task.fields["left"], time.monotonic() - task.fields["updated"]))
 
 
-def overall_share(weights: Mapping[str, float] | None, stage: str, share: float) -> float:
+def overall_share(weights: Mapping[RunStage, float] | None, stage: RunStage, share: float) -> float:
     """The share of the whole run that is done when so much of a stage is."""
     if weights is None:
         return share
-    if stage not in weights:
+    names = [each.name for each in weights]
+    if stage.name not in names:
         return 0.0
-    names = list(weights)
-    before = sum(weights[name] for name in names[: names.index(stage)])
-    return (before + weights[stage] * min(1.0, share)) / sum(weights.values())
+    taken, at = list(weights.values()), names.index(stage.name)
+    return (sum(taken[:at]) + taken[at] * min(1.0, share)) / sum(taken)
 
 
 def time_left_text(left: float | None, age: float) -> str:

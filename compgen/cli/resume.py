@@ -13,6 +13,7 @@ from compgen.cli.durations import duration
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, page_options
+from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import first_message
@@ -125,7 +126,7 @@ def resume(
         resumed = pipeline(
             written, whole, from_page, begin=begin, date=when, progress=progress, loaded=loaded, done=done
         )
-        progress("report", 0.0)
+        progress(stages.REPORT, 0.0)
         is_written = bool(resumed.replaced) and (resumed.inside or force)
         if is_written:
             put_pages(place, resumed, options, figures)

@@ -1,13 +1,10 @@
-"""Findings: what a user must know of a result; and the progress of a run."""
+"""Findings: what a user must know of a result."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from compgen.core.codes import Code, Level
 from compgen.core.one_line import one_line
-
-#: Called with the stage that runs and the share of it that is done, 0 to 1.
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
+from compgen.core.stages import Progress, RunStage
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import ArmFacts, Extensible
@@ -138,7 +140,7 @@ def identify(
     Raises:
         InputError: Too few numbers, or measurements that cannot be of this arm.
     """
-    progress("model", 0.0)
+    progress(stages.MODEL, 0.0)
     check_row_count(data)
     check_scale(data)
     moved = np.asarray(np.ptp(data.theta, axis=0) > STILL)
@@ -158,19 +160,19 @@ def identify(
     models = candidate_models(names)
     candidates: list[FittedCandidate] = []
     for i, candidate in enumerate(models):
-        progress(f"fit {candidate.name}", i / len(models))
+        progress(RunStage(stages.FIT, candidate.name), i / len(models))
         fitted = fit(model, data, active_in_groups(model, candidate.groups))
         candidates.append(FittedCandidate(candidate, fitted, cross_validate(model, data, fitted)))
     held_out_errors = [s.cross_validation.robust_mean for s in candidates]
     best = int(np.nanargmin(held_out_errors))
-    progress("warmth", 0.9)
+    progress(stages.WARMTH, 0.9)
     selected = candidates[best]
     misread = log_findings(model, data, selected.fit, facts.nodes) if facts is not None else []
     data, shared = with_shared_setups(data, selected.fit)
     fitted, held = with_needed_warmth(model, data, selected.fit, temperatures, anew=bool(shared))
     validated = cross_validate(model, data, fitted)
     candidates[best] = FittedCandidate(selected.candidate, with_unsure_scales(model, data, fitted), validated)
-    progress("judge", 0.95)
+    progress(stages.JUDGE, 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
     findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])

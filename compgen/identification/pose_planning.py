@@ -8,13 +8,14 @@ A_n the Jacobian of the positions measured at pose n, frames included; first one
 candidate until no exchange helps. The poses are ordered by going to the nearest. The covariance of the parameters
 after measuring is the inverse of that matrix."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
+from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.identification.fit import FRAME_PRECISION
 from compgen.identification.frames import InstrumentFrames
@@ -53,9 +54,7 @@ class PosePlan:
     prior: Array  # (K,) [SI] before
 
 
-def plan_poses(
-    robot: Robot, model: ArmModel, nodes: int, site: Site, count: int, progress: Callable[[str, float], None]
-) -> PosePlan:
+def plan_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, count: int, progress: Progress) -> PosePlan:
     """Choose poses by D-optimal exchange, and order them.
 
     Raises:
@@ -65,9 +64,9 @@ def plan_poses(
     if not 2 <= count <= CANDIDATES // 2:
         raise InputError(f"-n {count}: must be 2 to {CANDIDATES // 2} poses")
     theta = _candidate_poses(robot, model, nodes, site, count)
-    progress("candidates", 0.2)
+    progress(stages.CANDIDATES, 0.2)
     A = _jacobians(model, nodes, site, theta)
-    progress("slopes", 0.4)
+    progress(stages.SLOPES, 0.4)
     prior = np.concatenate(
         [np.ones(len(model.parameters)), np.full(A.shape[2] - len(model.parameters), FRAME_PRECISION)]
     )
@@ -190,7 +189,7 @@ def _jacobians(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
     return np.asarray(linear.A.reshape(len(theta), -1, linear.A.shape[2]) / site.noise)
 
 
-def _exchange(A: Array, prior: Array, count: int, progress: Callable[[str, float], None]) -> IntArray:
+def _exchange(A: Array, prior: Array, count: int, progress: Progress) -> IntArray:
     """Candidates that maximise log det of the information, (count,)."""
     size = A.shape[1]
     C = np.diag(1 / prior)
@@ -199,7 +198,7 @@ def _exchange(A: Array, prior: Array, count: int, progress: Callable[[str, float
         best = _best_candidate(A, C, selected)
         C = _covariance_with(C, A[best], size)
         selected.append(best)
-    progress("exchange", 0.6)
+    progress(stages.EXCHANGE, 0.6)
     for exchange in range(EXCHANGES):
         changed = False
         for k in range(count):
@@ -212,7 +211,7 @@ def _exchange(A: Array, prior: Array, count: int, progress: Callable[[str, float
             if best != replaced and gain > old_gain + 1e-9:
                 selected[k], changed = best, True
                 C = _covariance_with(without, A[best], size)
-        progress("exchange", 0.6 + 0.3 * (exchange + 1) / EXCHANGES)
+        progress(stages.EXCHANGE, 0.6 + 0.3 * (exchange + 1) / EXCHANGES)
         if not changed:
             break
     return np.array(selected)

@@ -10,11 +10,13 @@ import numpy as np
 from compgen.compensation.arc_fit import FittedMoves
 from compgen.compensation.problem import Problem
 from compgen.compensation.solution import Solution
+from compgen.core import stages
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, frozen
 from compgen.core.codes import Code, Level
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
+from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.pipelines.job_results import DenseCorrection, Planned
 from compgen.pipelines.kept_waypoints import at_waypoints
@@ -63,7 +65,7 @@ def time_corrected(planned: Planned, solution: Solution, progress: Progress) -> 
     feed = planned.feed * path.pace
 
     def tell(share: float) -> None:
-        progress("final timing", share)
+        progress(stages.FINAL_TIMING, share)
 
     if planned.dense is None:
         return retiming.retime(robot, path.arc, solution.theta, path.stop, feed, tell, lines=True)

@@ -11,12 +11,14 @@ from compgen.compensation import limits, optimise, simplify
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solver
 from compgen.compensation.solution import Solution
+from compgen.core import stages
 from compgen.core.arrays import Array, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
+from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
@@ -74,7 +76,7 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool 
         TwinError: The twin cannot drive it.
     """
     planned = _plan(job, progress, date, pages)
-    progress("twin before", 0.0)
+    progress(stages.TWIN_BEFORE, 0.0)
     off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
     findings = (
@@ -102,7 +104,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching_segments(path))
         return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
-    progress("twin before", 0.0)
+    progress(stages.TWIN_BEFORE, 0.0)
     twin_result = run_in_background(drive_uncorrected, len(theta))
     notes = [
         Finding(Level.WARNING, Code.THERMAL_BOX, text)
@@ -159,7 +161,7 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
     solution = motion_predistortion.from_targets(solution, problem, path)
     feed = planned.feed * path.pace
     trajectory = arc_moves.time_corrected(planned, solution, progress)
-    progress("text", 0.0)
+    progress(stages.TEXT, 0.0)
     window = start_window(planned, solution.theta)
     driven = planned.driven(solution.theta, problem.direction_state)
     band = band_along(driven, late_start(job, window))
@@ -170,7 +172,7 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
     text = delivered.program
     prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
     written = read_motion(prepared, np.diff(path.arc), feed, touching_segments(path))
-    after_stage = partial(progress, "twin after")
+    after_stage = partial(progress, stages.TWIN_AFTER)
     averaged = None
     if job.ensemble is not None:
         motion = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
@@ -188,9 +190,9 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
         deviation = averaged.worst
     else:
         deviation = deviation_from_path(path, prepared.chunks(after_stage), prepared.sample_count)
-    progress("cross flight", 0.0)
+    progress(stages.CROSS_FLIGHT, 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
-    drawn = fly_draws(driven, prepared, deviation, late_start(job, window), lambda share: progress("draws", share))
+    drawn = fly_draws(driven, prepared, deviation, late_start(job, window), lambda share: progress(stages.DRAWS, share))
     verdict = [
         *judge(deviation, job.bounds),
         *own_file_findings(job, path, deviation),
@@ -265,25 +267,25 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     if job.settings.margin:
         open_yet = planned.band_of_plan()
         problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)
-    solution = optimise.optimise(problem, job.settings, _stage(progress, "correction", job.settings))
+    solution = optimise.optimise(problem, job.settings, _stage(progress, stages.CORRECTION, job.settings))
     if not solution.status.is_legal:
         raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
     limited = job_findings.limited(solution)
     arcs = job.plan.process.arcs
     if job.plan.process.thin is not None and not arcs:
-        progress("thinning", 0.0)
+        progress(stages.THINNING, 0.0)
         planned, solution = _thinned(planned, solution, job.plan.process.thin)
         problem = problem.window(planned.rows)
     if reversal_widths(job.sources) is not None:
-        progress("correction of the text's directions", 0.0)
+        progress(stages.DIRECTIONS, 0.0)
         problem = replace(problem, direction_state=_written_directions(problem, solution, planned))
-        stage = _stage(progress, "correction of the text's directions", job.settings)
+        stage = _stage(progress, stages.DIRECTIONS, job.settings)
         solution = optimise.optimise(problem, job.settings, stage)
         if not solution.status.is_legal:
             raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
         limited = job_findings.limited(solution)
     if arcs:
-        progress("arcs", 0.0)
+        progress(stages.ARCS, 0.0)
         moves = arc_moves.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
         planned, problem, solution = arc_moves.with_arcs(planned, problem, solution, moves)
     return planned, problem, solution, limited
@@ -311,11 +313,11 @@ def _written_directions(problem: Problem, solution: Solution, planned: Planned) 
     return direction_states(reversal_widths(job.sources), theta, printed.position, start)
 
 
-def _stage(progress: Progress, name: str, settings: Settings) -> Callable[[float], None]:
+def _stage(progress: Progress, stage: RunStage, settings: Settings) -> Callable[[float], None]:
     """Tells a stage's share; of ipopt, which takes minutes, in words as well."""
     if settings.solver is Solver.IPOPT:
-        return lambda share: progress(f"{name}: ipopt {share:.0%}", share)
-    return lambda share: progress(name, share)
+        return lambda share: progress(RunStage(stage, f"ipopt {share:.0%}", is_even=False), share)
+    return lambda share: progress(stage, share)
 
 
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:

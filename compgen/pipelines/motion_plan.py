@@ -11,10 +11,11 @@ import numpy as np
 
 from compgen import fanuc
 from compgen.compensation import refinement, simplify
+from compgen.core import stages
 from compgen.core.arrays import Array
 from compgen.core.exceptions import ImpossibleError, naming_file
-from compgen.core.findings import Progress
 from compgen.core.pose import Pose
+from compgen.core.stages import Progress, RunStage
 from compgen.core.units import DEG
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
@@ -68,7 +69,7 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
         InputError: The path cannot be laid; names the path file.
         ImpossibleError: The robot cannot drive it.
     """
-    progress("path", 0.0)
+    progress(stages.PATH, 0.0)
     robot, nodes, tool, process = cell.robot, len(cell.heat.names), program.tool, program.process
     model = build_error_model(robot, cell.sources, nodes, tool.pose)
     feed = fanuc.writable_speed(feed)
@@ -89,7 +90,7 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
         path, theta = refinement.refine(
             robot, program.posture, tool.pose, sources=cell.sources, model=model, path=path, feed=feed, layout=layout
         )
-        progress(f"path: {len(theta)} waypoints", 1.0)
+        progress(RunStage(stages.PATH, waypoints=len(theta)), 1.0)
         page_stops, payload = None, tool.payload is not None
         if pages and process.arcs:
             page_stops = page_stops_of_arcs(robot, process, path, theta, feed, nodes, payload)
@@ -97,11 +98,11 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
             page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part, payload)
         if page_stops is not None:
             path = replace(path, stop=page_stops.stop)
-        progress("timing", 0.0)
+        progress(stages.TIMING, 0.0)
         followed = without_period(robot) if process.arcs else robot
         trajectory = retiming.retime(
             followed.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
-            lambda share: progress("timing", share), lines=not process.arcs,
+            lambda share: progress(stages.TIMING, share), lines=not process.arcs,
         )  # fmt: skip
     return MotionPlan(feed=feed, path=path, page_stops=page_stops, model=model, theta=theta, trajectory=trajectory)
 

@@ -8,11 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.arrays import Array
 from compgen.core.codes import Level
-from compgen.core.findings import Progress
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
+from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import pose_numbers
@@ -50,7 +51,7 @@ def offsets_of_job(job: Job, progress: Progress) -> Offsets:
     planned, corrected = generate.generate(job, progress)
     uframe = IDENTITY if job.frame is None else job.frame.register
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
-    progress("offsets", 0.0)
+    progress(stages.OFFSETS, 0.0)
     numbers = best_offsets(_errors_of(planned, uframe, program), uframe)
     flown = [
         Offset(kind, values, _left(_fly(planned, moved(program, uframe, kind, values)))) for kind, values in numbers

@@ -5,11 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
+from compgen.core.stages import Progress
 from compgen.core.units import MM, UM
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
 from compgen.identification.touch_planning import TouchPlan, plan_touches
@@ -84,7 +86,7 @@ def plan_path_touches(
     targets, place_sigma, notes = targets_of(artefact, frame[1], centres)
     probe = Probe(Pose(artefact.probe, np.eye(3)), artefact.probe_diameter / 2)
     path = path_places(job, PLACES)
-    progress("touches in reach", 0.0)
+    progress(stages.TOUCHES_IN_REACH, 0.0)
     near = path.theta[len(path.theta) // 2]
     ways = reachable_ways(job.robot, job.posture, near, targets, probe, search, centres)
     notes += unreached(artefact, targets, ways)
@@ -93,7 +95,7 @@ def plan_path_touches(
             f"{artefact.source}: {len(ways.target)} ways to touch {', '.join(targets.name)} are in the arm's reach in "
             f"the program's posture, -n {count} asks for more; move the artefact, or give fewer"
         )
-    progress("touches that tell most", 0.3)
+    progress(stages.TOUCHES_THAT_TELL, 0.3)
     model = touch_model(job, artefact, targets, place_sigma, probe, ways, path)
     H = model.rows if centres else np.einsum("ki,kiq->kq", ways.normal, model.rows)[:, None]
     noise = np.broadcast_to(sigma**2 * np.eye(H.shape[1]), (len(H), H.shape[1], H.shape[1]))

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.arrays import Array, IntArray, step_lengths
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
+from compgen.core.stages import Progress
 from compgen.core.units import MM
 from compgen.fanuc.program import Program
 from compgen.pipelines import generate
@@ -73,7 +75,7 @@ def fly_written(
         )
     planned = generate.predict(job, progress)
     rows, path = _positions_of(job, planned.path, program)
-    progress("twin after", 0.0)
+    progress(stages.TWIN_AFTER, 0.0)
     prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
     worst: tuple[Start, Deviation] | None = None
     for start in [Start()] if job.ensemble is None else starts_to_fly(job.ensemble):
@@ -121,7 +123,7 @@ def _draws(
     driven = DrivenProgram(
         job=job, model=planned.model, path=path, theta=prepared.theta, time=time, rise=planned.rise[rows], motion=motion
     )
-    return fly_draws(driven, prepared, deviation, late, lambda share: progress("draws", share))
+    return fly_draws(driven, prepared, deviation, late, lambda share: progress(stages.DRAWS, share))
 
 
 def _fly(job: Job, path: ToolPath, prepared: PreparedProgram, start: Start) -> Deviation:

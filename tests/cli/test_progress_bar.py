@@ -11,6 +11,8 @@ from ls_text import cartesian, program
 from shipped import ROOT, path_file
 
 from compgen.cli import progress_bar
+from compgen.core import stages
+from compgen.core.stages import RunStage
 from compgen.fanuc.frames import default_frames
 from compgen.pipelines import correct, generate
 from compgen.pipelines.path_file import load_job
@@ -25,9 +27,8 @@ def reports_of(work):
 
 
 def rising(weights, reports):
-    names = [stage.partition(":")[0] for stage, _ in reports]
-    assert set(names) <= set(weights)
-    shares = [progress_bar.overall_share(weights, name, share) for name, (_, share) in zip(names, reports, strict=True)]
+    assert {stage.name for stage, _ in reports} <= set(weights)
+    shares = [progress_bar.overall_share(weights, stage, share) for stage, share in reports]
     assert all(b >= a - 1e-12 for a, b in zip(shares, shares[1:], strict=False))
     assert shares[0] == 0
     return shares
@@ -37,11 +38,11 @@ def test_the_stages_of_a_run_are_known_and_their_shares_rise():
     one_draw = "bounds.guaranteed={max_um=1000, share=0.5, confidence=0.5}"
     thin = ["process.thin_um=1.5", "path.stepover_mm=200", one_draw]
     reports = reports_of(lambda progress: generate.generate(load_job(path_file("optic_spiral"), None, thin), progress))
-    assert [name for name in progress_bar.GENERATE if name != "report"] == list(
-        dict.fromkeys(s.partition(":")[0] for s, _ in reports)
+    assert [stage for stage in progress_bar.GENERATE if stage != stages.REPORT] == list(
+        dict.fromkeys(s.name for s, _ in reports)
     )
     assert rising(progress_bar.GENERATE, reports)[-1] > 0.7
-    assert any(re.fullmatch(r"path: \d+ waypoints", stage) for stage, _ in reports)
+    assert any(stage == f"path: {stage.waypoints} waypoints" for stage, _ in reports)
     rising(progress_bar.CHECK, reports)
     rising(progress_bar.PREDICT, reports_of(lambda progress: generate.predict(load_job(path_file("line_x")), progress)))
 
@@ -74,26 +75,42 @@ def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeyp
     clock = [100.0]
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(progress_bar.time, "monotonic", lambda: clock[0])
-    with progress_bar.show_progress(False, {"path": 1, "text": 3}) as progress:
-        progress("path: 1000 waypoints", 0.5)
+    with progress_bar.show_progress(False, {stages.PATH: 1, stages.TEXT: 3}) as progress:
+        progress(RunStage(stages.PATH, waypoints=1000), 0.5)
         clock[0] += 0.9 * progress_bar.DELAY
-        progress("path", 1.0)
+        progress(stages.PATH, 1.0)
     assert capsys.readouterr().err == ""
-    with progress_bar.show_progress(False, {"path": 1, "text": 3}) as progress:
-        progress("path: 1000 waypoints", 1.0)
+    with progress_bar.show_progress(False, {stages.PATH: 1, stages.TEXT: 3}) as progress:
+        progress(RunStage(stages.PATH, waypoints=1000), 1.0)
         clock[0] += 10.0
-        progress("text", 0.0)
-        progress("path", 0.0)
+        progress(stages.TEXT, 0.0)
+        progress(stages.PATH, 0.0)
     shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capsys.readouterr().err)
     assert "25 %" in shown
     assert "25 waypoints/s" in shown
     assert "30 s left" in shown
 
 
+def test_what_a_stage_is_at_is_shown_and_no_time_left_where_its_share_is_uneven(monkeypatch, capsys):
+    clock = [100.0]
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(progress_bar.time, "monotonic", lambda: clock[0])
+    for stage, words in (
+        (RunStage(stages.CORRECTION, "ipopt 50%", is_even=False), ["correction: ipopt 50%", "time left: ?"]),
+        (RunStage(stages.FIT, "12 waypoints"), ["fit: 12 waypoints", "10 s left"]),  # a name that counts nothing
+    ):
+        with progress_bar.show_progress(False) as progress:
+            clock[0] += 10.0
+            progress(stage, 0.5)
+        shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capsys.readouterr().err)
+        assert all(word in shown for word in words)
+        assert "waypoints/s" not in shown
+
+
 def test_quiet_shows_no_bar_on_a_terminal_either(monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with progress_bar.show_progress(True, {"path": 1}, delay=0.0) as progress:
-        progress("path", 0.5)
+    with progress_bar.show_progress(True, {stages.PATH: 1}, delay=0.0) as progress:
+        progress(stages.PATH, 0.5)
     assert capsys.readouterr().err == ""
 
 

@@ -7,9 +7,10 @@ from functools import partial
 import numpy as np
 
 from compgen import __version__
+from compgen.core import stages
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Progress
+from compgen.core.stages import Progress
 from compgen.core.units import MM
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
@@ -75,7 +76,7 @@ def correct(
             compgen's mark; with ``strict``, a statement cannot be corrected.
         TwinError: The proof cannot be made.
     """
-    progress("reading", 0.0)
+    progress(stages.READING, 0.0)
     cell = replace(cell, unlikely=(*cell.unlikely, *frames.unlikely))
     planned = program = loads(data)
     around = Surroundings(frames, registers or {}, called_programs(program, find_program))
@@ -133,7 +134,7 @@ def _plan_correction(
         free=scope.free,
         before=before,
         settings=options.settings,
-        progress=lambda share: progress("correction", share),
+        progress=lambda share: progress(stages.CORRECTION, share),
         ensemble=options.ensemble,
     )
     free = scope.free.copy()
@@ -240,21 +241,21 @@ def _write_and_verify(
         elif options.remark:
             written, mark = insert_remark(written, marking_remark(__version__)), Mark.REMARK
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
-    progress("twin before", 0.0)
+    progress(stages.TWIN_BEFORE, 0.0)
     new_poses = around.poses(written, cell.robot)
     still = around.called.motionless
     new_drive = measure_reach(cell.robot, new_poses, read_traversal(written, new_poses, cell.robot, still))
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
     arcs = drive.circular & new_drive.circular
     drives = replace(drive, beyond=beyond, circular=arcs), replace(new_drive, beyond=beyond, circular=arcs)
-    before_stage, after_stage = (partial(progress, f"twin {side}") for side in ("before", "after"))
+    before_stage, after_stage = (partial(progress, stage) for stage in (stages.TWIN_BEFORE, stages.TWIN_AFTER))
     planned_execution = execute_program(cell, poses, drives[0], before, before_stage)
     station, fraction = planned_execution.station, planned_execution.fraction
     target = interpolate_poses(poses, drive, station, fraction)
     moved = plan.free & shared.changed[poses.first[drive.pose]] if len(poses.row) else plan.free
     judged = moved[station] & np.where(fraction < 1, moved[drive.origin[station]], True)
     length = sample_lengths(cell.robot, poses, drive, station, fraction, judged)
-    progress("twin after", 0.0)
+    progress(stages.TWIN_AFTER, 0.0)
     fly = partial(execute_program, cell, new_poses, drives[1], before, after_stage)
     if options.ensemble is None:
         execution, served = fly(), None

@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
+from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import NONE
 from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach
@@ -63,7 +65,7 @@ def offsets_of_program(
         find_program=find_program,
         registers=registers,
     )
-    progress("offsets", 0.0)
+    progress(stages.OFFSETS, 0.0)
     poses, drive = full.plan.poses, full.plan.drive
     station, fraction = full.execution.station, full.execution.fraction
     target = interpolate_poses(poses, drive, station, fraction)

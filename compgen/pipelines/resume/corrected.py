@@ -24,9 +24,10 @@ from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
+from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, KB, MM, UM
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked

@@ -16,10 +16,12 @@ from functools import partial
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.arrays import BoolArray, row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
+from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc import Program
@@ -91,9 +93,9 @@ def resume(
     job, path = planned.job, planned.path
     feed = planned.feed * path.pace
     trajectory = retiming.retime(
-        job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, "final timing"), lines=True
+        job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, stages.FINAL_TIMING), lines=True
     )
-    progress("text", 0.0)
+    progress(stages.TEXT, 0.0)
     firsts = np.array([p.first - page.first for p in written.pages[from_page - 1 :]], dtype=np.int64)
     windows = start_windows(planned, solution.theta, firsts)
     since = beginning.clock - whole.job.clock
@@ -105,7 +107,7 @@ def resume(
     gap = gap_between(lead, interpret(pages[page.file])) if lead is not None else 0.0
     text = prove_pages(lead, pages, meant, gap)
     prepared = prepared_rest(job, text, lead)
-    deviation = deviation_from_path(path, prepared.chunks(partial(progress, "twin after")), prepared.sample_count)
+    deviation = deviation_from_path(path, prepared.chunks(partial(progress, stages.TWIN_AFTER)), prepared.sample_count)
     join = _join(planned, page.name, gap, lead, deviation) if lead is not None else None
     results = _page_results(written, from_page, planned, pages, deviation, prepared)
     verdict = (

@@ -10,7 +10,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Progress
+from compgen.core.stages import Progress
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.fanuc.paging.stops import PageStops

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.findings import Progress
+from compgen.core.stages import Progress
 from compgen.pipelines import generate
 from compgen.pipelines.averaging import planned_rises
 from compgen.pipelines.job import Job

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Progress
+from compgen.core.stages import Progress
 from compgen.core.toml import brief_value, toml_value
 
 MAX_WORKERS = 64

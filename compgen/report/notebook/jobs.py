@@ -6,8 +6,9 @@ from typing import Any
 
 from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import DEFAULT_DATE, checked_date
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.sealed import RESULT, seal
+from compgen.core.stages import Progress
 from compgen.pipelines import generate as pipeline
 from compgen.pipelines.averaging import Averaged
 from compgen.pipelines.job import Job

@@ -8,8 +8,9 @@ from typing import Any
 
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError, naming_file
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.sealed import RESULT, seal
+from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.fanuc import LsProgram, loads
 from compgen.pipelines import correct as pipeline

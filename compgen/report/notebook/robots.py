@@ -7,9 +7,10 @@ from typing import Any
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
 from compgen.core.sealed import RESULT, seal
+from compgen.core.stages import Progress
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
 from compgen.pipelines.identification_files import MeasurementFiles, identified_texts, read_measurements

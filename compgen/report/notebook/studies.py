@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core import stages
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Progress
 from compgen.core.sealed import RESULT, seal
+from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.core.units import UM
 from compgen.pipelines.job import Job
@@ -182,9 +183,9 @@ def _rows(grid: Study, workers: int, progress: Progress) -> list[Row]:
 
     def keep(new: list[Row]) -> None:
         rows.extend(new)
-        progress("scenarios", len(rows) / len(grid.scenarios))
+        progress(stages.SCENARIOS, len(rows) / len(grid.scenarios))
 
-    progress("scenarios", 0.0)
+    progress(stages.SCENARIOS, 0.0)
     run(grid, set(), keep, workers)
     return sorted(rows, key=lambda row: row["index"])
 
