@@ -11,9 +11,10 @@ from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.ownership import check_own_file, read_record
+from compgen.cli.ownership import check_own_file, command_in
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 
@@ -56,13 +57,13 @@ def anchor(
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")
     target = opt.toml_file(output, Path("outputs") / f"{Path(path).stem}_anchor" / STATE, "state's")
-    check_own_file("-o", str(target), b"as cgen anchor wrote it", "anchor")
+    check_own_file("-o", str(target), b"as cgen anchor wrote it", Command.ANCHOR)
     folder = None if html is None else Path(html)
     options = page_options(folder or target.parent, assets if folder else Assets.INLINE, date)
     if folder is not None:
         opt.output_folder(path, html)
         for name in (PAGE, RECORD):
-            if (folder / name).exists() and "anchored_state" not in read_record(folder / RECORD):
+            if (folder / name).exists() and command_in(folder / RECORD) is not Command.ANCHOR:
                 raise InputError(f"--html {folder}: {name} in it is not what cgen anchor wrote; give another folder")
     use_cores(workers)
     result = anchor_files(

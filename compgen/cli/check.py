@@ -15,6 +15,7 @@ from compgen.cli.messages import outcome_words, print_error, print_note_once, pr
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import write_file
 from compgen.core import interrupts
+from compgen.core.commands import Command
 
 Judge = Callable[[str], tuple[dict[str, Any], str]]  # the report of a path, and why it is not inside
 
@@ -70,7 +71,8 @@ def check(
         if alone:
             judged.append((planned, corrected))
         broken = first_message(Level.OUTSIDE, corrected.findings)
-        return job_summary(planned, corrected), f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
+        summary = job_summary(planned, corrected) | {"command": Command.CHECK}
+        return summary, f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
 
     outcomes = judge_all(names, judge, junit)
     worst = max(outcome.code or 0 for outcome in outcomes)

@@ -17,6 +17,7 @@ from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files,
 from compgen.cli.publish import publish
 from compgen.core import stages
 from compgen.core.codes import Level
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.findings import first_message
@@ -160,6 +161,13 @@ def _restore(source: Path, content: bytes, folder: Path, as_json: bool, quiet: b
     check_restored(folder, source.name, planned)
     publish(folder, {source.name: planned}, {})
     if as_json:
-        print_record({"restored": source.name, "folder": str(folder), "sha256": sha256(planned).hexdigest()})
+        print_record(
+            {
+                "command": Command.CORRECT,
+                "restored": source.name,
+                "folder": str(folder),
+                "sha256": sha256(planned).hexdigest(),
+            }
+        )
     elif not quiet:
         sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")

@@ -9,6 +9,7 @@ import typer
 from compgen.cli import options as opt
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_writable, write_file
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 
@@ -33,7 +34,7 @@ def export_robot(
         raise InputError(f"-o {output}: ends in neither .urdf nor .json; name the file so")
     if output is not None:
         check_writable(Path(output).absolute().parent)
-        check_own_file("-o", output, b'"rise_K"' if kind == ".json" else b"as its robot file knows it", "export-robot")
+        check_own_file("-o", output, None if kind == ".json" else b"as its robot file knows it", Command.EXPORT_ROBOT)
     exported = export_arm(robot, rises)
     facts = exported.arm.robot
     record = json_text(export_record(facts, exported.chain, exported.rise_K, Path(exported.arm.source).name))

@@ -10,6 +10,7 @@ import typer
 from compgen.cli import options as opt
 from compgen.cli.messages import print_record
 from compgen.cli.publish import check_writable, write_file
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 
 KINDS = ("robots", "paths")
@@ -37,7 +38,7 @@ def init(
     if urdf is not None:
         target = _from_urdf(Path(folder), urdf, j3 == "coupled")
         if as_json:
-            print_record({"written": [str(target)], "kept": []})
+            print_record({"command": Command.INIT, "written": [str(target)], "kept": []})
         elif not quiet:
             sys.stdout.write(f"wrote {target}; what is [assumed] in it you know better\n")
         return
@@ -53,7 +54,7 @@ def init(
     _lay_down(of_tutorial, Path(folder), written, kept)
     robots, paths = (Path(folder) / kind for kind in KINDS)
     if as_json:
-        print_record({"written": written, "kept": kept})
+        print_record({"command": Command.INIT, "written": written, "kept": kept})
     elif not quiet:
         sys.stdout.write(f"{count} files laid down in {robots} and {paths}; files already there are kept\n")
         if of_tutorial:

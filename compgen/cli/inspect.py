@@ -8,6 +8,7 @@ import typer
 from compgen.cli import options as opt
 from compgen.cli.completion import complete_robots
 from compgen.cli.messages import print_record
+from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 
 
@@ -51,6 +52,6 @@ def inspect(
     if report["mark"] == Mark.NONE and provenance_beside(Path(program), content):
         report["mark"] = Mark.RECORD.value
     if as_json:
-        print_record(report)
+        print_record({"command": Command.INSPECT, **report})
     elif not quiet:
         show_program(report)

@@ -10,6 +10,7 @@ from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.messages import print_record
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import publish
+from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 
 RECORD, PICTURE = "robot.json", "zero.svg"
@@ -30,8 +31,8 @@ def inspect_robot(
 
     arm = load_arm(robot)
     folder = opt.output_folder(f"{arm.robot.name}_inspect", output)
-    check_own_file("-o", str(folder / RECORD), b'"inspected_robot"', "inspect-robot")
-    check_own_file("-o", str(folder / PICTURE), b"<svg", "inspect-robot")
+    check_own_file("-o", str(folder / RECORD), None, Command.INSPECT_ROBOT)
+    check_own_file("-o", str(folder / PICTURE), b"<svg", Command.INSPECT_ROBOT)
     sheet = robot_sheet(arm)
     record = sheet_record(sheet)
     files = {RECORD: json_text(record), PICTURE: zero_svg(sheet).encode()}

@@ -6,6 +6,7 @@ from pathlib import Path
 from compgen.cli.ownership import check_job_folder, check_planned_program, resume_files
 from compgen.cli.publish import publish
 from compgen.core import stages
+from compgen.core.commands import Command
 from compgen.core.stages import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines.job import Job
@@ -13,10 +14,10 @@ from compgen.pipelines.planned_delivery import COMMENT, planned_name_of
 from compgen.pipelines.program_text import program_name_of
 
 
-def check_folder(folder: Path, command: str, job: Job) -> None:
+def check_folder(folder: Path, command: Command, job: Job) -> None:
     """Raises InputError when a job's files would replace what another command, or a run of another job, has written."""
     check_job_folder(folder, command, job.name, f"{program_name_of(job)}.LS")
-    if command == "predict":
+    if command is Command.PREDICT:
         check_planned_program(folder, f"{planned_name_of(job)}.LS", COMMENT)
 
 

@@ -10,6 +10,7 @@ from compgen.cli.messages import outcome_words, print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
 from compgen.core import stages
 from compgen.core.codes import Level
+from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import first_message
 from compgen.core.number_text import beyond_text
@@ -61,7 +62,7 @@ def generate(
     with show_progress(quiet or as_json, GENERATE) as progress, naming_lift(lift):
         job = load_job(path, robot, changes)
         job = job if lift is None else lifted(job, lift)
-        check_folder(folder, "generate", job)
+        check_folder(folder, Command.GENERATE, job)
         of_page = page_options(folder, assets, date)
         in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(job, progress, in_header, pages)
@@ -122,7 +123,7 @@ def predict(
     changes = opt.with_state(path, opt.with_bound(overrides, max_um), state, state_age)
     with show_progress(quiet or as_json, PREDICT) as progress:
         job = load_job(path, robot, changes)
-        check_folder(folder, "predict", job)
+        check_folder(folder, Command.PREDICT, job)
         of_page = page_options(folder, assets, date)
         planned = pipeline.predict(job, progress)
         programs: dict[str, bytes] = {}

@@ -14,6 +14,7 @@ from typing import Any
 
 from compgen.cli.figure_files import earlier_figures
 from compgen.cli.publish import check_writable
+from compgen.core.commands import Command, command_of
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, POSTERIOR, read_regular
 
@@ -25,7 +26,7 @@ RESUME_FILES = ("resume.json", "resume.html")
 _PROGRAM_LINE = re.compile(rb"^/PROG[ \t]+([A-Za-z0-9_-]+)", re.MULTILINE)
 
 
-def check_job_folder(folder: Path, command: str, name: str, program: str) -> None:
+def check_job_folder(folder: Path, command: Command, name: str, program: str) -> None:
     """Raises InputError when a folder has files that ``generate`` or ``predict`` of a path would replace wrongly.
 
     Args:
@@ -34,7 +35,7 @@ def check_job_folder(folder: Path, command: str, name: str, program: str) -> Non
         name: The job's.
         program: The file of its program.
     """
-    is_own = command == "generate" and _contains(folder / program, b'= "compgen ')
+    is_own = command is Command.GENERATE and _contains(folder / program, b'= "compgen ')
     _check_report(folder, command, name, () if is_own else (program, "report.html", "waypoints.csv"))
     if not is_own:
         _check_foreign(folder, command, [program])
@@ -49,7 +50,7 @@ def check_planned_program(folder: Path, program: str, comment: str) -> None:
         comment: In the header of what ``predict`` writes.
     """
     if not _contains(folder / program, f'= "{comment}"'.encode()):
-        _check_foreign(folder, "predict", [program])
+        _check_foreign(folder, Command.PREDICT, [program])
 
 
 def check_correction_folder(folder: Path, content: bytes, program: str, provenance: str) -> None:
@@ -63,26 +64,25 @@ def check_correction_folder(folder: Path, content: bytes, program: str, provenan
     """
     match = _PROGRAM_LINE.search(content, 0, 4000)
     name = match[1].decode("ascii") if match else Path(program).stem
-    _check_report(folder, "correct", name, ("report.html", "positions.csv"))
+    _check_report(folder, Command.CORRECT, name, ("report.html", "positions.csv"))
     if not os.path.lexists(folder / provenance):
-        _check_foreign(folder, "correct", [program])
+        _check_foreign(folder, Command.CORRECT, [program])
 
 
 def check_heat_folder(folder: Path, name: str) -> None:
     """Raises InputError when a folder has files that ``heat`` of a path, ``name`` the job's, would replace wrongly."""
-    _check_record(folder, "heat", name, HEAT, "rise_K", ("heat.csv", "heat.html", "runs.csv"))
+    _check_record(folder, Command.HEAT, name, HEAT, ("heat.csv", "heat.html", "runs.csv"))
 
 
 def check_compare_folder(folder: Path) -> None:
     """Raises InputError when a folder has files that ``compare`` would replace and has not written."""
-    record = read_record(folder / COMPARE)
-    if not {"kind", "a", "b", "equal"} <= set(record):
-        _check_foreign(folder, "compare", [COMPARE, "compare.html"])
+    if command_in(folder / COMPARE) is not Command.COMPARE:
+        _check_foreign(folder, Command.COMPARE, [COMPARE, "compare.html"])
 
 
 def check_executed_folder(folder: Path, name: str) -> None:
     """Raises InputError when a folder has files that ``executed`` of a program would replace wrongly."""
-    _check_record(folder, "executed", name, EXECUTED, "covered", ("executed.html", "executed.csv"))
+    _check_record(folder, Command.EXECUTED, name, EXECUTED, ("executed.html", "executed.csv"))
 
 
 def check_restored(folder: Path, program: str, planned: bytes) -> None:
@@ -96,7 +96,7 @@ def check_pages_folder(folder: Path, files: set[str], own_names: set[str]) -> No
     """Raises InputError when a folder has files that ``pages`` would replace and has not written."""
     if os.path.lexists(folder / REPORT):
         raise _refusal(folder, f"it holds the {REPORT} of another command;")
-    _check_foreign(folder, "pages", sorted(files - own_names))
+    _check_foreign(folder, Command.PAGES, sorted(files - own_names))
 
 
 def check_planned_poses(folder: Path, program: str, reversals: str) -> None:
@@ -108,9 +108,9 @@ def check_planned_poses(folder: Path, program: str, reversals: str) -> None:
         reversals: The file that drives to those of the reversal runs.
     """
     if not _contains(folder / program, b'= "poses to measure"'):
-        _check_foreign(folder, "plan-poses", [program, "poses.csv", "expected.csv"])
+        _check_foreign(folder, Command.PLAN_POSES, [program, "poses.csv", "expected.csv"])
     if not _contains(folder / reversals, b'= "reversal runs"'):
-        _check_foreign(folder, "plan-poses", [reversals, "reversals.csv"])
+        _check_foreign(folder, Command.PLAN_POSES, [reversals, "reversals.csv"])
     for name in ("poses.csv", "reversals.csv"):
         if not all(row.endswith(b",,,") for row in _rows_in(folder / name)):
             raise _refusal(folder, f"{name} in it has measurements; move it away, or")
@@ -125,8 +125,8 @@ def check_planned_touches(folder: Path, program: str, record: str, table: str) -
         record: What was planned.
         table: What the shop fills in.
     """
-    if "planned_touches" not in read_record(folder / record):
-        _check_foreign(folder, "plan-touches", [program, record, table])
+    if command_in(folder / record) is not Command.PLAN_TOUCHES:
+        _check_foreign(folder, Command.PLAN_TOUCHES, [program, record, table])
     if not all(row.startswith(b",") for row in _rows_in(folder / table)):
         raise _refusal(folder, f"{table} in it has touches that were made; move it away, or")
 
@@ -144,20 +144,20 @@ def _rows_in(table: Path) -> list[bytes]:
 def check_identified(target: Path) -> None:
     """Raises InputError when a robot file, or a report beside it, is there that ``identify`` has not written."""
     marked = {target: b"\n[identified]", target.with_suffix(POSTERIOR): b'"correlation"'}
-    _check_robot_files(target, "identify", marked, {"held_out_um"})
+    _check_robot_files(target, Command.IDENTIFY, marked)
 
 
 def check_identified_motion(target: Path) -> None:
     """Raises InputError when a robot file, or a report beside it, is there that ``identify-motion`` has not written."""
-    _check_robot_files(target, "identify-motion", {target: b"[motion.identified]"}, {"motion", "tried"})
+    _check_robot_files(target, Command.IDENTIFY_MOTION, {target: b"[motion.identified]"})
 
 
-def _check_robot_files(target: Path, command: str, marked: Mapping[Path, bytes], keys: set[str]) -> None:
-    """Raises InputError for a file without the marker that its command writes, or a report without its keys."""
+def _check_robot_files(target: Path, command: Command, marked: Mapping[Path, bytes]) -> None:
+    """Raises InputError for a file without the marker that its command writes, or a report of another command."""
     foreign = [file for file, marker in marked.items() if not _contains(file, marker, MOST_TABLE_BYTES)]
     for stem in (target.stem, f"{target.stem}_refused"):
         report, page = target.with_name(f"{stem}.json"), target.with_name(f"{stem}.html")
-        foreign += [] if keys <= set(read_record(report)) else [report, page]
+        foreign += [] if command_in(report) is command else [report, page]
     for file in foreign:
         if os.path.lexists(file):
             raise InputError(
@@ -172,28 +172,29 @@ def check_file(option: str, name: str) -> None:
     check_writable(Path(name).absolute().parent)
 
 
-def check_own_file(option: str, name: str, marker: bytes, command: str) -> None:
+def check_own_file(option: str, name: str, marker: bytes | None, command: str) -> None:
     """Raises InputError when a file cannot be written, or is there and is neither empty nor of the command's kind.
 
     Args:
         option: That names it.
         name: As typed.
-        marker: What the first bytes of a file of the command's kind hold.
+        marker: What the first bytes of a file of the command's kind hold; None of its record.
         command: That writes it.
     """
     check_file(option, name)
-    if os.path.isfile(name) and Path(name).stat().st_size and not _contains(Path(name), marker):
+    is_own = command_in(Path(name)) == command if marker is None else _contains(Path(name), marker)
+    if os.path.isfile(name) and Path(name).stat().st_size and not is_own:
         raise InputError(f"{name}: it is there and not what cgen {command} wrote; move it away, or give another file")
 
 
 def resume_files(folder: Path) -> set[str]:
     """The reports of ``resume`` in a folder and their figures, which go with the pages that they are of."""
-    if "from_page" not in read_record(folder / RESUME_FILES[0]):
+    if command_in(folder / RESUME_FILES[0]) is not Command.RESUME:
         return set()
     return {*RESUME_FILES, *earlier_figures(folder / RESUME_FILES[1])}
 
 
-def _check_report(folder: Path, command: str, name: str, others: Iterable[str]) -> None:
+def _check_report(folder: Path, command: Command, name: str, others: Iterable[str]) -> None:
     """Raises InputError for the report of another command or job, or for ``others`` that no report vouches for."""
     if not os.path.lexists(folder / REPORT):
         _check_foreign(folder, command, others)
@@ -205,19 +206,19 @@ def _check_report(folder: Path, command: str, name: str, others: Iterable[str]) 
         raise _refusal(folder, f"it holds what cgen {author[0]} wrote about {author[1][:40]};")
 
 
-def _check_record(folder: Path, command: str, name: str, record_file: str, key: str, others: Iterable[str]) -> None:
+def _check_record(folder: Path, command: Command, name: str, record_file: str, others: Iterable[str]) -> None:
     """Raises InputError for a record that the command has not written, or about another; or for ``others`` alone."""
     if not os.path.lexists(folder / record_file):
         _check_foreign(folder, command, others)
         return
     record = read_record(folder / record_file)
-    if key not in record:
+    if command_of(record) is not command:
         _check_foreign(folder, command, [record_file])
     if record.get("name") != name:
         raise _refusal(folder, f"it holds what cgen {command} wrote about {str(record.get('name'))[:40]!a};")
 
 
-def _check_foreign(folder: Path, command: str, names: Iterable[str]) -> None:
+def _check_foreign(folder: Path, command: Command, names: Iterable[str]) -> None:
     """Raises InputError for the first of some files that is there: nothing says that a command wrote it."""
     foreign = next((name for name in names if os.path.lexists(folder / name)), None)
     if foreign:
@@ -233,17 +234,16 @@ def read_record(file: Path) -> dict[str, Any]:
     return record if isinstance(record, dict) else {}
 
 
+def command_in(file: Path) -> Command | None:
+    """The command that left a record; None where the file holds none."""
+    return command_of(read_record(file))
+
+
 def _author(report: Path) -> tuple[str, str] | None:
-    """The command that wrote a report, and what about; None where no command of these did."""
+    """The command that wrote a report, and what about; None where no command did."""
     record = read_record(report)
-    name, keys = record.get("name"), set(record)
-    if not isinstance(name, str) or not name.isprintable():
-        return None
-    if {"unsafe", "positions"} <= keys:
-        return "correct", name
-    if {"path", "timing"} <= keys:
-        return "predict" if record.get("after") is None else "generate", name
-    return None
+    name, command = record.get("name"), command_of(record)
+    return (command, name) if command and isinstance(name, str) and name.isprintable() else None
 
 
 def _contains(file: Path, marker: bytes, first: int = 400) -> bool:

@@ -12,6 +12,7 @@ from compgen.cli import options as opt
 from compgen.cli.messages import print_record
 from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import read_regular
 
@@ -52,7 +53,7 @@ def pages(
     capacity = controller_capacity(arm)
     if program_size(whole).within(capacity):
         if as_json:
-            print_record({"name": whole.name, "pages": []})
+            print_record({"command": Command.PAGES, "name": whole.name, "pages": []})
         elif not quiet:
             sys.stdout.write(unparted_text(whole))
         return
@@ -63,7 +64,9 @@ def pages(
     manifest_name = f"{paged.name}{MANIFEST_SUFFIX}"
     provenance = provenance_beside(Path(program), content)
     made = {} if provenance is None else {CORRECTED: json.loads(read_regular(provenance))}
-    manifest = manifest_json(paged, capacity, {"planned_sha256": sha256(content).hexdigest(), **made})
+    manifest = manifest_json(
+        paged, capacity, {"command": Command.PAGES, "planned_sha256": sha256(content).hexdigest(), **made}
+    )
     files = {manifest_name: manifest, **paged.files()}
     check_manifest(manifest, files)
     if (main := folder / f"{paged.name}.LS").exists() and main.samefile(program):

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from compgen.cli.console import print_findings, stdout_console
 from compgen.core.arrays import Array
+from compgen.core.commands import Command
 from compgen.core.csv_table import text_cell
 from compgen.core.findings import Finding
 from compgen.identification.model import FreeParameter
@@ -38,6 +39,7 @@ def pose_plan_record(
 ) -> dict[str, Any]:
     """What ``--json`` prints: how well each parameter will be known, the reversal runs, findings, and the files."""
     return {
+        "command": Command.PLAN_POSES,
         "poses": len(plan.theta),
         "reversal_runs": runs,
         "parameters": [

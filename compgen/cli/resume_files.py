@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compgen.cli.figure_files import FigureFormat
-from compgen.cli.ownership import RESUME_FILES, read_record
+from compgen.cli.ownership import RESUME_FILES, command_in
 from compgen.cli.page_options import page_files
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 
@@ -39,7 +40,8 @@ def put_files(
     from compgen.cli.replace_together import replace_together
 
     record = folder / RESUME_FILES[0]
-    foreign = [name for name in RESUME_FILES if (folder / name).exists() and "from_page" not in read_record(record)]
+    is_own = command_in(record) is Command.RESUME
+    foreign = [name for name in RESUME_FILES if (folder / name).exists() and not is_own]
     if foreign:
         raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume or follow wrote; move it away")
     reports = page_files(folder, dict(zip(RESUME_FILES, (report, page), strict=True)), figures, options)

@@ -5,8 +5,9 @@ from itertools import count
 from pathlib import Path
 
 from compgen.cli import study_journal
-from compgen.cli.ownership import read_record
+from compgen.cli.ownership import command_in, read_record
 from compgen.cli.publish import check_writable
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 
 RECORD = "whatif.json"
@@ -65,7 +66,7 @@ def _takes(folder: Path, path: str, identity: str | None, questions: set[str]) -
 def _check_replaceable(folder: Path) -> None:
     """Raises InputError where a file would be replaced that no study has left."""
     files = _files_in(folder)
-    if files and not (study_journal.identity_in(folder) or "study_sha256" in read_record(folder / RECORD)):
+    if files and not (study_journal.identity_in(folder) or command_in(folder / RECORD) is Command.WHATIF):
         raise InputError(
             f"output folder {folder}: {min(files)} in it is not what cgen whatif wrote; move it away, or give another "
             "with -o"

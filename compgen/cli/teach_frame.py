@@ -12,6 +12,7 @@ from compgen.cli.identify import ReferenceOption, Temperatures, UserFrames
 from compgen.cli.messages import print_record
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_names, publish
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 
@@ -45,8 +46,8 @@ def teach_frame(
     target = opt.toml_file(output, Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml", "frame's")
     report = target.with_suffix(".json")
     check_names(target.parent, [report.name])
-    check_own_file("-o", str(target), b"as cgen teach-frame wrote it", "teach-frame")
-    check_own_file("-o", str(report), b'"uframe"', "teach-frame")
+    check_own_file("-o", str(target), b"as cgen teach-frame wrote it", Command.TEACH_FRAME)
+    check_own_file("-o", str(report), None, Command.TEACH_FRAME)
     uframes = (load_frames(frames) if frames else default_frames()).uframe
     taught = teaching.teach_frame(
         arm,

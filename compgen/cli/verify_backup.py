@@ -8,6 +8,7 @@ import typer
 from compgen.cli import options as opt
 from compgen.cli.completion import complete_programs
 from compgen.cli.messages import print_error, print_record
+from compgen.core.commands import Command
 
 
 def verify_backup(
@@ -30,7 +31,13 @@ def verify_backup(
     programs = compare(written, backup)
     count = sum(len(program.differences) for program in programs)
     if as_json:
-        print_record({"same": count == 0, "programs": [program.record() for program in programs]})
+        print_record(
+            {
+                "command": Command.VERIFY_BACKUP,
+                "same": count == 0,
+                "programs": [program.record() for program in programs],
+            }
+        )
     elif not quiet:
         for program in programs:
             how = f"the same: {program.statements} statements, {program.positions} positions, to {program.step:g}"

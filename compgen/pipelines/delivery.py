@@ -8,6 +8,7 @@ import numpy as np
 from compgen import __version__, fanuc
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.codes import Code, Level
+from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 from compgen.core.findings import Finding
 from compgen.core.units import KB
@@ -80,6 +81,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
         paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
     facts = [{**_place_of(page), **page_facts(job, start)} for page, start in zip(paged.pages, starts, strict=True)]
     head = {
+        "command": Command.GENERATE,
         "compgen": __version__,
         "inputs_sha256": job.inputs_hash,
         "robot": job.robot.name,

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from compgen import __version__, fanuc
+from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE
 from compgen.fanuc import Program
 from compgen.fanuc.paging.canonical_split import split_canonical
@@ -64,6 +65,7 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
     head_lines = head_line_count(len(job.heat.names))
     paged = split_canonical(program, controller_capacity(job.robot), headings, head_lines, program.remarks)
     head = {
+        "command": Command.PREDICT,
         "compgen": __version__,
         "planned": "not corrected",
         "inputs_sha256": job.inputs_hash,

@@ -10,6 +10,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
@@ -186,6 +187,7 @@ def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:
         pendant = {"place_um": _listed(difference / UM, 1), "turn_mdeg": _listed(turn / MDEG, 2)}
     sigma = fit.sigma
     return {
+        "command": Command.TEACH_FRAME,
         "uframe": taught.number,
         "type_in": {key: f"{value:.{decimals}f}" for key, value in numbers.items()},
         "frame": {key: round(value, 9) for key, value in numbers.items()},

@@ -6,6 +6,7 @@ import numpy as np
 
 from compgen import __version__
 from compgen.core.arrays import Array
+from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM
 from compgen.error_model.anchored_state import BASE
 from compgen.pipelines.anchor import Anchored
@@ -33,6 +34,7 @@ def anchor_record(anchored: Anchored) -> dict[str, Any]:
     before, after = anchored.rms
     return {
         "schema": 1,
+        "command": Command.ANCHOR,
         "name": anchored.job.name,
         "anchored_state": True,
         "verdict": anchored.verdict,

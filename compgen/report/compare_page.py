@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair
@@ -75,7 +76,7 @@ def comparison_html(comparison: Comparison, max_um: float | None = None, options
     body += section("Error, verdict and band", _pairs(comparison.error) + same)
     drawn = courses_figure(comparison, max_um)
     if drawn is not None:
-        words = AT_POSITIONS if comparison.kind in ("generate", "predict") else ""
+        words = AT_POSITIONS if comparison.kind in (Command.GENERATE, Command.PREDICT) else ""
         body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses", words)
     title = "Commanded positions" if comparison.scenarios is None else "Scenarios of both"
     body += section(title, f"<p>{in_words(positions_sentence(comparison))}.</p>")
@@ -138,7 +139,7 @@ def courses_figure(comparison: Comparison, max_um: float | None = None) -> Figur
 
 def _over(comparison: Comparison) -> str:
     """What the errors are drawn over."""
-    return {"correct": "stations", "heat": "runs", "whatif": "scenarios"}.get(comparison.kind, "path")
+    return {Command.CORRECT: "stations", Command.HEAT: "runs", Command.WHATIF: "scenarios"}.get(comparison.kind, "path")
 
 
 def _inputs(comparison: Comparison) -> str:
@@ -151,7 +152,7 @@ def _inputs(comparison: Comparison) -> str:
     return first + (f"<details><summary>{len(pairs) - MOST_ROWS} more</summary>{more}</details>" if more else "")
 
 
-def _input_rows(pairs: tuple[Pair, ...], kind: str) -> str:
+def _input_rows(pairs: tuple[Pair, ...], kind: Command) -> str:
     if not pairs:
         return ""
     rows = [

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import rms
+from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM
 from compgen.pipelines.comparison.agreement import RISES
 from compgen.pipelines.comparison.comparison import Comparison, FindingText, Pair
@@ -22,6 +23,7 @@ def comparison_record(comparison: Comparison) -> dict[str, Any]:
     scenarios = comparison.scenarios
     return {
         "schema": SCHEMA,
+        "command": Command.COMPARE,
         "kind": comparison.kind,
         "a": whose_output(comparison.a),
         "b": whose_output(comparison.b),

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.commands import Command
 from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.pipelines.comparison.scenarios import MatchedScenarios
@@ -13,7 +14,7 @@ from compgen.report.compare_record import number_unit, positions_record
 from compgen.report.inputs import SHORT
 from compgen.report.key_words import ascii_units, unit_of, words_of
 
-UNCORRECTED = ("predict", "heat")  # commands that write no program
+UNCORRECTED = (Command.PREDICT, Command.HEAT)  # commands that write no program
 NOT_KNOWN = "what changed in the inputs is not known"
 MOST_ROWS = 30  # of inputs that are shown at once
 SAME = "less than 0.01 um, mdeg, s, K or % apart; of other numbers, less than the sixth digit"
@@ -102,11 +103,11 @@ def ranked(pairs: Iterable[Pair]) -> list[Pair]:
     return [*changed, *(p for p in pairs if p.is_same)]
 
 
-def file_of(key: str, kind: str) -> str:
+def file_of(key: str, kind: Command) -> str:
     """Where an input of a command stands."""
     if key.startswith("robot."):
         return "robot file"
-    return "command line" if kind == "correct" else "path file"
+    return "command line" if kind == Command.CORRECT else "path file"
 
 
 def headline(comparison: Comparison) -> str:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, rms
+from compgen.core.commands import Command
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.correct import Correction
@@ -24,6 +25,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
     end = plan.stations.rise[-1] if len(plan.stations.rise) else start
     return {
         "schema": SCHEMA,
+        "command": Command.CORRECT,
         "name": result.name,
         "verdict": result.verdict.value,
         "before": before,

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
+from compgen.core.commands import Command
 from compgen.core.units import MM, MS, UM
 from compgen.pipelines.executed import ProgramText
 from compgen.report.figure import rows_to_draw
@@ -22,6 +23,7 @@ def executed_summary(run: ExecutedRun, text: ProgramText, robot: Robot, bound: f
     log = run.laid.log
     return {
         "schema": SCHEMA,
+        "command": Command.EXECUTED,
         "name": text.name,
         "verdict": "inside" if run.inside else "outside",
         "findings": [f.record() for f in run.findings],

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from compgen.core.commands import Command
 from compgen.core.units import UM
 from compgen.pipelines.resume.follow import Look
 from compgen.pipelines.resume.result import Resumed
@@ -17,8 +18,9 @@ def look_record(look: Look | None, resumed: Resumed | None, within: float, force
         force: Whether pages outside the job's bounds are written.
     """
     if look is None:
-        return {"time_s": None}
+        return {"command": Command.FOLLOW, "time_s": None}
     return {
+        "command": Command.FOLLOW,
         "time_s": look.time,
         "page": look.running,
         "share": round(look.share, 4),

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
+from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.averaging_findings import ensemble_words
@@ -45,6 +46,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
     names = job.heat.names
     data = {
         "schema": 1,
+        "command": Command.HEAT,
         "name": job.name,
         "title": job.title,
         "start_s": day.start,

@@ -7,6 +7,7 @@ import numpy as np
 from compgen import __version__
 from compgen.core.arrays import BoolArray
 from compgen.core.codes import Level
+from compgen.core.commands import Command
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit_limits import fit_limits_record
 from compgen.identification.identify import Identification
@@ -32,6 +33,7 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
     span = np.ptp(data.theta, axis=0) / DEG
     limits = (identification.robot.upper - identification.robot.lower) / DEG
     return {
+        "command": Command.IDENTIFY,
         "compgen": __version__,
         "robot": identification.robot.name,
         "verdict": "refused" if identification.refused else "accepted",
@@ -134,6 +136,7 @@ def validation_summary(validation: Validation) -> dict[str, Any]:
     states = {"cold": kept & ~warm, "hot": kept & warm} if warm.any() else {}
     is_outside = any(f.level is Level.OUTSIDE for f in validation.findings)
     return {
+        "command": Command.VALIDATE,
         "unit": "mm",
         "verdict": "outside" if is_outside else "inside",
         "overall": sides(kept),

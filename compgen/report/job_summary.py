@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen import __version__, fanuc
 from compgen.core.arrays import column_extremes, row_norms
+from compgen.core.commands import Command
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.job_results import Corrected, Planned
@@ -35,6 +36,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
     names, band = job.heat.names, band_of(planned, corrected)
     report: dict[str, Any] = {
         "schema": SCHEMA,
+        "command": Command.GENERATE if corrected else Command.PREDICT,
         "name": job.name,
         "title": job.title,
         "verdict": (Verdict.PREDICTED if corrected is None else corrected.verdict).value,

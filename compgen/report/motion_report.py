@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen import __version__
 from compgen.core.codes import Code, Level
+from compgen.core.commands import Command
 from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.motion.fit import times_of, variance_of
@@ -31,6 +32,7 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
     motion, main = identified.motion, run.clock.main
     return {
         "schema": 1,
+        "command": Command.IDENTIFY_MOTION,
         "name": robot.name,
         "verdict": "accepted" if identified.accepted else "rejected",
         "findings": [f.record() for f in identified.findings],

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM
 from compgen.pipelines.offset_kinds import Offset, Offsets
 
@@ -11,6 +12,7 @@ KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 def offsets_record(offsets: Offsets) -> dict[str, Any]:
     """Everything that ``cgen offsets`` says, in plain types."""
     return {
+        "command": Command.OFFSETS,
         "name": offsets.name,
         "uframe": offsets.uframe,
         "uframe_is": dict(zip(KEYS, offsets.frame.tolist(), strict=True)),

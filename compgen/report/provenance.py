@@ -7,6 +7,7 @@ from hashlib import sha256
 from typing import Any
 
 from compgen import __version__
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
@@ -91,7 +92,13 @@ def _numbers(pose: Pose) -> list[float]:
 def provenance_json(result: Correction) -> bytes:
     """What a corrected program was made from, with the planned program, which ``restore_planned`` gives back."""
     packed = base64.b85encode(zlib.compress(result.planned, 9)).decode("ascii")
-    data = {"kind": KIND, "schema": SCHEMA, **provenance(result), "planned_zlib_b85": packed}
+    data = {
+        "kind": KIND,
+        "schema": SCHEMA,
+        "command": Command.CORRECT,
+        **provenance(result),
+        "planned_zlib_b85": packed,
+    }
     return json_text(data)
 
 

@@ -4,6 +4,7 @@ from html import escape
 from typing import Any
 
 from compgen import __version__
+from compgen.core.commands import Command
 from compgen.pipelines.resume.corrected import ResumedProgram, words_of
 from compgen.report.inputs import correction_inputs
 from compgen.report.page import PLAIN, PageOptions, findings_list, in_words, page, section, verdict
@@ -16,6 +17,7 @@ def program_summary(resumed: ResumedProgram) -> dict[str, Any]:
     cell = resumed.correction.cell
     return {
         "schema": 1,
+        "command": Command.RESUME,
         "name": resumed.correction.name,
         "verdict": resumed.verdict.value,
         "from_page": resumed.from_page,

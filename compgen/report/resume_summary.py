@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
+from compgen.core.commands import Command
 from compgen.core.units import UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.motion_findings import with_motion
@@ -22,6 +23,7 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
     job = planned.job
     return {
         "schema": SCHEMA,
+        "command": Command.RESUME,
         "name": job.name,
         "verdict": resumed.verdict.value,
         "from_page": resumed.from_page,

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.commands import Command
 from compgen.core.rotations import to_wpr
 from compgen.core.units import UM
 from compgen.error_model.rigid_chain import RigidChain
@@ -68,6 +69,7 @@ def export_record(robot: Robot, chain: RigidChain, rise_K: Mapping[str, float], 
         )
     ]
     return {
+        "command": Command.EXPORT_ROBOT,
         "robot": robot.name,
         "source": source,
         "rise_K": dict(rise_K),

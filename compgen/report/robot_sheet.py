@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.commands import Command
 from compgen.core.units import DEG, MM
 from compgen.pipelines.robot_sheet import RobotSheet
 
@@ -28,6 +29,7 @@ def sheet_record(sheet: RobotSheet) -> dict[str, Any]:
     }  # fmt: skip
     limits = np.round(sheet.limits, 6).tolist()
     return {
+        "command": Command.INSPECT_ROBOT,
         "inspected_robot": robot.name,
         "file": sheet.arm.source,
         "d_mm": _rounded(robot.d / MM),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
+from compgen.core.commands import Command
 from compgen.core.csv_table import text_cell
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study
@@ -64,6 +65,7 @@ def study_json(
     """Study, answers and scenarios as JSON; without a study, where only questions are asked, no scenarios."""
     data = {
         "schema": 1,
+        "command": Command.WHATIF,
         "path": path,
         "study_sha256": study.identity if study else None,
         "keys": list(study.keys) if study else [],

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.commands import Command
 from compgen.core.units import DEG, UM
 from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.fanuc.touch_program import Signal, TouchPositions
@@ -40,6 +41,7 @@ def touch_record(planned: PlannedTouches, touches: TouchPositions, signal: Signa
     joints = job.robot.to_pendant(planned.ways.theta[:, 2]) / DEG
     sided = bool(np.isfinite(planned.ways.normal).all())
     return {
+        "command": Command.PLAN_TOUCHES,
         "planned_touches": len(touches.name),
         "path": job.name,
         "robot": job.robot.name,

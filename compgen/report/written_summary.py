@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from compgen.core.commands import Command
 from compgen.pipelines.written_program import WrittenFlight
 from compgen.report.band_words import DRAWN
 from compgen.report.guaranteed import guaranteed_record
@@ -23,6 +24,7 @@ def written_summary(flight: WrittenFlight, file: str) -> dict[str, Any]:
     flown = {} if promised is None else {key: getattr(promised, key) for key in DRAWN}
     return {
         **summary,
+        "command": Command.CHECK,
         "band": {**summary["band"], **flown},
         "verdict": verdict_of(flight.findings).value,
         "after": after,

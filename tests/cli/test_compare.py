@@ -301,7 +301,9 @@ def test_what_cannot_be_compared_is_refused_in_one_line(home, tmp_path):
         (text.replace('"ratio": ', '"ratio": NaN, "other": ', 1), "NaN is no number"),
         (text.replace('"schema": 1', '"schema": 2', 1), "schema 2"),
         (text.replace('"max_um"', '"largest"'), "damaged"),
-        (text.replace('"timing"', '"clock"'), "not a report"),
+        (text.replace('"timing"', '"clock"'), "no key 'timing'"),
+        (text.replace('"timing"', '"clock"').replace('"command": "generate",', ""), "not a report"),
+        (text.replace('"command": "generate"', '"command": "made"'), "not a report"),
         (json.dumps({**json.loads(text), "inputs": {"path": 3}}), "damaged"),
         (json.dumps({**json.loads(text), "findings": 3}), "damaged"),
     ):
@@ -445,6 +447,7 @@ def test_reports_of_other_commands_are_refused_by_their_name(home, tmp_path):
         ("executed", {"schema": 1, "covered": {}, "override": [], "log": {}}),
         ("anchor", {"schema": 1, "anchored_state": True}),
         ("resume", {"schema": 1, "from_page": 2, "replaced": []}),
+        ("offsets", {"command": "offsets", "name": "line_y", "ways": []}),
     ):
         (tmp_path / "r.json").write_text(json.dumps(record))
         refused(run("compare", "six", tmp_path / "r.json", cwd=home), 2, "r.json", f"cgen {kind}", "not compared")

@@ -33,6 +33,10 @@ def test_the_record_is_all_that_stands_on_stdout(folder, name):
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert record
+    if name == "check many":
+        assert {one["report"]["command"] for one in record} == {"check"}
+    elif name != "schema":  # whose record is a JSON Schema
+        assert record["command"] == CALLS[name][0]
     assert done.stdout.endswith("\n")
     assert done.stderr == ""
 

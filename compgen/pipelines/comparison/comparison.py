@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.number_text import beyond_text
 from compgen.core.resolved import flat_keys
@@ -71,7 +72,7 @@ class Comparison:
     courses: tuple[Course | None, Course | None]  # the errors over the path
 
     @property
-    def kind(self) -> str:
+    def kind(self) -> Command:
         """The command that wrote both."""
         return self.a.kind
 
@@ -127,7 +128,7 @@ def compare(first: str, second: str) -> Comparison:
         program=_pairs(numbers.program_of(a), numbers.program_of(b)),
         movement=movement(a, b),
         findings=_changed_findings(numbers.findings_of(a), numbers.findings_of(b)),
-        scenarios=match_scenarios(a, b) if a.kind == "whatif" else None,
+        scenarios=match_scenarios(a, b) if a.kind == Command.WHATIF else None,
         courses=(course_of(a), course_of(b)),
     )
 

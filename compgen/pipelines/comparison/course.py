@@ -5,16 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, step_lengths
+from compgen.core.commands import Command
 from compgen.core.csv_table import CsvTable
 from compgen.core.units import MM, UM
 from compgen.pipelines.comparison.outputs import Output, naming_damage
 
 TABLES = {
-    "generate": "waypoints.csv",
-    "predict": "waypoints.csv",
-    "correct": "positions.csv",
-    "heat": "runs.csv",
-    "whatif": "whatif.csv",
+    Command.GENERATE: "waypoints.csv",
+    Command.PREDICT: "waypoints.csv",
+    Command.CORRECT: "positions.csv",
+    Command.HEAT: "runs.csv",
+    Command.WHATIF: "whatif.csv",
 }
 
 
@@ -34,7 +35,7 @@ def course_of(output: Output) -> Course | None:
     Raises:
         InputError: The table is missing or damaged.
     """
-    if output.kind == "whatif" and not output.record["scenarios"]:
+    if output.kind == Command.WHATIF and not output.record["scenarios"]:
         return None  # questions alone
     table = output.table(TABLES[output.kind])
     if table is None:
@@ -43,17 +44,17 @@ def course_of(output: Output) -> Course | None:
         return _course(output.kind, table)
 
 
-def _course(kind: str, table: CsvTable) -> Course:
-    if kind in ("generate", "predict"):
+def _course(kind: Command, table: CsvTable) -> Course:
+    if kind in (Command.GENERATE, Command.PREDICT):
         length = np.concatenate([[0.0], np.cumsum(step_lengths(_columns(table, "{}_mm") * MM))])
-        after = None if kind == "predict" else np.linalg.norm(_columns(table, "after_d{}_um") * UM, axis=1)
+        after = None if kind == Command.PREDICT else np.linalg.norm(_columns(table, "after_d{}_um") * UM, axis=1)
         return Course(
             "length along the path [m]", length, np.linalg.norm(_columns(table, "before_d{}_um") * UM, axis=1), after
         )
-    if kind == "correct":
+    if kind == Command.CORRECT:
         before, after = (table.numbers(f"{side}_um", gaps=True) * UM for side in ("before", "after"))
         return Course("station", table.numbers("station"), before, after)
-    if kind == "heat":
+    if kind == Command.HEAT:
         error, residual = (table.numbers(f"{name}_um", gaps=True) * UM for name in ("error", "residual"))
         return Course("run", np.arange(1.0, len(error) + 1), error, residual)
     before = table.numbers("before_max_um", gaps=True) * UM

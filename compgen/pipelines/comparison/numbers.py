@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from compgen.core.commands import Command
 from compgen.core.one_line import one_line
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number
 
@@ -21,11 +22,11 @@ def time_of(output: Output) -> Numbers:
     """Duration and the share at feed."""
     record = output.record
     with naming_damage(output):
-        if output.kind == "correct":
+        if output.kind == Command.CORRECT:
             return {"duration_s": number(record["duration_s"])}
-        if output.kind == "whatif":
+        if output.kind == Command.WHATIF:
             return _extremes(_done(record), ("duration_s",))
-        if output.kind == "heat":
+        if output.kind == Command.HEAT:
             return {key: number(record[key]) for key in ("start_s", "duration_s")}
         window = {"thermal.start_window_s": record["thermal"].get("start_window_s")} if record["after"] else {}
         return {f"timing.{key}": number(record["timing"][key]) for key in ("duration_s", "at_feed")} | window
@@ -35,11 +36,11 @@ def program_of(output: Output) -> Numbers:
     """What is loaded, or how many scenarios and runs there are."""
     record = output.record
     with naming_damage(output):
-        if output.kind == "correct":
+        if output.kind == Command.CORRECT:
             return {f"positions.{key}": record["positions"][key] for key in ("corrected", "new", "unchanged")}
-        if output.kind == "whatif":
+        if output.kind == Command.WHATIF:
             return {"scenarios": len(record["scenarios"]), "failed": len(record["scenarios"]) - len(_done(record))}
-        if output.kind == "heat":
+        if output.kind == Command.HEAT:
             return {"runs.count": record["runs"]["count"]}
         path = {f"path.{key}": record["path"][key] for key in ("waypoints", "length_m")}
         program = record.get("program")
@@ -65,12 +66,12 @@ def final_error(output: Output) -> float | None:
     corrected file leaves in its worst run.
     """
     errors = error_of(output)
-    if output.kind == "heat":
+    if output.kind == Command.HEAT:
         with naming_damage(output):
             return number(errors["runs.residual_max_um"])
     keys = {
-        "whatif": ("largest.after_on_part_max_um", "largest.before_on_part_max_um"),
-        "correct": _WHOLE,
+        Command.WHATIF: ("largest.after_on_part_max_um", "largest.before_on_part_max_um"),
+        Command.CORRECT: _WHOLE,
     }.get(output.kind, ("on_part.after.total.max_um", "on_part.before.total.max_um", *_WHOLE))
     with naming_damage(output):
         return next((number(errors[key]) for key in keys if errors.get(key) is not None), None)
@@ -136,9 +137,9 @@ def _extremes(rows: list[Mapping[str, Any]], columns: tuple[str, ...]) -> Number
 
 
 _ERRORS: Mapping[str, Callable[[Mapping[str, Any]], Numbers]] = {
-    "generate": _of_job,
-    "predict": _of_job,
-    "correct": _of_correction,
-    "whatif": _of_study,
-    "heat": _of_day,
+    Command.GENERATE: _of_job,
+    Command.PREDICT: _of_job,
+    Command.CORRECT: _of_correction,
+    Command.WHATIF: _of_study,
+    Command.HEAT: _of_day,
 }

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from compgen.core.commands import Command, command_of
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
@@ -13,24 +14,15 @@ from compgen.core.strict_json import read_json
 
 SCHEMA = 1
 RECORDS = ("report.json", "whatif.json", "heat.json")
-#: a command by the keys that only its report has
-KINDS = {
-    "correct": {"unsafe", "positions", "provenance"},
-    "whatif": {"scenarios", "keys"},
-    "heat": {"runs", "rise_K"},
-    "generate": {"path", "timing", "before", "after"},
-}
-#: of others, which are not compared, in the same way
-OTHERS = {
-    "identify": {"ladder", "coverage"},
-    "validate": {"overall", "targets", "set_aside"},
-    "executed": {"covered", "override", "log"},
-    "anchor": {"anchored_state"},
-    "resume": {"from_page", "replaced"},
-    "compare": {"a", "b", "equal"},
+#: that are compared; `check` says of a path what `generate` says
+COMPARED = {
+    **{c: c for c in (Command.GENERATE, Command.PREDICT, Command.CORRECT, Command.WHATIF, Command.HEAT)},
+    Command.CHECK: Command.GENERATE,
 }
 _IN_ITS_PLACE = {
-    "identify": "predict one path with each robot file (--robot) and compare those: every key of the files is named",
+    Command.IDENTIFY: (
+        "predict one path with each robot file (--robot) and compare those: every key of the files is named"
+    ),
 }
 _MEND = "give the folder that cgen generate, predict, correct, whatif or heat wrote, or the JSON report in it"
 
@@ -40,7 +32,7 @@ class Output:
     """A report, and the folder that it lies in."""
 
     name: str  # as it was typed
-    kind: str  # generate, predict, correct, whatif or heat
+    kind: Command  # generate, predict, correct, whatif or heat
     record: Mapping[str, Any]
     file: Path  # the report
     is_alone: bool  # the report was given and not its folder: what is not beside it is not missed
@@ -104,8 +96,10 @@ def read_output(name: str) -> Output:
         raise InputError(f"{file}: cannot be read: {failure.strerror}; {_MEND}") from None
     except ValueError as failure:
         raise InputError(f"{file}: damaged: {failure}; {_MEND}, or run the command anew") from None
-    if isinstance(record, dict):
-        _refuse_others(file, set(record))
+    command = command_of(record) if isinstance(record, dict) else None
+    if command is not None and command not in COMPARED:
+        mend = _IN_ITS_PLACE.get(command, "compared are those of generate, predict, correct, whatif and heat")
+        raise InputError(f"{file}: of cgen {command}, whose reports are not compared; {mend}")
     if not isinstance(record, dict) or type(record.get("schema")) is not int:
         raise InputError(f"{file}: not a report of compgen; {_MEND}")
     if record["schema"] != SCHEMA:
@@ -114,12 +108,9 @@ def read_output(name: str) -> Output:
         )
     if not isinstance(record.get("provenance", {}), dict):
         raise InputError(f"{file}: damaged: its provenance is no table; run the command anew")
-    kind = next((kind for kind, keys in KINDS.items() if keys <= set(record)), None)
-    if kind is None:
+    if command is None:
         raise InputError(f"{file}: not a report of generate, predict, correct, whatif or heat; {_MEND}")
-    if kind == "generate" and record["after"] is None:
-        kind = "predict"
-    return Output(name, kind, record, file, file == place)
+    return Output(name, COMPARED[command], record, file, file == place)
 
 
 def _is_folder(place: Path) -> bool:
@@ -127,14 +118,6 @@ def _is_folder(place: Path) -> bool:
         return place.is_dir()
     except OSError:  # a name that no file can have: reading it says why
         return False
-
-
-def _refuse_others(file: Path, keys: set[str]) -> None:
-    """Raises InputError for a report that is of another command."""
-    for kind, own in OTHERS.items():
-        if own <= keys:
-            mend = _IN_ITS_PLACE.get(kind, "compared are those of generate, predict, correct, whatif and heat")
-            raise InputError(f"{file}: of cgen {kind}, whose reports are not compared; {mend}")
 
 
 def number(value: Any) -> float:

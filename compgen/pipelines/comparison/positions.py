@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, row_norms, step_lengths
+from compgen.core.commands import Command
 from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.core.units import DEG, MM
 from compgen.pipelines.comparison.nearest import distance_to_path
@@ -57,12 +58,12 @@ def movement(a: Output, b: Output) -> Movement | str:
     Raises:
         InputError: A program or a table beside a report is missing, damaged, or another than the report is of.
     """
-    if a.kind not in ("generate", "correct"):
+    if a.kind not in (Command.GENERATE, Command.CORRECT):
         return f"cgen {a.kind} corrects no program"
     one, other = commanded_positions(a), commanded_positions(b)
     if one is None or other is None:
         return f"{(a if one is None else b).name} has no program beside its report: not written, or taken elsewhere"
-    if a.kind == "correct":
+    if a.kind == Command.CORRECT:
         return _of_corrections(a, b, one, other)
     first, second = _planned(a), _planned(b)
     if first is None or second is None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from compgen.core.arcs import Arcs, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.rotations import from_wpr
@@ -85,7 +86,7 @@ def _statements(program: LsProgram) -> Iterator[tuple[str, tuple[int, ...]]]:
 def _files(output: Output) -> list[tuple[str, int, str | None]]:
     """Name of each text with positions, the number that its P[1] has in the undivided program, and its sha256."""
     record = output.record
-    if output.kind == "correct":
+    if output.kind == Command.CORRECT:
         checksum = str(record["provenance"]["corrected_sha256"])
         return [(name, 1, checksum) for name in _corrected_file(output.folder, checksum)]
     program = record.get("program")
