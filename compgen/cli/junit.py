@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from compgen.cli.messages import CRASHED
+from compgen.core.codes import Level
 
 INTERRUPTED = 130  # exit code beside 0 inside, 1 outside, 2 bad input, 3 cannot be done
 #: what an exit code without a report means
@@ -33,7 +34,7 @@ class Outcome:
     def broken(self) -> dict[str, str]:
         """Code to message of what puts it outside."""
         findings = self.summary["findings"] if self.summary is not None else []
-        return {f["code"]: f["message"] for f in findings if f["level"] == "outside"}
+        return {f["code"]: f["message"] for f in findings if f["level"] == Level.OUTSIDE}
 
 
 def junit_xml(outcomes: Sequence[Outcome]) -> bytes:
