@@ -28,6 +28,7 @@ import seed_journal  # noqa: E402
 from shipped import path_file, quiet  # noqa: E402
 from wider_arm import NODES, WiderArm  # noqa: E402
 
+from compgen.core.codes import Code  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.core.rotations import from_wpr, rotation_matrix  # noqa: E402
 from compgen.core.units import DEG, MM, UM  # noqa: E402
@@ -223,7 +224,7 @@ def trial(seed, runs=RUNS, folder=None):
         after = flown(arm, job, corrected.program, planned.path, place, rng, hot)
         plain = planned_program(job, planned.path, planned.theta, planned.trajectory, DATE)
         after["before"] = flown(arm, job, plain, planned.path, place, rng, hot)["found"]
-        limited = [f.message for f in corrected.findings if f.code == "compensation.limited"]
+        limited = [f.message for f in corrected.findings if f.code == Code.COMPENSATION_LIMITED]
         row["runs"][f"{name.split('_')[0]} {'5 h' if hot else 'cold'}"] = after | {"limited": limited}
     return row
 
