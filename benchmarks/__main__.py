@@ -18,8 +18,8 @@ from benchmarks import bands, cases, heat, identification, peers, text, whole  #
 from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
 from compgen import fanuc  # noqa: E402
 from compgen.core import evaluation  # noqa: E402
-from compgen.pipelines import generate  # noqa: E402
-from compgen.pipelines.job_results import Planned  # noqa: E402
+from compgen.pipelines.planned import generate  # noqa: E402
+from compgen.pipelines.planned.job_results import Planned  # noqa: E402
 
 HERE = Path(__file__).parent
 SOME = 100_000  # waypoints that parts of a run are measured on

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.measure import seconds
 from compgen.core.arrays import Array
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Duty, rise_history
 from compgen.thermal.network import NetworkModel, assemble_volumes, modal_form
 

@@ -15,7 +15,7 @@ from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, build_model
 from compgen.identification.parameters import symbolic_sources
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
 
 SOURCES = ("link_offsets", "joint_zeros", "gear_harmonics", "joint_coupling")
 NOISE = 25 * UM

@@ -17,8 +17,8 @@ import resource, sys, time
 from pathlib import Path
 from compgen.core import evaluation
 from compgen.core.json_text import json_text
-from compgen.pipelines.generate import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.planned.generate import generate
+from compgen.pipelines.files.path_file import load_job
 from compgen.report import job_html, job_summary, waypoints_blocks
 evaluation.configure(evaluation.find_compiler(Path(sys.argv[1])), int(sys.argv[2]))
 folder, path, rounds = Path(sys.argv[3]), sys.argv[4], int(sys.argv[5])

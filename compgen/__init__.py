@@ -26,8 +26,8 @@ __version__ = "0.1.0"
 TYPE_CHECKING = False  # as type checkers know it; the import of typing would be most of this package's
 
 if TYPE_CHECKING:
+    from compgen.cli.commands.write_program import write_program as write_program
     from compgen.cli.machine import find_machine as find_machine
-    from compgen.cli.write_program import write_program as write_program
     from compgen.core.exceptions import CompgenError as CompgenError
     from compgen.core.exceptions import FrozenError as FrozenError
     from compgen.core.exceptions import ImpossibleError as ImpossibleError
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from compgen.core.exceptions import ShapeError as ShapeError
     from compgen.core.findings import Finding as Finding
     from compgen.fanuc.listing.listing import LsProgram as LsProgram
-    from compgen.pipelines.job import Job as Job
+    from compgen.pipelines.files.job import Job as Job
     from compgen.report.notebook.comparisons import ComparedOutputs as ComparedOutputs
     from compgen.report.notebook.comparisons import compare as compare
     from compgen.report.notebook.jobs import GeneratedProgram as GeneratedProgram
@@ -65,7 +65,7 @@ _SHOWN = {
     "study": "compgen.report.notebook.studies",
     "compare": "compgen.report.notebook.comparisons",
     "read_program": "compgen.report.notebook.programs",
-    "write_program": "compgen.cli.write_program",
+    "write_program": "compgen.cli.commands.write_program",
     "Prediction": "compgen.report.notebook.jobs",
     "GeneratedProgram": "compgen.report.notebook.jobs",
     "CorrectedProgram": "compgen.report.notebook.programs",
@@ -75,7 +75,7 @@ _SHOWN = {
 }
 #: what else is public: types of arguments and results, exceptions, and where a run's compiler and cores come from
 _MODULES = _SHOWN | {
-    "Job": "compgen.pipelines.job",
+    "Job": "compgen.pipelines.files.job",
     "Robot": "compgen.robot.robot",
     "LsProgram": "compgen.fanuc.listing.listing",
     "Finding": "compgen.core.findings",

@@ -5,7 +5,7 @@ import sys
 import threading
 
 from compgen import __version__
-from compgen.cli.streams import let_readers_leave
+from compgen.cli.screen.streams import let_readers_leave
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import compgen
 from compgen.core.pose import Pose
 from compgen.core.units import MM
-from compgen.pipelines import generate
+from compgen.pipelines.planned import generate
 from compgen.robot import inverse_kinematics
 
 HERE = Path(__file__).parent

@@ -6,8 +6,8 @@ python docs/motion.py
 from pathlib import Path
 
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent

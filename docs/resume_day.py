@@ -16,8 +16,9 @@ import numpy as np
 from compgen.cli.machine import use_machine
 from compgen.core.units import HOUR, MINUTE, UM
 from compgen.fanuc.paging.join_check import join_programs
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
 from compgen.pipelines.resume.beginning import begin_at
 from compgen.pipelines.resume.driven_course import page_motion
 from compgen.pipelines.resume.follow import durations, look_at
@@ -28,7 +29,6 @@ from compgen.pipelines.resume.result import size_of
 from compgen.pipelines.resume.resume import resume, segments_on_part
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
-from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Ambient, state_after, states_at
 from compgen.thermal.growing_log import growing_log
 from compgen.verification.deviation import deviation_from_path

@@ -13,8 +13,8 @@ import numpy as np
 
 from compgen.core.pose import Pose
 from compgen.core.units import HOUR, MM, UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.robot import inverse_kinematics
 from compgen.thermal import Duty, rise_history, state_after
 

@@ -27,7 +27,7 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
 from compgen.error_model.model import build_error_model
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.robot import inverse_kinematics
 
 HERE = Path(__file__).parent

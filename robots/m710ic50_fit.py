@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from compgen.core.units import HOUR, MM
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Duty, NodeModel
 
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ from shipped import ROOT, quiet
 from compgen.core.pose import IDENTITY
 from compgen.fanuc.frames import Frames, default_frames
 from compgen.pipelines.correct import Options, correct
-from compgen.pipelines.history_words import load_before
+from compgen.pipelines.files.history_words import load_before
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
 REAL = sorted(p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls")

@@ -11,8 +11,8 @@ from synthetic import made_up, measured, random_theta
 
 from compgen.core.units import DEG, MM
 from compgen.fanuc.frames import default_frames
-from compgen.pipelines.program_course import course_of_text
-from compgen.pipelines.robot_file import load_robot
+from compgen.pipelines.files.program_course import course_of_text
+from compgen.pipelines.files.robot_file import load_robot
 
 LINE = path_file("line_y")
 COMMANDS = (

@@ -12,7 +12,7 @@ from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.pose_files import motion_directions
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.joint_path import follow_branch
 

@@ -9,30 +9,30 @@ from typing import Annotated
 import typer
 
 from compgen import __version__
-from compgen.cli.anchor import anchor
-from compgen.cli.check import check
-from compgen.cli.compare import compare
-from compgen.cli.correct import correct
-from compgen.cli.executed import executed
-from compgen.cli.export_robot import export_robot
-from compgen.cli.follow import follow
-from compgen.cli.heat import heat
-from compgen.cli.help_texts import SectionedHelp, example_of
-from compgen.cli.identify import identify, validate
-from compgen.cli.identify_motion import identify_motion
-from compgen.cli.init import init
-from compgen.cli.inspect import inspect
-from compgen.cli.inspect_robot import inspect_robot
-from compgen.cli.jobs import generate, predict
-from compgen.cli.offsets import offsets
-from compgen.cli.pages import pages
-from compgen.cli.plan_poses import plan_poses
-from compgen.cli.plan_touches import plan_touches
-from compgen.cli.resume import resume
-from compgen.cli.schema import schema
-from compgen.cli.teach_frame import teach_frame
-from compgen.cli.verify_backup import verify_backup
-from compgen.cli.whatif import whatif
+from compgen.cli.commands.anchor import anchor
+from compgen.cli.commands.check import check
+from compgen.cli.commands.compare import compare
+from compgen.cli.commands.correct import correct
+from compgen.cli.commands.executed import executed
+from compgen.cli.commands.export_robot import export_robot
+from compgen.cli.commands.follow import follow
+from compgen.cli.commands.heat import heat
+from compgen.cli.commands.identify import identify, validate
+from compgen.cli.commands.identify_motion import identify_motion
+from compgen.cli.commands.init import init
+from compgen.cli.commands.inspect import inspect
+from compgen.cli.commands.inspect_robot import inspect_robot
+from compgen.cli.commands.jobs import generate, predict
+from compgen.cli.commands.offsets import offsets
+from compgen.cli.commands.pages import pages
+from compgen.cli.commands.plan_poses import plan_poses
+from compgen.cli.commands.plan_touches import plan_touches
+from compgen.cli.commands.resume import resume
+from compgen.cli.commands.schema import schema
+from compgen.cli.commands.teach_frame import teach_frame
+from compgen.cli.commands.verify_backup import verify_backup
+from compgen.cli.commands.whatif import whatif
+from compgen.cli.options.help_texts import SectionedHelp, example_of
 
 #: the help's sections, commands in the order of work
 SECTIONS = {

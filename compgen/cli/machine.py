@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from compgen.cli.messages import print_note_once
+from compgen.cli.screen.messages import print_note_once
 from compgen.core.exceptions import InputError
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ import typer
 
 import compgen.cli.blas_threads  # noqa: F401  (before numpy is loaded)
 from compgen.cli.app import app, options_of_commands
-from compgen.cli.console import UNWRAPPED
-from compgen.cli.messages import print_error, print_refusal, reason_of
-from compgen.cli.streams import let_readers_leave
-from compgen.cli.usage import usage_words
+from compgen.cli.options.usage import usage_words
+from compgen.cli.screen.console import UNWRAPPED
+from compgen.cli.screen.messages import print_error, print_refusal, reason_of
+from compgen.cli.screen.streams import let_readers_leave
 from compgen.core import interrupts
 
 #: a wrong call, as typer and click name it; typer has a name of its own for it only from 0.28 on

@@ -5,7 +5,7 @@ from typing import Any
 
 from compgen.core.units import UM
 from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
-from compgen.pipelines.draws import FlownDraws
+from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.verification.band import Band
 
 DRAWN = ("share", "confidence", "draws", "seed")  # of the draws beside a band

@@ -7,10 +7,10 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.commands import Command
 from compgen.core.units import MDEG, MM, UM
-from compgen.pipelines.band import not_known
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.proof import PoseErrors
-from compgen.pipelines.motion_findings import with_motion
+from compgen.pipelines.findings.motion_findings import with_motion
+from compgen.pipelines.uncertainty.band import not_known
 from compgen.report.averaged import served_record
 from compgen.report.band_words import band_record
 from compgen.report.provenance import SCHEMA, correction_inputs, provenance

@@ -9,8 +9,8 @@ from pathlib import PurePath
 from compgen.core.files import PROVENANCE
 from compgen.core.json_text import json_text
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.job import Job
-from compgen.pipelines.job_results import Corrected, Planned
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.correction_page import correction_html
 from compgen.report.correction_summary import correction_csv, correction_summary

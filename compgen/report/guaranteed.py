@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from compgen.pipelines.draws import FlownDraws
+from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.verification.verdict import unit_of
 
 

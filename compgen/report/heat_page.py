@@ -9,11 +9,11 @@ from compgen import __version__
 from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 from compgen.core.units import HOUR, UM
-from compgen.pipelines.averaging_findings import ensemble_words
-from compgen.pipelines.band import not_known
-from compgen.pipelines.job import Job
-from compgen.pipelines.motion_findings import with_motion
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.findings.motion_findings import with_motion
+from compgen.pipelines.planned.averaging_findings import ensemble_words
 from compgen.pipelines.study import Timeline
+from compgen.pipelines.uncertainty.band import not_known
 from compgen.report.band_page import LEFT_OPEN, band_facts
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
 from compgen.report.figure import COOL, DASHES, GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line

@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import MM, UM
-from compgen.pipelines.job_results import Corrected, Planned
+from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
 from compgen.report.averaged import averaged_figure
 from compgen.report.band_page import budget_figure, radius_row

@@ -4,7 +4,7 @@ from dataclasses import replace
 from html import escape
 from typing import Any
 
-from compgen.pipelines.job_results import Corrected, Planned
+from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report.band_page import band_explained, band_facts
 from compgen.report.guaranteed import guaranteed_text
 from compgen.report.inputs import SHORT, Inputs, job_inputs, time_words

@@ -9,10 +9,10 @@ from compgen import __version__, fanuc
 from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.commands import Command
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
-from compgen.pipelines.band import not_known
-from compgen.pipelines.job_results import Corrected, Planned
-from compgen.pipelines.model_form import ModelForm
-from compgen.pipelines.motion_findings import with_motion
+from compgen.pipelines.findings.motion_findings import with_motion
+from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.pipelines.uncertainty.band import not_known
+from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import band_record
 from compgen.report.guaranteed import guaranteed_record

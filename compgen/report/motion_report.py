@@ -12,7 +12,7 @@ from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
-from compgen.pipelines.executed import ProgramText
+from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace, vertical_line
 from compgen.report.figure_limits import LIMIT
 from compgen.report.figure_words import sentence

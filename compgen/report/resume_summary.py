@@ -7,9 +7,9 @@ import numpy as np
 from compgen import __version__
 from compgen.core.commands import Command
 from compgen.core.units import UM
-from compgen.pipelines.band import not_known
-from compgen.pipelines.motion_findings import with_motion
+from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.resume.result import Resumed
+from compgen.pipelines.uncertainty.band import not_known
 from compgen.report.band_words import band_record
 from compgen.report.inputs import made_from
 from compgen.verification.deviation import statistics

@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.commands import Command
 from compgen.core.units import DEG, MM
-from compgen.pipelines.robot_sheet import RobotSheet
+from compgen.pipelines.files.robot_sheet import RobotSheet
 
 KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 SIZE, EDGE = 440, 72  # of each view [px]

@@ -8,7 +8,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.decimals import Column, consecutive, join_columns, short_columns, text_column
 from compgen.core.evaluation import BLOCK, map_blocks
 from compgen.core.units import DEG, MM, UM
-from compgen.pipelines.job_results import Corrected, Planned
+from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report.job_summary import band_of
 
 #: half-widths of the band, k = 2: along World, and along the way

@@ -3,7 +3,7 @@
 from typing import Any
 
 from compgen.core.commands import Command
-from compgen.pipelines.written_program import WrittenFlight
+from compgen.pipelines.planned.written_program import WrittenFlight
 from compgen.report.band_words import DRAWN
 from compgen.report.guaranteed import guaranteed_record
 from compgen.report.job_summary import job_summary

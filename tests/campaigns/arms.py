@@ -29,8 +29,8 @@ from compgen.core.evaluation import evaluate  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.identification.identify import identify  # noqa: E402
 from compgen.identification.model import SymbolicSource, build_model  # noqa: E402
-from compgen.pipelines.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
-from compgen.pipelines.robot_file import arm_of, load_arm  # noqa: E402
+from compgen.pipelines.files.robot_file import arm_of, load_arm  # noqa: E402
+from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
 from compgen.robot.joint_path import follow_branch  # noqa: E402
 

@@ -27,7 +27,7 @@ from shipped import ROOT  # noqa: E402
 from shrinking import shrunk  # noqa: E402
 
 from compgen.core.exceptions import CompgenError  # noqa: E402
-from compgen.pipelines.robot_file import load_cell  # noqa: E402
+from compgen.pipelines.files.robot_file import load_cell  # noqa: E402
 
 MISSED_UM = 1.2  # 0.87 of rounding to 0.001 mm, and what the arm cools in a minute of a slow program
 HOME = (10.0, 20.0, -15.0, 30.0, -60.0, 45.0)

@@ -32,12 +32,12 @@ from compgen.core.codes import Code  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.core.rotations import from_wpr, rotation_matrix  # noqa: E402
 from compgen.core.units import DEG, MM, UM  # noqa: E402
-from compgen.pipelines.generate import generate  # noqa: E402
-from compgen.pipelines.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
-from compgen.pipelines.path_file import load_job  # noqa: E402
-from compgen.pipelines.program_text import DATE, planned_program  # noqa: E402
-from compgen.pipelines.robot_file import load_arm  # noqa: E402
-from compgen.pipelines.teach_frame import frame_text, teach_frame  # noqa: E402
+from compgen.pipelines.files.path_file import load_job  # noqa: E402
+from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
+from compgen.pipelines.measure.teach_frame import frame_text, teach_frame  # noqa: E402
+from compgen.pipelines.planned.generate import generate  # noqa: E402
+from compgen.pipelines.planned.program_text import DATE, planned_program  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture, solve_tool  # noqa: E402
 from compgen.verification.twin import Twin, execute  # noqa: E402
 

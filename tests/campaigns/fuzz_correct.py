@@ -25,8 +25,8 @@ from compgen.core.pose import IDENTITY
 from compgen.fanuc import loads
 from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct import Options, correct
-from compgen.pipelines.history_words import load_before
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.history_words import load_before
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.report.correction_summary import correction_csv, correction_summary
 from compgen.report.provenance import provenance_json, restore_planned
 

@@ -34,8 +34,8 @@ from shrinking import shrunk  # noqa: E402
 
 import compgen.cli.blas_threads  # noqa: E402, F401  before numpy
 from compgen.core.exceptions import CompgenError  # noqa: E402
-from compgen.pipelines import generate  # noqa: E402
-from compgen.pipelines.path_file import load_job  # noqa: E402
+from compgen.pipelines.files.path_file import load_job  # noqa: E402
+from compgen.pipelines.planned import generate  # noqa: E402
 from compgen.verification.deviation import statistics  # noqa: E402
 
 MDEG = math.radians(1e-3)

@@ -39,10 +39,10 @@ from ls_text import cartesian, program  # noqa: E402
 
 import compgen  # noqa: E402
 from compgen import __main__ as command_line  # noqa: E402
-from compgen.cli import study_journal  # noqa: E402
+from compgen.cli.output_files import study_journal  # noqa: E402
 from compgen.identification import identify  # noqa: E402
-from compgen.pipelines.identification_files import MeasurementFiles, read_measurements  # noqa: E402
-from compgen.pipelines.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.measure.identification_files import MeasurementFiles, read_measurements  # noqa: E402
 
 AUDITED = {"open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "ctypes.dlsym"}
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT

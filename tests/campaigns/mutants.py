@@ -342,7 +342,7 @@ def measured_poses(count: int) -> str:
     import numpy as np
 
     from compgen.core.units import DEG, MM
-    from compgen.pipelines.robot_file import load_any_robot
+    from compgen.pipelines.files.robot_file import load_any_robot
     from compgen.robot.kinematics import flange_pose
 
     arm, rng = load_any_robot(str(ROBOT)), np.random.default_rng(1)

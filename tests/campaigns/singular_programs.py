@@ -29,7 +29,7 @@ from shipped import ROOT  # noqa: E402
 
 from compgen.core.codes import Level  # noqa: E402
 from compgen.core.exceptions import CompgenError  # noqa: E402
-from compgen.pipelines.robot_file import load_cell  # noqa: E402
+from compgen.pipelines.files.robot_file import load_cell  # noqa: E402
 
 EXPLAINED = 110.0  # [rad/m], [rad/rad] a tenth more than is promised
 LARGEST = math.radians(7.0)  # that a correction of any size explains

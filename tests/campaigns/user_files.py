@@ -31,8 +31,8 @@ from compgen.error_model.posterior import KnownParameter, read_posterior
 from compgen.identification.distances import read_distances
 from compgen.identification.pose_files import read_poses
 from compgen.identification.touches import read_artefact, read_touches
-from compgen.pipelines.robot_file import load_robot
-from compgen.pipelines.robot_from_urdf import robot_from_urdf
+from compgen.pipelines.files.robot_file import load_robot
+from compgen.pipelines.files.robot_from_urdf import robot_from_urdf
 from compgen.planning import boundaries, patterns
 from compgen.planning.mesh.mesh import Mesh
 from compgen.planning.mesh.stl import read_stl

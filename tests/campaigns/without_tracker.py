@@ -21,12 +21,12 @@ from arms import HIGH, LOW, NOISE, Site, drawn_poses, identify_arm, pose_csv, ro
 
 from compgen.identification.touches import probing_directions  # noqa: E402
 from compgen.identification.validation import validate  # noqa: E402
-from compgen.pipelines.identification_files import (  # noqa: E402
+from compgen.pipelines.files.robot_file import arm_of, load_arm  # noqa: E402
+from compgen.pipelines.measure.identification_files import (  # noqa: E402
     MeasurementFiles,
     identified_robot_text,
     read_measurements,
 )
-from compgen.pipelines.robot_file import arm_of, load_arm  # noqa: E402
 from compgen.robot.kinematics import flange_pose  # noqa: E402
 
 ROWS = 540

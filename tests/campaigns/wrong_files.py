@@ -18,8 +18,8 @@ import seed_journal  # noqa: E402
 
 from compgen.core.codes import Level  # noqa: E402
 from compgen.core.exceptions import CompgenError  # noqa: E402
-from compgen.pipelines.identification_files import MeasurementFiles, read_measurements  # noqa: E402
-from compgen.pipelines.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.measure.identification_files import MeasurementFiles, read_measurements  # noqa: E402
 
 D, A = "d_mm = [0, 0, 0, -1016, 0, -175]", "a_mm = [150, 870, 170, 0, 0, 0]"
 ALPHA = "alpha_deg = [-90, 180, -90, 90, -90, 180]"

@@ -11,10 +11,10 @@ from command_line import refused, run
 from shipped import ROOT
 from stopped import run_stopped
 
-from compgen.cli import check as command
-from compgen.cli.junit import Outcome, junit_xml
+from compgen.cli.commands import check as command
+from compgen.cli.screen.junit import Outcome, junit_xml
 from compgen.core import interrupts
-from compgen.pipelines import generate
+from compgen.pipelines.planned import generate
 from compgen.report import band_words
 
 OUTSIDE = {"level": "outside", "code": "bounds.max_um", "message": "too large"}

@@ -7,9 +7,9 @@ from command_line import refused, run
 from shipped import ROOT, path_file, quiet
 
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 

@@ -9,7 +9,7 @@ import pytest
 from command_line import refused, run
 
 from compgen.fanuc.frames import default_frames, load_frames
-from compgen.pipelines.program_course import course_of_text
+from compgen.pipelines.files.program_course import course_of_text
 
 RUN = logs.Run(ramp=0.25)
 

@@ -9,7 +9,7 @@ from command_line import run
 
 from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
 from tests.flawed import flawed_file
 
 HOT = {"j2": 11.0, "link1": 3.9, "j3": 13.0, "wrist": 3.0, "face": 2.3}

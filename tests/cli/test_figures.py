@@ -11,8 +11,8 @@ import pytest
 from command_line import run
 from shipped import path_file
 
-from compgen.cli import figure_files, render
 from compgen.cli.app import options_of_commands
+from compgen.cli.options import figure_files, render
 from compgen.report.page_figures import figures_of_page
 
 KEYS = {"time", "budget", "space", "band", "heat", "joints"}

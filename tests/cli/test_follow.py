@@ -8,8 +8,8 @@ import pytest
 import states
 from command_line import refused, run
 
-from compgen.cli import follow as command
-from compgen.cli import render
+from compgen.cli.commands import follow as command
+from compgen.cli.output_files import render
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")

@@ -10,8 +10,8 @@ from command_line import refused, run
 from shipped import ROOT
 
 from compgen.fanuc.frames import default_frames
-from compgen.pipelines.program_course import course_of_text
-from compgen.pipelines.robot_file import load_robot
+from compgen.pipelines.files.program_course import course_of_text
+from compgen.pipelines.files.robot_file import load_robot
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 

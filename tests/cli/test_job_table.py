@@ -1,6 +1,6 @@
 """The table that a job prints at its end."""
 
-from compgen.cli.job_table import name_list
+from compgen.cli.screen.job_table import name_list
 
 
 def test_many_pages_are_listed_by_their_ends():

@@ -7,7 +7,7 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
-from compgen.cli import publish
+from compgen.cli.output_files import publish
 
 LINE_Y, LINE_X = (ROOT / "paths" / f"{name}.toml" for name in ("line_y", "line_x"))
 ASK = ("--ask", "contributions", "-q")

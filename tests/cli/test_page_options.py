@@ -7,8 +7,8 @@ import pytest
 from command_line import refused, run
 from shipped import path_file
 
-from compgen.cli import page_options as options
-from compgen.cli.page_options import Assets, page_date, share_script
+from compgen.cli.options import page_options as options
+from compgen.cli.options.page_options import Assets, page_date, share_script
 from compgen.report.figure import library, library_name
 
 LINE = path_file("line_y")

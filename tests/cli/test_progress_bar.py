@@ -10,13 +10,14 @@ from command_line import terminal_output
 from ls_text import cartesian, program
 from shipped import ROOT, path_file
 
-from compgen.cli import progress_bar
+from compgen.cli.screen import progress_bar
 from compgen.core import stages
 from compgen.core.stages import RunStage
 from compgen.fanuc.frames import default_frames
-from compgen.pipelines import correct, generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines import correct
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.planned import generate
 
 
 def reports_of(work):

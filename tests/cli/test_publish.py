@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from shipped import ROOT
 
-from compgen.cli import publish
-from compgen.cli.folder_lock import alone_in
+from compgen.cli.output_files import publish
+from compgen.cli.output_files.folder_lock import alone_in
 from compgen.core.exceptions import InputError
 
 OURS = {"A.LS", "page.html", "report.json"}
@@ -154,7 +154,7 @@ def test_a_folder_that_has_lost_its_name_is_locked_again_under_it(tmp_path, monk
             out.rename(away)
             out.mkdir()
 
-    monkeypatch.setattr("compgen.cli.folder_lock.fcntl.flock", flock)
+    monkeypatch.setattr("compgen.cli.output_files.folder_lock.fcntl.flock", flock)
     with alone_in(out):
         assert locks == [away.stat().st_ino, out.stat().st_ino]
 
@@ -212,7 +212,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, {root!r})
-from compgen.cli import publish
+from compgen.cli.output_files import publish
 count = 0
 def count_down(event, args):
     global count

@@ -8,8 +8,8 @@ import kills
 import pytest
 from command_line import refused, run
 
-from compgen.cli import render, replace_together
-from compgen.cli.durations import duration
+from compgen.cli.options.durations import duration
+from compgen.cli.output_files import render, replace_together
 from compgen.core.exceptions import InputError
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")

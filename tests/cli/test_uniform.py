@@ -6,8 +6,8 @@ import pytest
 from shipped import ROOT
 from typer.main import get_command
 
-from compgen.cli import options
 from compgen.cli.app import app
+from compgen.cli.options import options
 
 COMMANDS = get_command(app).commands
 NO_ROWS = "it reads and writes files; there is nothing to share out over cores"

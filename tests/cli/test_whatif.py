@@ -11,7 +11,7 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
-from compgen.cli.study_folder import QUESTIONS
+from compgen.cli.output_files.study_folder import QUESTIONS
 from compgen.pipelines.study import ASKS
 
 GRID = ("--vary", "before.0.duration_h=1,2", "--workers", "1")

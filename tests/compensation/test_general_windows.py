@@ -12,8 +12,9 @@ from compgen.compensation import general_solver, general_windows, optimise, stru
 from compgen.compensation.problem import Settings, Solver
 from compgen.compensation.solution import Solution, Status
 from compgen.core.units import UM
-from compgen.pipelines import generate, job_findings
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.findings import job_findings
+from compgen.pipelines.planned import generate
 
 ATOL_M, ATOL_RAD = 1e-9, 4e-9
 

@@ -10,8 +10,8 @@ from shipped import path_file, quiet
 from compgen.compensation import general_solver, limited_correction, optimise
 from compgen.compensation.problem import Settings
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 
 
 @pytest.mark.parametrize("kind", ["joint", "clamp", "rate", "two stretches"])

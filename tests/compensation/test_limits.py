@@ -12,8 +12,8 @@ from compgen.compensation import limited_correction, limits, optimise, structure
 from compgen.compensation.problem import Settings
 from compgen.core.pose import Pose
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 
 ATOL_M = 1e-9
 

@@ -16,8 +16,8 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 
 DENSE = "process.moves=arcs"  # waypoints as close as the chord asks, not whole periods apart
 

@@ -10,8 +10,8 @@ from shipped import path_file, quiet
 from compgen.compensation.predistortion import Commanded, band_edges, inverted, passed, predistortion, variance
 from compgen.core.pose import IDENTITY
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.robot.motion import ControllerMotion, MotionEvidence
 from compgen.verification.twin.controller.smoothing import gain
 

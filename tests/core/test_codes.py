@@ -16,7 +16,7 @@ from compgen.verification.verdict import Bounds, checks
 KEYS = {
     ("compgen/report/key_words.py", "bounds.max"),
     ("compgen/report/study_page.py", "bounds.max_um"),
-    ("compgen/pipelines/path_file.py", "path.file"),
+    ("compgen/pipelines/files/path_file.py", "path.file"),
 }
 REGISTRY = ROOT / "compgen" / "core" / "codes.py"
 TREES = {

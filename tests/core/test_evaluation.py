@@ -17,7 +17,7 @@ from compgen.core.evaluation.compiler import Compiler, find_compiler, load_funct
 from compgen.core.evaluation.interpreter import OPERATIONS, instructions_of
 from compgen.core.exceptions import InputError
 from compgen.error_model.model import build_error_model
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.robot.kinematics import nominal_chain
 
 needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler")

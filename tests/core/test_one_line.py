@@ -1,6 +1,6 @@
 """Messages: one printable line of at most 300 characters, cut in the middle so that place and mend stay."""
 
-from compgen.cli.messages import print_error
+from compgen.cli.screen.messages import print_error
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.one_line import MOST_CHARACTERS, one_line

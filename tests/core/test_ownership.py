@@ -15,8 +15,8 @@ from compgen.core.evaluation.compiler import find_compiler
 from compgen.core.evaluation.ownership import KEPT
 from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.pipelines.study.evaluate import Shared
 from compgen.pipelines.study.evaluate import evaluate as evaluate_scenario
 from compgen.pipelines.study.scenarios import build

@@ -21,7 +21,7 @@ from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter
 from compgen.error_model.sources import ORDER
 from compgen.error_model.uncertainty import table_of
 from compgen.identification import parameters
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.robot.kinematics import is_zero
 from compgen.verification.sources_to_faults import faults_of
 

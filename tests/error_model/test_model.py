@@ -12,8 +12,8 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.model import build_error_model
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.verification.twin import Twin
 

@@ -6,7 +6,7 @@ import pytest
 from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
 from compgen.error_model.rigid_chain import rigid_chain
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.kinematics import flange_pose
 from tests.shipped import ROOT
 

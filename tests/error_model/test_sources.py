@@ -36,7 +36,7 @@ from compgen.error_model.sources.link_offsets import LinkOffsets, parallel_axes
 from compgen.error_model.sources.measured_map import AxisMap, basis_expr
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.robot.kinematics import Chain, Frame, frames_at_zero, nominal_chain
 
 TOOL = Pose(np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3])))

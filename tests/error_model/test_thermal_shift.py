@@ -13,7 +13,7 @@ from compgen.error_model.schema import LoadsTable
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_shift import ThermalShift
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
 

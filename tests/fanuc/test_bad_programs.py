@@ -10,7 +10,7 @@ from compgen.core.exceptions import CompgenError
 from compgen.fanuc.analysis import inspection
 from compgen.fanuc.frames import default_frames
 from compgen.fanuc.listing.templates import FEW_TEXTS
-from compgen.pipelines.robot_file import load_robot
+from compgen.pipelines.files.robot_file import load_robot
 
 GOOD = b"""/PROG  GOOD
 /ATTR

@@ -10,7 +10,7 @@ from compgen.fanuc.analysis import inspection
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import read_traversal
-from compgen.pipelines.robot_file import load_cell, load_robot
+from compgen.pipelines.files.robot_file import load_cell, load_robot
 
 HOME, THERE = (10.0, 20.0, -15.0, 30.0, -60.0, 45.0), (15.0, 25.0, -20.0, 25.0, -55.0, 40.0)
 GO = "J P[1] 10% FINE"

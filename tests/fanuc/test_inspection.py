@@ -20,7 +20,7 @@ from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
 from compgen.fanuc.frames import default_frames, load_frames
-from compgen.pipelines.robot_file import load_robot
+from compgen.pipelines.files.robot_file import load_robot
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
 

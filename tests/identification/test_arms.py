@@ -17,8 +17,8 @@ from compgen.identification.log_evidence import GAIN, exchanged_sensors, log_evi
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import active_in_groups
 from compgen.identification.warm_up import CLOCK_SHIFTS
-from compgen.pipelines.identification_files import MeasurementFiles, identified_robot_text, read_measurements
-from compgen.pipelines.robot_file import arm_of, load_arm
+from compgen.pipelines.files.robot_file import arm_of, load_arm
+from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements
 from compgen.robot.kinematics import flange_pose
 
 SEED = 0  # its column bends with one node, its links with another and with a difference

@@ -10,7 +10,7 @@ from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.frame_fit import fit_frame, measured_lengths
 from compgen.identification.touches import read_artefact, read_touches
-from compgen.pipelines.robot_file import load_any_robot
+from compgen.pipelines.files.robot_file import load_any_robot
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 

@@ -14,7 +14,7 @@ from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.uncertainty import UncertainSource, prior_of
 from compgen.identification import identified_robot_file
 from compgen.identification.identified_robot_file import robot_text
-from compgen.pipelines.robot_file import arm_of, load_arm
+from compgen.pipelines.files.robot_file import arm_of, load_arm
 
 RECORD = {
     "model": "joints",

@@ -16,17 +16,17 @@ from synthetic import NOISE, made_up, measured, random_theta
 from typer.testing import CliRunner
 
 from compgen import fanuc
-from compgen.cli import identify, plan_poses
 from compgen.cli.app import app
+from compgen.cli.commands import identify, plan_poses
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
 from compgen.identification.parameters import symbolic_sources
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.planned import generate
 from compgen.thermal.history import History
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.sources_to_faults import faults_of

@@ -14,7 +14,7 @@ from compgen.identification.model import build_model
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import read_poses
 from compgen.identification.warm_up import as_warm_up, with_temperatures
-from compgen.pipelines.robot_file import load_any_robot, load_arm
+from compgen.pipelines.files.robot_file import load_any_robot, load_arm
 from compgen.robot.kinematics import flange_pose
 
 HEAD = "order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"

@@ -5,7 +5,7 @@ from naive_arm import flange
 
 from compgen.identification.model import build_model
 from compgen.identification.pose_planning import Site, visible_poses
-from compgen.pipelines.robot_file import load_robot
+from compgen.pipelines.files.robot_file import load_robot
 
 
 def seen(reflector, box, instrument=None, view=90.0, joints=(0, 20, -10, 0, -60, 0)):

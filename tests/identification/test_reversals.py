@@ -14,7 +14,7 @@ from compgen.error_model.source import ReversalWidths
 from compgen.identification.measurements import Measurements
 from compgen.identification.pose_files import motion_directions
 from compgen.identification.reversals import fit_lost_motion, with_directions, without_run_interiors
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.kinematics import flange_pose
 
 BACKLASH = np.array([2.5, 2.0, 2.5, 6.0, 7.0, 8.0]) * MDEG

@@ -28,7 +28,7 @@ from compgen.identification.measurements import (
 )
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 
 NOISE = 20 * UM

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.pose import Pose
 from compgen.identification.touch_candidates import Probe, Search, Targets, reachable_ways
-from compgen.pipelines.robot_file import load_robot
+from compgen.pipelines.files.robot_file import load_robot
 from compgen.robot.interference import Interference
 from compgen.robot.inverse_kinematics import Posture
 

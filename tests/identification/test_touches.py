@@ -4,7 +4,7 @@ import pytest
 
 from compgen.core.exceptions import InputError
 from compgen.identification.touches import read_artefact, read_touches
-from compgen.pipelines.robot_file import load_any_robot
+from compgen.pipelines.files.robot_file import load_any_robot
 
 ARTEFACT = """
 [artefact]

@@ -7,8 +7,8 @@ import pytest
 from shipped import ROOT
 from typer.testing import CliRunner
 
-from compgen.cli import identify
 from compgen.cli.app import app
+from compgen.cli.commands import identify
 
 assert identify
 sys.path.insert(0, str(ROOT / "robots"))

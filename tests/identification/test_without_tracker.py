@@ -20,8 +20,8 @@ from compgen.identification.model import build_model
 from compgen.identification.observability import unobservable, unseen_directions
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.plausibility import check_plausible, check_row_count, check_scale
-from compgen.pipelines.identification_files import MeasurementFiles, read_measurements
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
+from compgen.pipelines.measure.identification_files import MeasurementFiles, read_measurements
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 

@@ -24,7 +24,7 @@ from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis,
 from compgen.pipelines.anchor.path_places import path_places
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of
-from compgen.pipelines.state_in_place import base_rows
+from compgen.pipelines.files.state_in_place import base_rows
 
 WORLD = Pose(np.zeros(3), np.eye(3))
 SPIRAL = path_file("spiral_1300")

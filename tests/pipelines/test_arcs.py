@@ -10,8 +10,8 @@ from shipped import path_file, quiet
 from compgen import fanuc
 from compgen.core.exceptions import CompgenError
 from compgen.core.units import MM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.report.job_summary import job_summary
 from compgen.robot.kinematics import flange_pose

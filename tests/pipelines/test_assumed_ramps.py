@@ -9,10 +9,10 @@ from command_line import refused, run
 from shipped import path_file, quiet
 
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.assumed_ramps import SHARES, judge_ramps
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.assumed_ramps import SHARES, judge_ramps
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import execute
 

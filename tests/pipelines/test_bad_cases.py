@@ -18,9 +18,9 @@ from compgen.compensation import limited_correction, optimise
 from compgen.compensation.optimise import Status
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
-from compgen.pipelines import job_findings
-from compgen.pipelines.generate import generate, predict
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.findings import job_findings
+from compgen.pipelines.planned.generate import generate, predict
 from compgen.robot.inverse_kinematics import flange_from_tool, solve_flange
 
 SAME = 1e-9  # m, of two optima

@@ -13,11 +13,17 @@ from compgen.error_model.direction_memory import direction_states, reversal_widt
 from compgen.error_model.model import build_error_model
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.quantities import combined
-from compgen.pipelines import band as band_module
-from compgen.pipelines.band import DrivenProgram, assumed_findings, band_along, columns_along, uncertainty_of
-from compgen.pipelines.generate import predict
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.uncertainty import amounts, changed_job, quantities_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.uncertainty import amounts, changed_job, quantities_of
+from compgen.pipelines.planned.generate import predict
+from compgen.pipelines.uncertainty import band as band_module
+from compgen.pipelines.uncertainty.band import (
+    DrivenProgram,
+    assumed_findings,
+    band_along,
+    columns_along,
+    uncertainty_of,
+)
 from compgen.thermal import rises_during
 from compgen.thermal.duty import JointMotion
 from compgen.verification.band import radius_of

@@ -8,9 +8,9 @@ import pytest
 from shipped import ROOT, path_file, quiet
 
 from compgen.core.json_text import json_text
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
 from compgen.report import job_html, job_summary, waypoints_blocks
 from compgen.verification.deviation import deviation_from_path, statistics
 from compgen.verification.twin import execute

@@ -7,10 +7,10 @@ import tomlkit
 from command_line import refused, run
 from typer.testing import CliRunner
 
-from compgen.cli import correct
 from compgen.cli.app import app
-from compgen.pipelines.generate import generate
-from compgen.pipelines.path_file import load_job
+from compgen.cli.commands import correct
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned.generate import generate
 from compgen.verification.verdict import Verdict
 from tests.shipped import ROOT, path_file, quiet
 

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from shipped import ROOT
 
 from compgen.fanuc.analysis.traversal import NONE
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 
 PLACE = np.array([1300.0, 60.0, 210.0])
 GUESS = (0.0, 20.0, -30.0, 0.0, -60.0, 0.0)

@@ -11,7 +11,7 @@ from corrected import HOME, corrected, missed_um
 from ls_text import at, joint_form, program
 
 from compgen.fanuc import loads
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 
 TURNS = ([0, 0, 0, 0, 0, 0], [3, -2, 1, 0, 2, 0], [5, -3, 2, 1, 3, 1], [-4, 2, 3, 0, 1, 2])
 STEP = [np.array(HOME) + np.array(turn) for turn in TURNS]

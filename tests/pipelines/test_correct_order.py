@@ -18,7 +18,7 @@ from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.stations import REACH_SUBDIVISIONS, interpolate_poses, measure_reach
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.configuration import parse_config
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 
 DOWN = (180.0, 0.0, 0.0)

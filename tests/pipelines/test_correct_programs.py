@@ -4,7 +4,7 @@ import correct_programs
 import pytest
 from shipped import ROOT
 
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 
 ROBOT = str(ROOT / "robots" / "m710ic50.toml")
 

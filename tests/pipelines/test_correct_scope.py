@@ -11,7 +11,7 @@ from ls_text import at, cartesian, joint_form, program
 from shipped import ROOT
 
 from compgen.core.exceptions import InputError
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 
 THERE = (15.0, 25.0, -20.0, 25.0, -55.0, 40.0)
 AWAY = (-30.0, 35.0, 5.0, 40.0, -75.0, -20.0)

@@ -14,7 +14,7 @@ import compgen
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines.correct.result import options_of
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.thermal.ensemble import Ensemble, Start
 
 LATE = 7200.0  # s

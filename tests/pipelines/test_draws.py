@@ -12,14 +12,14 @@ from shipped import ROOT, path_file, quiet
 from compgen.compensation.solution import Status
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
-from compgen.pipelines import draws as flown
-from compgen.pipelines import generate
-from compgen.pipelines.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
-from compgen.pipelines.job import Job
-from compgen.pipelines.job_results import Corrected, Planned
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
-from compgen.pipelines.uncertainty import changed_job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.uncertainty import changed_job
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.pipelines.uncertainty import draws as flown
+from compgen.pipelines.uncertainty.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
 from compgen.verification.band import directed_moment
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare

@@ -12,10 +12,10 @@ from shipped import ROOT, path_file, quiet
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM, UM
 from compgen.fanuc import compose, interpret
-from compgen.pipelines import generate
-from compgen.pipelines.dry_run import dry_run_findings, lifted
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.program_text import planned_program, program_name_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.dry_run import dry_run_findings, lifted
+from compgen.pipelines.planned.program_text import planned_program, program_name_of
 from compgen.planning import toolpath
 from compgen.verification.twin import execute
 

@@ -9,11 +9,11 @@ from shipped import ROOT, path_file, quiet
 
 from compgen.core.resolved import MOST_VALUES, flat_keys
 from compgen.core.toml import check, read_toml, read_toml_text
-from compgen.pipelines import generate
-from compgen.pipelines.dry_run import lifted
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import cell_of, load_cell
-from compgen.pipelines.schema import PathFile
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import cell_of, load_cell
+from compgen.pipelines.files.schema import PathFile
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.dry_run import lifted
 from compgen.report import job_summary
 
 LINE = path_file("line_y")

@@ -11,9 +11,9 @@ from shipped import ROOT, path_file, quiet
 from compgen.compensation.problem import Solver
 from compgen.core.exceptions import InterferenceError
 from compgen.core.units import DEG, UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
 from compgen.verification.twin import TwinError, execute
 
 #: The planned J2 of the line is 18.2534 deg at least, in its middle, and its correction would lower it by 4 mdeg there.

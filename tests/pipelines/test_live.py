@@ -6,8 +6,8 @@ from flawed import flawed_file
 from shipped import path_file, quiet
 
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.pipelines.study.geometry import lay_out
 from compgen.pipelines.study.live_build import build_live
 from compgen.pipelines.study.live_check import check, drawn_settings

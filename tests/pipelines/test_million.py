@@ -15,8 +15,8 @@ from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableEr
 from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.planning import curves, exact_path, retiming, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
 from compgen.report import job_summary, waypoints_blocks, waypoints_csv

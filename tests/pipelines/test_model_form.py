@@ -8,11 +8,11 @@ from shipped import ROOT
 
 from compgen.core.findings import Finding
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.job_results import Corrected, Planned
-from compgen.pipelines.model_form import fly_across
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.pipelines.uncertainty.model_form import fly_across
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 

@@ -6,9 +6,9 @@ import pytest
 from shipped import path_file, quiet
 
 from compgen.core.codes import Level
-from compgen.pipelines import generate
-from compgen.pipelines.motion_findings import WHAT, motion_of_a_listing
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.findings.motion_findings import WHAT, motion_of_a_listing
+from compgen.pipelines.planned import generate
 from compgen.pipelines.study import timeline
 from compgen.report.heat_page import heat_json, heat_sentences
 from compgen.report.job_summary import job_summary

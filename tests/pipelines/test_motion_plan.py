@@ -8,9 +8,9 @@ from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
-from compgen.pipelines.generate import generate, predict
-from compgen.pipelines.motion_plan import plan_motion
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned.generate import generate, predict
 
 REPEATS = 3
 PATHS = ("line_y", "circle_1300")

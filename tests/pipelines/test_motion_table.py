@@ -4,7 +4,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 
 HASH = 64 * "a"
 IDENTIFIED = f'motion.identified={{robot="m710ic50", verdict="accepted", log_sha256="{HASH}", override_percent=50}}'

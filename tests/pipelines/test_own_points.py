@@ -11,9 +11,9 @@ from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
-from compgen.pipelines.generate import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.written_program import fly_written
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned.generate import generate
+from compgen.pipelines.planned.written_program import fly_written
 from compgen.planning.own_points import tables
 from compgen.planning.own_points.given import GivenArcs
 from tests.meshes import binary, grid_mesh

@@ -19,9 +19,9 @@ from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
 from compgen.fanuc.paging.manifest import check_manifest
 from compgen.fanuc.paging.stops import add_stops, head_line_count, positions_per_page
-from compgen.pipelines import delivery, generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import delivery, generate
 from compgen.thermal import Duty
 from compgen.verification.twin import execute
 from compgen.verification.verdict import Verdict

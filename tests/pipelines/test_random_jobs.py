@@ -8,8 +8,8 @@ from scipy.interpolate import CubicSpline
 from shipped import path_file, quiet
 
 from compgen.error_model.sources import ORDER
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 
 SEEDS = range(1000, 1006)
 WARM_CIRCLE = [

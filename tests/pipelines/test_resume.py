@@ -18,15 +18,15 @@ from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.fanuc.paging.join_check import JoinError
 from compgen.fanuc.paging.manifest import CHECKSUM, check_manifest, with_checksum
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
 from compgen.pipelines.resume.beginning import begin_at, begin_late, known_state
 from compgen.pipelines.resume.from_state import begin_with_state
 from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
-from compgen.pipelines.twin_of_job import twin_of
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import Duty
 from compgen.verification.deviation import deviation_from_path

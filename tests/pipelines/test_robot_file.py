@@ -13,8 +13,8 @@ from shipped import ROOT
 from compgen.core import toml
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import cell_of, find_robot, load_arm, load_cell
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import cell_of, find_robot, load_arm, load_cell
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 PATH = (ROOT / "paths" / "line_y.toml").read_text()

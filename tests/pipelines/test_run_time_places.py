@@ -4,7 +4,7 @@ import pytest
 import run_time_places
 from shipped import ROOT
 
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 
 
 @pytest.fixture(scope="module")

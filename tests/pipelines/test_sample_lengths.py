@@ -8,7 +8,7 @@ from ls_text import at, cartesian, program
 from numpy.testing import assert_allclose
 from shipped import ROOT
 
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.report.correction_summary import correction_summary
 
 AWAY = (40.0, 30.0, -5.0, 10.0, -70.0, 20.0)

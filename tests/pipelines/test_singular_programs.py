@@ -8,7 +8,7 @@ from ls_text import cartesian, program
 from shipped import ROOT
 
 from compgen.pipelines.correct.station_corrections import LARGEST_TURN, TURN_OF_MOVE
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 
 ROBOT = str(ROOT / "robots" / "m710ic50.toml")
 #: each was passed as inside with joints that turned round: 7, 15, 32 and 36 on a line, 11 and 37 at the shoulder

@@ -6,8 +6,9 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
 from compgen.compensation.optimise import Solution, Status
-from compgen.pipelines import generate, start_window
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files import start_window
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.thermal import JointMotion, rises_during, states_at
 
 AIR = 'ambient={kind="wave",value_degC=21,amplitude_K=2,period_h=24,peak_h=15}'

@@ -17,10 +17,10 @@ import compgen
 from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, MINUTE, UM
 from compgen.error_model.anchored_state import read_state, state_text
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.state_in_place import seconds_of_age
-from compgen.pipelines.uncertainty import quantities_of_cell
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.state_in_place import seconds_of_age
+from compgen.pipelines.files.uncertainty import quantities_of_cell
+from compgen.pipelines.planned import generate
 
 ATOL_M = 1e-9
 SPIRAL = path_file("spiral_1300")

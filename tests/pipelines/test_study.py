@@ -17,11 +17,11 @@ from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
-from compgen.cli import study_journal
+from compgen.cli.output_files import study_journal
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.pipelines.study import ASKS, ask, build, run
 from compgen.pipelines.study.evaluate import geometry_key
 from compgen.pipelines.study.geometry import execute_with, lay_out

@@ -20,9 +20,9 @@ from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
 from compgen.identification.measurements import Measurements
 from compgen.identification.parameters import symbolic_sources
-from compgen.pipelines.generate import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.planned.generate import generate
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin, execute

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file
 
 from compgen.core.units import HOUR, UM
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study import timeline
 
 FEED = 100  # mm/s

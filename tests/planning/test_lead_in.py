@@ -10,9 +10,9 @@ from shipped import path_file, quiet
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths, unknown_share
-from compgen.pipelines import generate
-from compgen.pipelines.motion_plan import plan_motion
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 
 PLAY = "robot.sources.hysteresis.backlash_mdeg=[2, 1.6, 2, 4, 4, 4]"
 SMALL = {

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.pose import Pose
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.planning import boundaries, curves, patterns, retiming, surfaces, toolpath
 from compgen.planning.retiming.trajectory import SAME_FEED
 from compgen.robot import inverse_kinematics, joint_path

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file
 
 from compgen.core.exceptions import ImpossibleError
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.planning import retiming
 from compgen.planning.retiming import state_to_state
 from compgen.planning.retiming.blocks import Blocks

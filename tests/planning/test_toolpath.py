@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.planning import boundaries, curves, patterns, surfaces, toolpath
 
 PATHS = Path(__file__).parents[2] / "paths"

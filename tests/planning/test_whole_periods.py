@@ -12,10 +12,10 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
 from compgen import fanuc
-from compgen.pipelines import generate
-from compgen.pipelines.motion_plan import plan_motion
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.period_findings import over_periods
+from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.findings.period_findings import over_periods
+from compgen.pipelines.planned import generate
 from compgen.planning.whole_periods import STRETCH, Cells, Periods, lay_out
 
 ONE, ROUNDING = 1.6e-3, 1.8e-6  # m

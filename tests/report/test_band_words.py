@@ -11,14 +11,14 @@ import pytest
 from shipped import ROOT, path_file, quiet
 
 import compgen
-from compgen.cli.junit import Outcome, junit_xml
+from compgen.cli.screen.junit import Outcome, junit_xml
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.error_model.unknown import NOT_KNOWN, Unknown, still_unknown
-from compgen.pipelines import generate
-from compgen.pipelines.band import assumed_findings
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.planned import generate
+from compgen.pipelines.uncertainty.band import assumed_findings
 from compgen.report.band_page import band_facts
 from compgen.report.band_words import band_record, band_sentence, headline
 from compgen.report.files import job_reports

@@ -11,8 +11,8 @@ import pytest
 from plotly.colors import get_colorscale
 from shipped import path_file, quiet
 
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.pipelines.study import timeline
 from compgen.report.figure import LIGHT_TO_DARK, RED_TO_BLUE, axis, div, figure, library, packed_array, spans, trace
 from compgen.report.heat_page import heat_html

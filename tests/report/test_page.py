@@ -10,8 +10,8 @@ from shipped import path_file, quiet
 import compgen
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.report.inputs import SHORT, duties_words, job_inputs
 from compgen.report.job_page import job_html
 from compgen.report.page import PageOptions, findings_list, in_words, page, style

@@ -5,8 +5,8 @@ import pytest
 from shipped import path_file, quiet
 
 from compgen.core.decimals import short_columns
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.report import figure, job_figures, waypoints_csv
 
 

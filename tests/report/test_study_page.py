@@ -7,7 +7,7 @@ import pytest
 from shipped import path_file
 
 from compgen.core.units import UM
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study import Answer, Scenario, Study
 from compgen.report.answer_figures import answer_figure, passes_table
 from compgen.report.figure import unpacked

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.fanuc.configuration import has_posture
-from compgen.pipelines.robot_file import load_any_robot, load_robot
+from compgen.pipelines.files.robot_file import load_any_robot, load_robot
 from compgen.robot.inverse_kinematics import ALL_POSTURES, is_class, solve_flange
 from compgen.robot.kinematics import flange_pose
 from tests.shipped import ROOT

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from compgen.core.toml import read_toml_text
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import cell_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import cell_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, check_arm_class, solve_flange
 from compgen.robot.kinematics import flange_pose
 from tests.shipped import ROOT

@@ -9,7 +9,7 @@ from command_line import refused, run
 from numpy.testing import assert_allclose
 
 from compgen.core.rotations import rotation_matrix, to_wpr
-from compgen.pipelines.robot_file import load_robot
+from compgen.pipelines.files.robot_file import load_robot
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.urdf import read_urdf
 

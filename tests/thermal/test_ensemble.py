@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file
 
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rises_during, state_after
 from compgen.thermal.ensemble import Ensemble, Start, duties_before, mean_rises, rises_at, rises_of, states_at_runs
 

@@ -7,7 +7,7 @@ import pytest
 from shipped import path_file
 
 from compgen.core.units import HOUR
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, rise_history
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_fit import TemperatureLog

@@ -9,7 +9,7 @@ from lying_logs import logged_day
 from numpy.testing import assert_allclose
 from shipped import path_file
 
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal.log_doubt import doubt_of, hidden_lies
 from compgen.thermal.log_end import end_of
 from compgen.thermal.log_fit import TemperatureLog, fit_log

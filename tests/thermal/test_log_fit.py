@@ -10,7 +10,7 @@ from shipped import path_file
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Duty, rise_history
 from compgen.thermal.log_fit import TemperatureLog, fit_log
 

@@ -5,7 +5,7 @@ from shipped import ROOT, path_file
 
 from compgen.core.exceptions import InputError
 from compgen.core.toml import read_toml
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal.tables.materials import MATERIALS
 
 NETWORK = read_toml(ROOT / "robots" / "m710ic50.toml", "robots")["thermal"]["network"]

@@ -15,8 +15,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
-from compgen.pipelines.motion_plan import plan_written_motion
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.motion_plan import plan_written_motion
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
 from compgen.thermal.drive_losses import joint_torques, segment_losses
 from compgen.thermal.network import Body, Housing, assemble_volumes, energy_balance, modal_form

@@ -12,7 +12,7 @@ from shipped import path_file
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, rise_history, state_after, still_air
 from compgen.thermal.schedule import Shift, Step, expand_steps
 

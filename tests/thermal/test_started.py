@@ -7,7 +7,7 @@ from shipped import path_file
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 from compgen.thermal.ensemble import Start, duties_before, started
 from compgen.thermal.integration import state_after
 

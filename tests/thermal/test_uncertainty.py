@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.units import HOUR, MM
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.thermal import Ambient, Duty, JointMotion, rises_during, state_after
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, missed_rise, rise_by_air, rise_by_model

@@ -9,8 +9,8 @@ from shipped import path_file
 
 from compgen import fanuc
 from compgen.core.rotations import rotation_matrix, rotation_vector
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.kinematics import flange_pose
 from compgen.verification.twin import TwinError, prepare

@@ -14,7 +14,7 @@ from compgen.error_model.direction_memory import DirectionState, direction_state
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources import ORDER
 from compgen.error_model.sources.hysteresis import Hysteresis
-from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
 from compgen.verification.twin.direction_history import DirectionHistory, joint_side, recurrence

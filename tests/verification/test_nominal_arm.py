@@ -6,8 +6,8 @@ from shipped import path_file, quiet
 
 from compgen.core.evaluation import evaluate
 from compgen.core.pose import Pose
-from compgen.pipelines import generate
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.verification.twin import TwinError, nominal_arm
 from compgen.verification.twin.nominal_arm import AGREEMENT, build_grown_pose, pinocchio_difference
 

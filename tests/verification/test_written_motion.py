@@ -9,9 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
-from compgen.pipelines.generate import generate
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned.generate import generate
 from compgen.report import job_summary, waypoints_blocks
 from compgen.verification.twin import prepare
 from compgen.verification.written_motion import read_motion

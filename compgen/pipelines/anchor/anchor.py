@@ -32,8 +32,8 @@ from compgen.pipelines.anchor.result import Anchored
 from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
 from compgen.pipelines.anchor.verdict import APART, RIVAL, Moved, verdict_of
-from compgen.pipelines.job import Job
-from compgen.pipelines.start_window import Course, windows
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.start_window import Course, windows
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.rises_to_state import state_with_rises
 

@@ -24,7 +24,7 @@ from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
 from compgen.pipelines.anchor.path_places import PathPlaces
 from compgen.pipelines.anchor.touching import Touched, missing_of, smooth
 from compgen.pipelines.anchor.unknowns import Unknowns
-from compgen.pipelines.job import Job
+from compgen.pipelines.files.job import Job
 
 
 @dataclass(frozen=True, eq=False, slots=True)

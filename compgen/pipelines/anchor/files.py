@@ -10,9 +10,9 @@ from compgen.core.toml import toml_value
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.anchor.anchor import anchor
 from compgen.pipelines.anchor.result import Anchored
-from compgen.pipelines.identification_files import artefact_of_touches
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.touch_targets import frame_of_artefact
+from compgen.pipelines.anchor.touch_targets import frame_of_artefact
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.measure.identification_files import artefact_of_touches
 
 
 def anchor_files(

@@ -12,7 +12,7 @@ from compgen.pipelines.anchor.estimate import Estimate, PathColumns
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.touching import Touched
 from compgen.pipelines.anchor.unknowns import Unknowns
-from compgen.pipelines.job import Job
+from compgen.pipelines.files.job import Job
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
 

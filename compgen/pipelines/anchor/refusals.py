@@ -14,7 +14,7 @@ from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Innovation, Judged,
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns
 from compgen.pipelines.anchor.verdict import probability
-from compgen.pipelines.job import Cell
+from compgen.pipelines.files.job import Cell
 
 MUCH = 10.0  # difference of the logarithms of two evidences
 STEP = 15 * MINUTE  # of the hours that are tried

@@ -14,7 +14,7 @@ from compgen.pipelines.anchor.path_places import PathPlaces
 from compgen.pipelines.anchor.touching import Touched
 from compgen.pipelines.anchor.unknowns import Unknowns
 from compgen.pipelines.anchor.verdict import Moved
-from compgen.pipelines.job import Job
+from compgen.pipelines.files.job import Job
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

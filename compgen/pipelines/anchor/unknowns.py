@@ -22,9 +22,9 @@ from compgen.error_model.posterior import numbers_of
 from compgen.error_model.quantities import Quantity
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Prior
-from compgen.pipelines.job import Job
-from compgen.pipelines.state_in_place import base_rows, drifting_row
-from compgen.pipelines.uncertainty import quantities_of_cell
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.state_in_place import base_rows, drifting_row
+from compgen.pipelines.files.uncertainty import quantities_of_cell
 
 BASE_SHIFT = 10 * UM  # standard deviation from day to day where the robot file says none [assumed]
 MOVED_SHIFT, MOVED_TURN = 1 * MM, 50 * MDEG  # of a base that was hit [assumed]

@@ -36,9 +36,9 @@ from compgen.pipelines.correct.sample_lengths import sample_lengths
 from compgen.pipelines.correct.served_starts import ServedProof
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
-from compgen.pipelines.dry_run import raised_findings
-from compgen.pipelines.job import Cell
-from compgen.pipelines.program_text import running_override
+from compgen.pipelines.files.job import Cell
+from compgen.pipelines.planned.dry_run import raised_findings
+from compgen.pipelines.planned.program_text import running_override
 from compgen.thermal import Duty
 
 NEGLIGIBLE = 1e-9  # [m], [rad] a correction below this is none

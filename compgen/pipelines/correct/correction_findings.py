@@ -19,12 +19,12 @@ from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.stops import controller_capacity
-from compgen.pipelines import job_findings
-from compgen.pipelines.averaging_findings import WIDE, ensemble_words, start_words
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
-from compgen.pipelines.motion_findings import motion_of_a_listing
+from compgen.pipelines.findings import job_findings
+from compgen.pipelines.findings.motion_findings import motion_of_a_listing
+from compgen.pipelines.planned.averaging_findings import WIDE, ensemble_words, start_words
 
 ROUNDING = 3 * UM  # what rounding alone may add to a corrected station
 MAX_DEVIATION = 2 * UM  # of a straight line between corrected ends, above which it is a finding

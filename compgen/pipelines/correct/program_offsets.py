@@ -24,8 +24,8 @@ from compgen.fanuc.registers import Register
 from compgen.pipelines.correct.correct import correct
 from compgen.pipelines.correct.proof import PoseErrors, execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, Options
-from compgen.pipelines.job import Cell
-from compgen.pipelines.offset_kinds import (
+from compgen.pipelines.files.job import Cell
+from compgen.pipelines.planned.offset_kinds import (
     FRAME,
     FULL,
     NOTHING,

@@ -15,7 +15,7 @@ from compgen.fanuc.analysis.stations import chains, commanded_joints, interpolat
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.pipelines.correct.starts import PLANNED, Weighted, duties_until, slowed
 from compgen.pipelines.correct.station_corrections import LARGEST_TURN, explained_turns, heat_motion
-from compgen.pipelines.job import Cell
+from compgen.pipelines.files.job import Cell
 from compgen.thermal import Duty, initial_state
 from compgen.thermal.network import with_losses
 from compgen.verification.sources_to_faults import faults_of

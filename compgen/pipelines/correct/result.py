@@ -17,8 +17,8 @@ from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution
 from compgen.pipelines.correct.starts import ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
-from compgen.pipelines.dry_run import check_height
-from compgen.pipelines.job import Cell
+from compgen.pipelines.files.job import Cell
+from compgen.pipelines.planned.dry_run import check_height
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
 from compgen.verification.band import Band

@@ -16,10 +16,10 @@ from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY
 from compgen.error_model.anchored_state import parse_state
-from compgen.pipelines.job import Cell, Job
+from compgen.pipelines.files.job import Cell, Job
+from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.files.state_in_place import cell_with_state
 from compgen.pipelines.resume.whole import Whole
-from compgen.pipelines.robot_file import load_cell
-from compgen.pipelines.state_in_place import cell_with_state
 from compgen.thermal import Ambient, state_after, states_at
 
 MOST_LATE = 7 * DAY

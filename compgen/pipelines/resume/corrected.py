@@ -43,11 +43,11 @@ from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution, execute_program, pose_errors
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.correct.station_corrections import heat_motion
-from compgen.pipelines.job import Cell
+from compgen.pipelines.files.job import Cell
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
-from compgen.pipelines.robot_file import load_cell
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.history import STANDING

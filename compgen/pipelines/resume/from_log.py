@@ -8,10 +8,10 @@ from typing import Any
 from compgen.core.files import read_regular
 from compgen.core.toml import check, override, read_toml
 from compgen.core.units import MINUTE
-from compgen.pipelines.job import Job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at
 from compgen.pipelines.resume.whole import Whole
-from compgen.pipelines.schema import PathFile
 from compgen.thermal import tables
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.growing_log import read_growing_log

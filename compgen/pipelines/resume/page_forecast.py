@@ -13,14 +13,14 @@ from compgen.core.units import UM
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.error_model.model import build_error_model
 from compgen.fanuc import Program
-from compgen.pipelines.job import Job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.state_in_place import cell_with_state
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at, known_state, unmoved
 from compgen.pipelines.resume.driven_course import Course, motion_from, page_motion
 from compgen.pipelines.resume.page_times import PageTimes
 from compgen.pipelines.resume.resume import segments_on_part
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
-from compgen.pipelines.state_in_place import cell_with_state
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion, states_at
 from compgen.thermal.rise_filter import Miss, filter_of

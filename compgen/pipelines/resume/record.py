@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compgen.fanuc.paging.manifest import with_checksum
-from compgen.pipelines.delivery import page_facts
+from compgen.pipelines.planned.delivery import page_facts
 
 if TYPE_CHECKING:
     from compgen.pipelines.resume.result import Resumed

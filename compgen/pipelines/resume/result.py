@@ -9,8 +9,8 @@ from compgen.core.arrays import Array, rms
 from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.fanuc import Program
-from compgen.pipelines.delivery import PageStart
-from compgen.pipelines.job_results import Planned
+from compgen.pipelines.planned.delivery import PageStart
+from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.verification.band import Band

@@ -28,12 +28,11 @@ from compgen.fanuc import Program
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.paging.canonical_split import excerpt
 from compgen.fanuc.paging.join_check import gap_between, join_programs
-from compgen.pipelines import job_findings
-from compgen.pipelines.band import band_along
-from compgen.pipelines.delivery import PageStart
-from compgen.pipelines.generate import find_correction, start_windows
-from compgen.pipelines.job_results import Planned
-from compgen.pipelines.program_text import compose_program
+from compgen.pipelines.findings import job_findings
+from compgen.pipelines.planned.delivery import PageStart
+from compgen.pipelines.planned.generate import find_correction, start_windows
+from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.planned.program_text import compose_program
 from compgen.pipelines.resume.beginning import Beginning, Known, known_state
 from compgen.pipelines.resume.pages_anew import prove_pages, read_written, steps_of, write_pages
 from compgen.pipelines.resume.record import manifest_anew
@@ -41,6 +40,7 @@ from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_e
 from compgen.pipelines.resume.result import Join, PageResult, Resumed, size_of
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.pipelines.uncertainty.band import band_along
 from compgen.planning import retiming
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import Deviation, deviation_from_path

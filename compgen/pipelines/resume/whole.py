@@ -14,11 +14,11 @@ from compgen.core.stages import Progress
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.fanuc.paging.stops import PageStops
-from compgen.pipelines.averaging import planned_rises
-from compgen.pipelines.generate import find_correction
-from compgen.pipelines.job import Job
-from compgen.pipelines.job_results import Planned
-from compgen.pipelines.motion_plan import plan_motion
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.pipelines.planned.averaging import planned_rises
+from compgen.pipelines.planned.generate import find_correction
+from compgen.pipelines.planned.job_results import Planned
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion

@@ -11,8 +11,8 @@ from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.strict_json import read_json
 from compgen.core.toml import check
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
-from compgen.pipelines.job import Job
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.resume.manifest_schema import JobManifest, ProgramManifest
 
 WRITTEN = "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into"

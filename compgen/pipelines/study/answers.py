@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.units import MM
-from compgen.pipelines.job import Job
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study.questions import ASKS, Answer, ask, passes
 
 QUESTIONS = (*ASKS, "passes")

@@ -11,9 +11,9 @@ from compgen.core.codes import Level
 from compgen.core.exceptions import CompgenError
 from compgen.core.findings import first_message
 from compgen.core.units import UM
-from compgen.pipelines import generate
-from compgen.pipelines.job import Job
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.pipelines.study.geometry import Geometry, execute_with, lay_out
 from compgen.pipelines.study.sample_band import band_at_samples
 from compgen.pipelines.study.scenarios import Scenario, Study

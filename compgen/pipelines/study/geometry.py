@@ -7,10 +7,10 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.pose import Pose
 from compgen.error_model.model import ErrorModel, build_error_model
-from compgen.pipelines import generate
-from compgen.pipelines.job import Job
-from compgen.pipelines.program_text import planned_program
-from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.program_text import planned_program
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion
 from compgen.verification.twin import Execution, PreparedProgram, prepare

@@ -18,14 +18,14 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.knowledge import build_slopes
-from compgen.pipelines.band import MISSING, by_source, least_missing
-from compgen.pipelines.job import Job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of
 from compgen.pipelines.study.live_day import BuildUp, NodeLaw, Stage, after_stages
 from compgen.pipelines.study.live_model import Live, Setting, State, air_since, expansion_factor, state_of
 from compgen.pipelines.study.live_places import own_heat, single
 from compgen.pipelines.study.sample_band import part_weight, some_samples
-from compgen.pipelines.uncertainty import quantities_of
+from compgen.pipelines.uncertainty.band import MISSING, by_source, least_missing
 from compgen.thermal.uncertainty import STEP, steady_miss
 from compgen.verification.band import ONE_SIDED, radius_of, squares
 

@@ -7,18 +7,18 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.stages import Progress
-from compgen.pipelines import generate
-from compgen.pipelines.averaging import planned_rises
-from compgen.pipelines.job import Job
-from compgen.pipelines.job_results import Corrected, Planned
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.averaging import planned_rises
+from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.study.geometry import Geometry, executed, lay_out
 from compgen.pipelines.study.live_band import LiveBand, band_places
 from compgen.pipelines.study.live_day import NodeLaw, fixed_stages
 from compgen.pipelines.study.live_model import Heat, Live
 from compgen.pipelines.study.live_places import Flown, fly_planned, places_of
 from compgen.pipelines.study.live_sliders import Day, day_of
-from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty, NodeModel, state_after
 from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.history import History

@@ -11,11 +11,11 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError
 from compgen.core.toml import check, override, read_toml, read_toml_text
 from compgen.core.units import HOUR, MINUTE, MM
-from compgen.pipelines.day_plan import Programs
-from compgen.pipelines.job import Job
-from compgen.pipelines.path_file import programs_of
-from compgen.pipelines.robot_file import find_robot
-from compgen.pipelines.schema import PathFile
+from compgen.pipelines.files.day_plan import Programs
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import programs_of
+from compgen.pipelines.files.robot_file import find_robot
+from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.study.live_day import Stage, Stops, fixed_stages
 from compgen.thermal import Duty, NodeModel
 from compgen.thermal.drive_losses import mean_losses

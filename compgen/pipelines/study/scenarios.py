@@ -15,7 +15,7 @@ from compgen.core.csv_table import read_csv
 from compgen.core.exceptions import CompgenError, InputError, TableError
 from compgen.core.files import read_regular
 from compgen.core.toml import suggest, toml_value
-from compgen.pipelines.path_file import load_job
+from compgen.pipelines.files.path_file import load_job
 
 MOST = 100_000
 _NUMBERS_WITH_COLONS = re.compile(r"[\s\d.+\-eE]+(:[\s\d.+\-eE]*)+")

@@ -7,13 +7,13 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR, MM
-from compgen.pipelines.band import MISSING
 from compgen.pipelines.study.live_band import LiveBand, LiveQuantity
 from compgen.pipelines.study.live_build import LiveJob
 from compgen.pipelines.study.live_day import NodeLaw, Stage
 from compgen.pipelines.study.live_model import ONE_START, Heat
 from compgen.pipelines.study.live_places import Places
 from compgen.pipelines.study.live_sliders import Slider
+from compgen.pipelines.uncertainty.band import MISSING
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.verification.band import ONE_SIDED, quantiles
 

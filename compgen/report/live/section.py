@@ -14,14 +14,14 @@ import numpy as np
 from compgen.core.codes import Level
 from compgen.core.findings import first_message
 from compgen.core.units import UM
-from compgen.pipelines.band import not_known
-from compgen.pipelines.motion_findings import with_motion
+from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import LiveJob
 from compgen.pipelines.study.live_check import BOUND, Agreement
 from compgen.pipelines.study.live_model import at, planned_setting
 from compgen.pipelines.study.live_places import Places
 from compgen.pipelines.study.live_sliders import Slider
+from compgen.pipelines.uncertainty.band import not_known
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.live.record import live_record, sources_of

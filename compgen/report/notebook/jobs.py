@@ -9,13 +9,13 @@ from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import Finding
 from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
-from compgen.pipelines import generate as pipeline
-from compgen.pipelines.averaging import Averaged
-from compgen.pipelines.job import Job
-from compgen.pipelines.job_results import Corrected, Planned
-from compgen.pipelines.path_file import load_job as read_job
-from compgen.pipelines.robot_file import load_robot as read_robot
-from compgen.pipelines.state_in_place import seconds_of_age, state_overrides
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import load_job as read_job
+from compgen.pipelines.files.robot_file import load_robot as read_robot
+from compgen.pipelines.files.state_in_place import seconds_of_age, state_overrides
+from compgen.pipelines.planned import generate as pipeline
+from compgen.pipelines.planned.averaging import Averaged
+from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report.files import job_reports
 from compgen.report.job_figures import job_figures
 from compgen.report.job_page import FIGURES

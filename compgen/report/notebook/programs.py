@@ -15,14 +15,14 @@ from compgen.core.toml import brief_value
 from compgen.fanuc import LsProgram, loads
 from compgen.pipelines import correct as pipeline
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.program_file import read_frames, read_registers, refuse_corrected
+from compgen.pipelines.correct.program_file import read_program as read_bytes
+from compgen.pipelines.correct.programs_beside import programs_beside
 from compgen.pipelines.correct.result import options_of
-from compgen.pipelines.history_words import load_before
-from compgen.pipelines.program_file import read_frames, read_registers, refuse_corrected
-from compgen.pipelines.program_file import read_program as read_bytes
-from compgen.pipelines.programs_beside import programs_beside
-from compgen.pipelines.robot_choice import robot_of_program
-from compgen.pipelines.robot_file import load_cell
-from compgen.pipelines.state_in_place import begin
+from compgen.pipelines.files.history_words import load_before
+from compgen.pipelines.files.robot_choice import robot_of_program
+from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.files.state_in_place import begin
 from compgen.report.correction_page import FIGURES, correction_figures
 from compgen.report.correction_summary import correction_columns, correction_summary
 from compgen.report.files import correction_files

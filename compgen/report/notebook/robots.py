@@ -13,8 +13,8 @@ from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
-from compgen.pipelines.identification_files import MeasurementFiles, identified_texts, read_measurements
-from compgen.pipelines.robot_file import load_arm
+from compgen.pipelines.files.robot_file import load_arm
+from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements
 from compgen.report.identification_page import FIGURES, identification_figures, identification_html
 from compgen.report.identification_summary import identification_summary
 from compgen.report.inputs import Inputs, measured_inputs

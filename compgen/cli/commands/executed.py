@@ -1,0 +1,115 @@
+"""The command that judges a run by a log of its positions."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from compgen.cli.machine import use_cores
+from compgen.cli.options import options as opt
+from compgen.cli.options.completion import complete_programs
+from compgen.cli.options.page_options import Assets, AssetsOption, PageDate, page_files, page_options
+from compgen.cli.output_files.figure_files import FiguresOption
+from compgen.cli.output_files.ownership import EXECUTED, check_executed_folder
+from compgen.cli.output_files.publish import publish
+from compgen.cli.screen.console import finding_lines
+from compgen.cli.screen.messages import print_error, print_record
+from compgen.core.codes import Level
+from compgen.core.exceptions import naming_file
+from compgen.core.files import file_hash
+from compgen.core.findings import first_message
+from compgen.core.json_text import json_text
+
+
+def executed(
+    program: opt.ProgramFile,
+    log: opt.PositionLog = None,
+    robot: opt.ProgramRobot = None,
+    frames: opt.FramesFile = None,
+    registers: opt.RegistersFile = None,
+    in_world: opt.InWorld = False,
+    also: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--also", autocompletion=complete_programs, help="A program that may have been run instead; repeatable."
+        ),
+    ] = None,
+    max_um: opt.MaxUm = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>_executed.")
+    ] = None,
+    as_json: opt.Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
+    date: PageDate = None,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
+) -> None:
+    """Say whether a log of positions is of this program, at which override, in which time, and how true to the path."""
+    from compgen.pipelines.correct.program_file import read_frames, read_program, read_registers
+    from compgen.pipelines.correct.programs_beside import programs_beside
+    from compgen.pipelines.executed.executed import Situation, judge, read_text
+    from compgen.pipelines.files.robot_choice import robot_of_program
+    from compgen.pipelines.files.robot_file import find_robot, load_robot
+    from compgen.report.executed_page import executed_html
+    from compgen.report.executed_summary import executed_csv, executed_summary
+    from compgen.report.inputs import measured_inputs
+    from compgen.verification.executed.position_log import read_position_log
+
+    log = opt.position_log(log)
+    bound = opt.checked_bound(max_um)
+    folder = opt.output_folder(program, output, "_executed")
+    content = read_program(program)
+    with naming_file(program):
+        robot_file = str(find_robot(robot if robot is not None else robot_of_program(content)))
+        arm = load_robot(robot_file)
+        text = read_text(program, content)
+    check_executed_folder(folder, text.name)
+    options = page_options(folder, assets, date)
+    others = [(name, read_program(name)) for name in also or []]
+    situation = Situation(arm, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world)
+    with naming_file(program):
+        situation.course(content)  # what is wrong with the program is named before the log is read
+    positions = read_position_log(log)
+    use_cores(workers)
+    run = judge(text, positions, situation, others, bound)
+    summary = executed_summary(run, text, arm, bound)
+    inputs = measured_inputs(
+        arm.name,
+        (robot_file, file_hash(robot_file)),
+        [("program", program, file_hash(program)), ("log", log, file_hash(log))],
+    )
+    files = {
+        EXECUTED: json_text(summary),
+        "executed.html": executed_html(run, summary, inputs, options),
+        "executed.csv": executed_csv(run),
+    }
+    reports = page_files(folder, files, figures, options)
+    publish(folder, {}, reports)
+    if as_json:
+        print_record(files[EXECUTED])
+    elif not quiet:
+        sys.stdout.write("".join(f"{line}\n" for line in _lines(summary)))
+        sys.stdout.write(f"wrote {', '.join(files)} to {folder}\n")
+    if outside := first_message(Level.OUTSIDE, run.findings):
+        raise typer.Exit(print_error(f"outside: {outside}", 1))
+
+
+def _lines(summary: dict[str, Any]) -> list[str]:
+    """What the command prints."""
+    log, time, covered = summary["log"], summary["time"], summary["covered"]
+    off = "" if time["off_percent"] is None else f" ({time['off_percent']:+.2f} %)"
+    overrides = ", then ".join(f"{s['percent']:.0f} %" for s in summary["override"]) or "not known"
+    lines = [
+        f"{summary['name']}: {log['rows']} rows every {log['period_ms']:.3g} ms, {100 * covered['share']:.1f} % of the "
+        f"path ({covered['from']} to {covered['to']})",
+        f"override {overrides}; {time['took_s']:.2f} s between its first and last steady row, planned "
+        f"{time['expected_s']:.2f} s{off}; the program began at {time['start_s']:.3f} s of the log's clock",
+    ]
+    lines += [
+        f"{name}: max {d['max_um']:.1f}, p99 {d['p99_um']:.1f}, rms {d['rms_um']:.1f} um; largest at {d['at']}"
+        for name, d in summary["deviation"].items()
+    ]
+    lines.append(f"verdict: {summary['verdict']}")
+    return [*lines, *finding_lines(summary["findings"])]

@@ -1,0 +1,1 @@
+"""Options, their words and their completion."""

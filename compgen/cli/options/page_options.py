@@ -1,0 +1,119 @@
+"""What every command that writes a page takes for it: a date, and whether plotly.js lies in it or beside many."""
+
+import os
+import re
+from collections.abc import Mapping
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from compgen.cli.output_files.figure_files import Content, FigureFormat, with_figures
+from compgen.cli.output_files.publish import check_writable, write_file
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
+
+if TYPE_CHECKING:
+    from compgen.report.page import PageOptions
+
+
+class Assets(StrEnum):
+    """Where plotly.js lies."""
+
+    INLINE = "inline"
+    SHARED = "shared"
+
+
+AssetsOption = Annotated[
+    Assets,
+    typer.Option("--assets", help="plotly.js inside the page, or shared: once, in the folder above the page's."),
+]
+PageDate = Annotated[str | None, typer.Option("--date", help="Date on the page, YYYY-MM-DD; none unless given.")]
+
+
+def page_options(folder: Path, assets: Assets, date: str | None = None) -> "PageOptions":
+    """What a page is made with; refused before any work where the script cannot lie above its folder.
+
+    Args:
+        folder: Of the page.
+        assets: Where plotly.js lies.
+        date: As typed: YYYY-MM-DD or YY-MM-DD.
+
+    Raises:
+        InputError: No date, or a folder above that cannot hold the script.
+    """
+    from compgen.report.page import PageOptions
+
+    shown = "" if date is None else page_date(date)
+    if assets is Assets.INLINE:
+        return PageOptions(shown)
+    script = _script_above(folder)
+    check_writable(script.parent)
+    _is_there(script)
+    return PageOptions(shown, f"../{script.name}")
+
+
+def page_files(
+    folder: Path, files: Mapping[str, Content], figures: FigureFormat | None, options: "PageOptions"
+) -> dict[str, Content]:
+    """The files of a run, a page among them, with its figures' files; the script that it shares is put above it."""
+    reports = with_figures(folder, files, figures)
+    share_script(folder, options)
+    return reports
+
+
+def share_script(folder: Path, options: "PageOptions") -> None:
+    """Put plotly.js into the folder above a page's, where the page asks for it there and it is not there yet.
+
+    Several runs may do so at the same moment: the file appears whole, and all of them write the same.
+
+    Raises:
+        InputError: The folder cannot be written, or another file of its name is there.
+    """
+    if not options.script:
+        return
+    from compgen.report.figure import library
+
+    script = _script_above(folder)
+    if not _is_there(script):
+        script.parent.mkdir(parents=True, exist_ok=True)
+        write_file(script, library())
+
+
+def page_date(date: str) -> str:
+    """A date as a page shows it, YYYY-MM-DD.
+
+    Raises:
+        InputError: It is none.
+    """
+    try:
+        return datetime.fromisoformat(f"20{date}" if re.fullmatch("..-..-..", date) else date).date().isoformat()
+    except ValueError:
+        raise InputError(f"--date {date!r:.40}: not a date; write it as 2026-01-31") from None
+
+
+def _script_above(folder: Path) -> Path:
+    from compgen.report.figure import library_name
+
+    return Path(os.path.abspath(folder)).parent / library_name()  # as a browser reads ../ in the page's address
+
+
+def _is_there(script: Path) -> bool:
+    """Whether the script is there already; raises InputError where a file of its name is another."""
+    from compgen.report.figure import library
+
+    try:
+        same = read_regular(script) == library()
+    except FileNotFoundError:
+        if not os.path.lexists(script):
+            return False
+        if not os.path.islink(script):
+            return _is_there(script)  # another run has put it there since
+        same = False
+    except OSError:
+        same = False
+    if not same:
+        raise InputError(f"{script}: it is there and not the script of figures; move it away, or use --assets inline")
+    return True

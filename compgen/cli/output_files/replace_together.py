@@ -1,0 +1,141 @@
+"""Some files of a folder replaced in one step, so that whoever reads them has all of the old ones or all of the new.
+
+The new files and hard links to all others are laid into a hidden folder, which then changes places with the old one in
+one step of the file system. Files of others keep their data and stay what they are. Where a folder cannot be exchanged
+(a folder is in it, somebody stands in it, the system cannot), the new files are first made complete in a hidden folder
+inside it; a run that is killed while they take their places is brought to its end by the next one. The figures of a
+page that is replaced go with it.
+"""
+
+import os
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from compgen.cli.output_files.figure_files import Content, earlier_figures
+from compgen.cli.output_files.folder_lock import alone_in
+from compgen.cli.output_files.publish import MARK, exchange, refusal, remove_leftovers, remove_stage
+from compgen.core import interrupts
+
+COMPLETE = f"{MARK}resumed"  # holds files that are complete, and shall take their places
+
+
+def replace_together(folder: Path, files: Mapping[str, Content]) -> None:
+    """Put files into a folder that exists, in place of those of their names.
+
+    Raises:
+        InputError: The folder cannot be written; nothing has changed.
+    """
+    interrupts.raise_on_signal()
+    target = folder.resolve()
+    try:
+        with alone_in(target):
+            _clear_up(target)
+            beside = target.parent / interrupts.temporary_name(f".{target.name}{MARK}")
+            with interrupts.raise_later():
+                if not (_can_move(target) and _exchanged(target, beside, files)):
+                    _one_by_one(target, files)
+    except OSError as failure:
+        raise refusal(folder, failure.strerror or str(failure)) from failure
+
+
+def finish_replacing(folder: Path) -> None:
+    """Bring to its end what a killed run began: files that are complete take their places, what is left goes.
+
+    Raises:
+        InputError: The folder cannot be written.
+    """
+    if not folder.is_dir():  # none, or a link that leads round in a circle
+        return
+    target = folder.resolve()
+    try:
+        with alone_in(target):
+            _clear_up(target)
+    except OSError as failure:
+        raise refusal(folder, failure.strerror or str(failure)) from failure
+
+
+def _can_move(target: Path) -> bool:
+    """Whether the folder holds plain files alone, and nobody stands in it or mounts on it."""
+    current = Path.cwd()
+    plain = all(entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
+    occupied = target == current or target in current.parents
+    return plain and not occupied and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
+
+
+def _exchanged(target: Path, stage: Path, files: Mapping[str, Content]) -> bool:
+    """Whether a folder with the new files has taken the place of the old one."""
+    linked: dict[str, tuple[int, int]] = {}
+    replaced = {*files} | _old_figures(target, files)
+    done = False
+    try:
+        stage.mkdir(0o700)
+        for entry in list(target.iterdir()):
+            if entry.name not in replaced:
+                os.link(entry, stage / entry.name)
+                linked[entry.name] = _inode(entry)
+        _write(stage, files)
+        stage.chmod(target.stat().st_mode & 0o7777)
+        done = exchange(stage, target)
+    except OSError:  # no hard links here, no permission beside the folder
+        done = False
+    finally:
+        if done:
+            _put_back(stage, target, replaced, linked)
+        remove_stage(stage)
+    return done
+
+
+def _put_back(stage: Path, target: Path, replaced: set[str], linked: Mapping[str, tuple[int, int]]) -> None:
+    """What somebody wrote into the old folder while it was exchanged goes to the new one."""
+    for entry in list(stage.iterdir()):
+        if entry.name not in replaced and linked.get(entry.name) != _inode(entry):
+            with suppress(OSError):
+                entry.replace(target / entry.name)
+
+
+def _inode(file: Path) -> tuple[int, int]:
+    facts = os.lstat(file)
+    return facts.st_dev, facts.st_ino
+
+
+def _one_by_one(target: Path, files: Mapping[str, Content]) -> None:
+    stage = target / interrupts.temporary_name(MARK)
+    try:
+        stage.mkdir(0o700)
+        _write(stage, files)
+        stage.rename(target / COMPLETE)  # from here on the new files stand, whoever puts them into their places
+    finally:
+        remove_stage(stage)
+    _finish(target)
+
+
+def _clear_up(target: Path) -> None:
+    remove_leftovers(target.parent, f".{target.name}{MARK}")
+    remove_leftovers(target, MARK)
+    _finish(target)
+
+
+def _finish(target: Path) -> None:
+    complete = target / COMPLETE
+    if not complete.is_dir():
+        return
+    entries = sorted(complete.iterdir())
+    for name in _old_figures(target, {entry.name for entry in entries}):
+        (target / name).unlink(missing_ok=True)
+    for entry in entries:
+        entry.replace(target / entry.name)
+    complete.rmdir()
+
+
+def _old_figures(target: Path, names: Collection[str]) -> set[str]:
+    """Figures of pages that are replaced, which no new figure replaces."""
+    return {figure for name in names if name.endswith(".html") for figure in earlier_figures(target / name)} - {*names}
+
+
+def _write(stage: Path, files: Mapping[str, Content]) -> None:
+    for name, content in files.items():
+        with (stage / name).open("wb") as file:
+            file.writelines([content] if isinstance(content, bytes) else content)
+            file.flush()
+            os.fsync(file.fileno())

@@ -1,0 +1,113 @@
+"""The table that a job prints at its end."""
+
+import re
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from compgen.cli.screen.console import print_findings, print_table, stdout_console
+from compgen.cli.screen.junit import KINDS, Outcome
+from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.report import job_summary
+from compgen.report.band_words import headline
+from compgen.report.guaranteed import guaranteed_text
+
+ROWS = (  # row of the report, its label, its bound
+    ("total", "total, um", "max_um"),
+    ("feed", "along feed, um", "feed_um"),
+    ("cross", "cross feed, um", "cross_um"),
+    ("normal", "normal, um", "normal_um"),
+    ("axis_angle", "tool axis, mdeg", "axis_mdeg"),
+)
+_SIZES = ("max_um", "p99_um", "rms_um")
+STARTS = "one file for many starts, largest error on the part, um"
+MOST_LISTED = 4  # numbered files of one name; of more, only the first and the last are
+
+
+def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
+    """Print errors and bounds, the motion, the warmth, the findings and the files."""
+    summary = job_summary(planned, corrected)
+    console = stdout_console()
+    table = Table()
+    table.add_column("TCP error", no_wrap=True)
+    for side in ["before", "after"] if corrected else ["predicted"]:
+        for statistic in ("max", "p99", "rms"):
+            table.add_column(f"{side} {statistic}", justify="right")
+    table.add_column("bound", justify="right")
+    for row, label, key in ROWS:
+        cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
+        bound = summary["bounds"].get(key)
+        table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
+    print_table(console, planned.job.title or planned.job.name, table)
+    if summary.get("guaranteed"):
+        console.print(guaranteed_text(summary["guaranteed"]))
+    path, time, heat = summary["path"], summary["timing"], summary["thermal"]
+    console.print(
+        f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "
+        f"{100 * time['at_feed']:.1f} % of the length at feed, {path['stops']} stops"
+    )
+    rises = ", ".join(f"{n} {heat['start_K'][n]:.2f} to {heat['end_K'][n]:.2f}" for n in heat["start_K"])
+    mean = " mean over the starts" if "average_over" in summary else ""
+    console.print(f"rise [K]{mean}: {rises}")
+    if corrected:
+        console.print(
+            f"{summary['ratio']:.0f} times smaller; start within {heat['start_window_s']:.0f} s of the state it is for"
+        )
+    if corrected and corrected.averaged is not None:
+        print_table(console, STARTS, _starts_table(summary["average_over"]))
+    console.print(headline(summary))
+    print_findings(console, summary["findings"])
+    robot_file = summary["provenance"]["robot_file"]
+    console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
+    if folder is not None:
+        console.print(f"wrote {name_list(files)} to {folder}")
+
+
+def show_outcomes(outcomes: Sequence[Outcome]) -> None:
+    """Print what became of each of several paths, and how many are inside."""
+    console = stdout_console()
+    table = Table("path", "outcome", "before max, um", "after max, um", "bound, um", "s")
+    for column in table.columns[2:]:
+        column.justify = "right"
+    for outcome in outcomes:
+        report = outcome.summary
+        words = KINDS.get(outcome.code or 0, "") if report is None else report["verdict"]
+        sizes = ["", "", ""]
+        if report is not None:
+            bound = report["bounds"].get("max_um")
+            sizes = [f"{report[side]['total']['max_um']:.2f}" for side in ("before", "after")]
+            sizes.append("" if bound is None else f"{bound:g}")
+        table.add_row(Text(outcome.path), words, *sizes, f"{outcome.seconds:.1f}")
+    console.print(table)
+    inside = sum(outcome.code == 0 for outcome in outcomes)
+    console.print(f"{inside} of {len(outcomes)} paths inside their bounds")
+
+
+def _starts_table(average: dict[str, Any]) -> Table:
+    """What one file leaves at each start that was flown, and what one made anew for it would."""
+    table = Table()
+    for column in ("start", "this file", "p99", "rms", "made anew"):
+        table.add_column(column, justify="left" if column == "start" else "right")
+    table.add_row("mean of the rises", *(f"{average['at_mean'][key]:.2f}" for key in _SIZES), "")
+    for one in average["flown"]:
+        words = f"run {one['run']}, {one['delay_s']:.0f} s late, {one['override_percent']:.4g} %"
+        anew = one["remade_max_um"]
+        table.add_row(words, *(f"{one[key]:.2f}" for key in _SIZES), "none is legal" if anew is None else f"{anew:.2f}")
+    return table
+
+
+def name_list(files: Iterable[str]) -> str:
+    """Names of files, numbered ones in a row as the first and the last of them."""
+    parts: list[str] = []
+    for stem, group in groupby(sorted(files), lambda name: re.sub(r"_\d{2,}(?=\.LS$)", "", name)):
+        group_names = list(group)
+        numbered = [name for name in group_names if name != stem]
+        if len(numbered) <= MOST_LISTED:
+            parts += group_names
+        else:
+            parts += [name for name in group_names if name == stem] + [f"{numbered[0]} to {numbered[-1]}"]
+    return ", ".join(parts)

@@ -1,0 +1,118 @@
+"""What ``check`` leaves for a CI server: JUnit XML, a case for every outcome, refusals and crashes included."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from compgen.cli.screen.messages import CRASHED
+from compgen.core.codes import Level
+
+INTERRUPTED = 130  # exit code beside 0 inside, 1 outside, 2 bad input, 3 cannot be done
+#: what an exit code without a report means
+KINDS = {2: "bad input", 3: "cannot be done", CRASHED: "crash", INTERRUPTED: "interrupted"}
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # no reader takes them, escaped or not
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one path file."""
+
+    path: str
+    code: int | None  # the exit code it would have alone; None: it was not begun
+    seconds: float
+    summary: dict[str, Any] | None = None  # of a path that was judged
+    message: str = ""  # why it is not inside
+
+    @property
+    def name(self) -> str:
+        """The path's own name."""
+        return re.sub(r"^.*[/\\]|\.toml$", "", self.path)
+
+    def broken(self) -> dict[str, str]:
+        """Code to message of what puts it outside."""
+        findings = self.summary["findings"] if self.summary is not None else []
+        return {f["code"]: f["message"] for f in findings if f["level"] == Level.OUTSIDE}
+
+
+def junit_xml(outcomes: Sequence[Outcome]) -> bytes:
+    """Of one path a suite with a case for each bound; of several a suite with a case for each path.
+
+    Args:
+        outcomes: In the order of the paths.
+    """
+    if len(outcomes) == 1:
+        root = _bounds_suite(outcomes[0])
+    else:
+        suite = Element("testsuite", name="cgen check")
+        for outcome in outcomes:
+            _fill(_case(suite, f"compgen.{outcome.name}", outcome.path, outcome.seconds), outcome)
+        root = Element("testsuites", name="cgen check")
+        root.append(_counted(suite))
+        for key in ("tests", "failures", "errors", "skipped", "time"):
+            root.set(key, suite.attrib[key])
+    ElementTree.indent(root)
+    return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
+
+
+def _bounds_suite(outcome: Outcome) -> Element:
+    """A case for each bound, failed by its finding; the band as properties and in words."""
+    summary, name = outcome.summary, f"compgen.{outcome.name}"
+    suite = Element("testsuite", name=_text(name))
+    if summary is None:
+        _fill(_case(suite, name, "check", outcome.seconds), outcome)
+        return _counted(suite)
+    from compgen.report.band_words import headline, unknown_words
+
+    broken = outcome.broken()
+    keys = [f"bounds.{key}" for key in summary["bounds"]]
+    keys += [f"bounds.guaranteed.{key}" for key in (summary.get("guaranteed") or {"bounds": {}})["bounds"]]
+    keys += [code for code in broken if code not in keys]
+    properties = SubElement(suite, "properties")
+    band = {"band.p95_um": f"{summary['band']['p95_um']:g}", "band.not_known": unknown_words(summary["band"])}
+    for key, value in band.items():
+        SubElement(properties, "property", name=key, value=_text(value))
+    for key in keys:
+        case = _case(suite, name, key, outcome.seconds / len(keys))
+        if key in broken:
+            SubElement(case, "failure", type="outside", message=_text(broken[key]))
+    SubElement(suite, "system-out").text = _text(headline(summary))
+    return _counted(suite)
+
+
+def _fill(case: Element, outcome: Outcome) -> None:
+    """What a path's case says."""
+    if outcome.code is None:
+        SubElement(case, "skipped", message="not begun")
+    elif outcome.code == 1:
+        kind = "outside" if outcome.summary is None else outcome.summary["verdict"]
+        failure = SubElement(case, "failure", type=kind, message=_text(outcome.message))
+        failure.text = _text("\n".join(f"{code}: {message}" for code, message in outcome.broken().items()))
+    elif outcome.code:
+        error = SubElement(case, "error", type=KINDS[outcome.code], message=_text(outcome.message))
+        error.text = f"exit code {outcome.code}"
+    if outcome.summary is not None:
+        from compgen.report.band_words import headline
+
+        SubElement(case, "system-out").text = _text(headline(outcome.summary))
+
+
+def _case(suite: Element, classname: str, name: str, seconds: float) -> Element:
+    return SubElement(suite, "testcase", classname=_text(classname), name=_text(name), time=f"{seconds:.3f}")
+
+
+def _counted(suite: Element) -> Element:
+    """A suite that says how many cases it has, and how they ended."""
+    cases = suite.findall("testcase")
+    suite.set("tests", str(len(cases)))
+    for key, tag in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
+        suite.set(key, str(sum(case.find(tag) is not None for case in cases)))
+    suite.set("time", f"{sum(float(case.attrib['time']) for case in cases):.3f}")
+    return suite
+
+
+def _text(text: str) -> str:
+    """A text that XML can carry."""
+    return _NOT_XML.sub(lambda c: c[0].encode("unicode_escape", "surrogatepass").decode(), text)

@@ -1,0 +1,58 @@
+"""What ``resume`` prints at its end: each page before and after, the join, the findings."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.table import Table
+
+from compgen.cli.screen.console import finding_lines, print_table, stdout_console
+from compgen.core.units import UM
+from compgen.pipelines.resume.result import PageResult, Resumed
+from compgen.report.band_words import band_sentence
+from compgen.report.resume_summary import resume_summary
+
+
+def pages_table(pages: Sequence[PageResult]) -> Table:
+    """Each page before and after."""
+    table = Table()
+    table.add_column("on the part, um", no_wrap=True)
+    for side in ("before", "after"):
+        for statistic in ("max", "p99", "rms"):
+            table.add_column(f"{side} {statistic}", justify="right")
+    for page in pages:
+        sides = (page.before, page.after)
+        table.add_row(page.file, *(f"{getattr(s, name) / UM:.2f}" for s in sides for name in ("max", "p99", "rms")))
+    return table
+
+
+def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
+    """Print the pages, why, and what became of them."""
+    console = stdout_console()
+    planned, beginning = resumed.planned, resumed.beginning
+    print_table(console, f"{planned.job.name} from page {resumed.from_page} on", pages_table(resumed.pages))
+    rises = ", ".join(
+        f"{name} {now:.2f} ({now - then:+.2f})"
+        for name, now, then in zip(
+            planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist(), strict=True
+        )
+    )
+    lines = [f"because {beginning.why}; rise [K], and against the plan: {rises}"]
+    if resumed.join is not None:
+        join = resumed.join
+        place = "on the part" if join.on_the_part else "off the part"
+        lines.append(
+            f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
+            f"{join.beyond / UM:.2f} beyond that; start within {resumed.starts[0].window:.0f} s"
+        )
+    summary = resume_summary(resumed)
+    largest = summary["on_part"]["after"]["total"]["max_um"]
+    lines.append(f"with the new pages: {band_sentence(largest, summary['band'])}")
+    lines += finding_lines(resumed.findings)
+    if is_written:
+        count = len(resumed.replaced)
+        names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"
+        lines.append(f"wrote {names} anew, {resumed.written.manifest_file}, resume.html, resume.json in {folder}")
+    elif not resumed.replaced:
+        lines.append("nothing to do: the pages in the folder are these already")
+    for line in lines:
+        console.print(line)

@@ -1,0 +1,1 @@
+"""Programs beside a backup of the controller."""

@@ -1,0 +1,1 @@
+"""What a controller has driven beside what was written."""

@@ -1,0 +1,157 @@
+"""How a log of a run is judged: the program's text with what lies beside it, the log laid along it, the verdict."""
+
+import base64
+import json
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from compgen.core.codes import Code, Level
+from compgen.core.exceptions import InputError
+from compgen.core.files import PROVENANCE, read_regular
+from compgen.core.findings import Finding
+from compgen.fanuc.frames import Frames
+from compgen.fanuc.listing.listing import loads
+from compgen.fanuc.registers import Register
+from compgen.pipelines.files.program_course import course_of_text
+from compgen.robot.robot import Robot
+from compgen.verification.executed.course import Course
+from compgen.verification.executed.identity import Likeness, likeness
+from compgen.verification.executed.judgement import ExecutedRun, judge_run, measure
+from compgen.verification.executed.laid_log import lay
+from compgen.verification.executed.position_log import PositionLog
+
+INPUTS = "inputs "  # how the remark begins that names what a program was made from
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramText:
+    """A program as it was given, and what lies beside it."""
+
+    file: str
+    content: bytes
+    name: str
+    sha256: str
+    inputs: str | None  # hash of what it was made from, as its remark has it
+    planned: bytes | None  # the program before its correction, where its provenance is beside it
+    findings: tuple[Finding, ...]
+
+
+def read_text(file: str, content: bytes) -> ProgramText:
+    """A program with the records beside it: a provenance file, a report of the job that wrote it.
+
+    Raises:
+        InputError: Not a program.
+    """
+    program = loads(content)
+    checksum = sha256(content).hexdigest()
+    inputs = next((r.removeprefix(INPUTS).strip() for r in program.remarks if r.startswith(INPUTS)), None)
+    folder, findings, planned = Path(file).parent, list[Finding](), None
+    for record_file in sorted(folder.glob(f"*{PROVENANCE}")):
+        record = _record(record_file)
+        if record.get("corrected_sha256") == checksum:
+            planned = _planned(record)
+        elif record.get("program") == program.name and record.get("planned_sha256") != checksum:
+            message = (
+                f"{record_file.name} beside it is of another text of {program.name}: an older correction, or the "
+                "program was edited since; give the one that the record was written with"
+            )
+            findings.append(Finding(Level.WARNING, Code.EXECUTED_RECORD, message))
+    made_from = _record(folder / "report.json").get("provenance")
+    report_inputs = made_from.get("inputs_sha256") if isinstance(made_from, dict) else None
+    if inputs and isinstance(report_inputs, str) and not report_inputs.startswith(inputs):
+        message = (
+            f"report.json beside it is of inputs {report_inputs[:12]}, the program's remark says {inputs[:12]}: it is "
+            "an older program, or another one's report"
+        )
+        findings.append(Finding(Level.WARNING, Code.EXECUTED_RECORD, message))
+    return ProgramText(
+        file=file,
+        content=content,
+        name=program.name,
+        sha256=checksum,
+        inputs=inputs,
+        planned=planned,
+        findings=tuple(findings),
+    )
+
+
+def _record(file: Path) -> dict[str, Any]:
+    try:
+        record = json.loads(read_regular(file))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return record if isinstance(record, dict) else {}
+
+
+def _planned(record: dict[str, Any]) -> bytes | None:
+    """The planned program that a provenance file holds; None where it is damaged."""
+    try:
+        planned = zlib.decompress(base64.b85decode(record["planned_zlib_b85"]))
+    except (KeyError, ValueError, TypeError, zlib.error):
+        return None
+    return planned if sha256(planned).hexdigest() == record.get("planned_sha256") else None
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a program relies on and does not say."""
+
+    robot: Robot
+    frames: Frames
+    registers: dict[int, Register]
+    find_program: Callable[[str], bytes | None]
+    world: bool = False  # whether Cartesian positions of logs are in World
+
+    def course(self, content: bytes) -> Course:
+        """The course of a program's text."""
+        return course_of_text(content, self.robot, self.frames, self.registers, self.find_program)
+
+
+def judge(
+    text: ProgramText,
+    log: PositionLog,
+    situation: Situation,
+    also: Sequence[tuple[str, bytes]] = (),
+    bound: float | None = None,
+) -> ExecutedRun:
+    """Judge a log against a program's text.
+
+    Args:
+        text: The program.
+        log: Of the run.
+        situation: Robot, frames, and what the program calls.
+        also: Names and listings of other programs that may have been run instead.
+        bound: Largest deviation allowed [m].
+
+    Raises:
+        InputError: Not a program, or a log that is not of it.
+    """
+    course = situation.course(text.content)
+    laid = lay(log, course, situation.robot, situation.world)
+    deviation, clock = measure(course, laid)
+    others = [*also, *([("the planned program", text.planned)] if text.planned is not None else [])]
+    likenesses, findings = list[Likeness](), list(text.findings)
+    for name, content in others:
+        try:
+            other = situation.course(content)
+        except InputError as failure:
+            raise InputError(f"{name}: {failure}") from failure
+        like = likeness(course, deviation, laid, name, other)
+        if like is None:
+            message = f"{name} is another path: the log does not follow it"
+            findings.append(Finding(Level.NOTE, Code.EXECUTED_UNLIKE, message))
+        else:
+            likenesses.append(like)
+    judged = judge_run(course, laid, deviation, clock, likenesses, bound)
+    order = list(Level)
+    every = sorted((*judged, *findings), key=lambda f: order.index(f.level))
+    return replace(
+        ExecutedRun(
+            course=course, laid=laid, deviation=deviation, clock=clock, likeness=tuple(likenesses), findings=()
+        ),
+        findings=tuple(every),
+    )

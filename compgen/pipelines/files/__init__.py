@@ -1,0 +1,1 @@
+"""From files to a cell and a job: robot files, path files, parts, days."""

@@ -1,0 +1,117 @@
+"""What a cell does over a program's day: steps of the path file to stretches of duty, with their heat."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.core.exceptions import InputError
+from compgen.pipelines.files.job import Cell, ProgramPlan
+from compgen.pipelines.files.motion_plan import plan_written_motion
+from compgen.thermal import Ambient, Duty, JointMotion
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.history import STANDING, History
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.schedule import Shift, Step, expand_steps
+
+MOST_RUNS = 20_000
+
+
+class Programs:
+    """Motions of the programs that steps name, each planned once."""
+
+    def __init__(self, own: ProgramPlan, cell: Cell, load: Callable[[str], ProgramPlan]) -> None:
+        """``own`` is the program called ""; ``load`` reads another path file by name."""
+        self._cell = cell
+        self._load = load
+        self._plans = {"": own}
+        self._motions: dict[tuple[str, float], JointMotion] = {}
+
+    def plan(self, name: str) -> ProgramPlan:
+        """A program by name; "" is the one whose history is planned."""
+        if name not in self._plans:
+            self._plans[name] = self._load(name)
+        return self._plans[name]
+
+    def motion(self, name: str, feed: float) -> JointMotion:
+        """A program driven at a feed."""
+        if (name, feed) not in self._motions:
+            self._motions[name, feed] = plan_written_motion(self.plan(name), self._cell, feed).joint_motion
+        return self._motions[name, feed]
+
+
+def plan_history(
+    programs: Programs, cell: Cell, air: Ambient, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float
+) -> History:
+    """What a cell does around a program, with the heat of each stretch.
+
+    Args:
+        programs: The program and those that steps name.
+        cell: Robot and heat model.
+        air: From the first step on.
+        parts: The steps before, in and after the cycle.
+        shifts: Of a day.
+        clock: When ``before`` begins, [s] of the day.
+
+    Raises:
+        InputError: A program that is not there, or too many stretches.
+        ImpossibleError: A program that the robot cannot drive.
+    """
+    parts_with_feeds = [_with_programs_feed(steps, programs) for steps in parts]
+    if any(s.shifts for steps in parts_with_feeds for s in steps) and not shifts:
+        step = next(s for steps in parts_with_feeds for s in steps if s.shifts)
+        raise InputError(f"{step.key}.shifts: there is no [[shift]]; add one, or remove shifts")
+
+    def run_time(step: Step) -> float:
+        return float(programs.motion(step.program, step.feed).time[-1])
+
+    heat, own_feed = cell.heat, programs.plan("").process.feed
+    losses: dict[tuple[str, float], tuple[tuple[float, ...], tuple[float, ...]]] = {}
+
+    def loss(name: str, feed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        if not isinstance(heat, NetworkModel):
+            return (), ()
+        if (name, feed) not in losses:
+            losses[name, feed] = mean_losses(cell.robot, heat.drives, programs.motion(name, feed))
+        return losses[name, feed]
+
+    def warmed(step: Step, duty: Duty) -> Duty:
+        moving, held = loss(step.program, step.feed or own_feed)
+        if duty.state == "off" or not moving:
+            return duty
+        share = duty.share if duty.state == "moving" else 0.0
+        return replace(duty, loss=tuple((share * np.array(moving) + (1 - share) * np.array(held)).tolist()))
+
+    spread = []
+    for steps in parts_with_feeds:
+        pieces = expand_steps(steps, shifts, clock, run_time)
+        clock += sum(d.duration for _, d in pieces)
+        spread.append([(step, warmed(step, duty)) for step, duty in pieces])
+    before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
+    standing = replace(STANDING, loss=loss("", own_feed)[1])
+    runs = _runs(spread[1], run_time) if cycle else (0.0,)
+    return History(before=before, cycle=cycle, after=after, runs=runs, standing=standing, air=air)
+
+
+def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:
+    """Steps that name a program and no feed run it at its own."""
+    out = []
+    for step in steps:
+        if step.program:
+            own = programs.plan(step.program).process.feed
+            step = replace(step, feed=step.feed if step.feed > 0 else own)
+        out.append(step)
+    return out
+
+
+def _runs(pieces: Sequence[tuple[Step, Duty]], run_time: Callable[[Step], float]) -> tuple[float, ...]:
+    """When each run of the own program begins: all that fit into its moving stretches."""
+    starts, now = [], 0.0
+    for step, duty in pieces:
+        if duty.state == "moving" and not step.program:
+            one = run_time(step)
+            starts += [now + k * one for k in range(max(1, int(duty.duration * duty.share / one + 1e-6)))]
+            if len(starts) > MOST_RUNS:
+                raise InputError(f"{step.key}: over {MOST_RUNS} runs of the program; make the cycle shorter")
+        now += duty.duration
+    return tuple(starts) or (0.0,)

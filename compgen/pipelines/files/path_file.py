@@ -1,0 +1,338 @@
+"""Path files to jobs: TOML with overrides, checked against ``schema``, turned into SI."""
+
+import json
+import os
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__
+from compgen.compensation.problem import Settings
+from compgen.compensation.tables import settings_of
+from compgen.core.codes import Code, Level
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.core.resolved import resolved_keys
+from compgen.core.rotations import from_wpr
+from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped
+from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
+from compgen.core.unlikely import unlikely_values
+from compgen.error_model.direction_memory import reversal_widths
+from compgen.pipelines.files.day_plan import Programs, plan_history
+from compgen.pipelines.files.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
+from compgen.pipelines.files.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
+from compgen.pipelines.files.part_frame import frame_of
+from compgen.pipelines.files.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
+from compgen.pipelines.files.schema import PathFile
+from compgen.pipelines.files.state_in_place import cell_with_state, history_from_state, load_state, state_note
+from compgen.pipelines.files.uncertainty import refuse_without_uncertainty
+from compgen.planning.boundaries import Boundary, unbounded
+from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.own_points.mesh_tables import mesh_of, pattern_on_mesh
+from compgen.planning.own_points.tables import OwnPoints, own_points_path, through
+from compgen.planning.tables import (
+    MAX_LEAD,
+    AnyPattern,
+    RasterTable,
+    Shape,
+    boundary_from_table,
+    pattern_from_table,
+    surface_from_table,
+)
+from compgen.robot.inverse_kinematics import Posture
+from compgen.thermal import Ambient, tables
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.ensemble import started
+from compgen.thermal.log_end import end_of
+from compgen.thermal.network import NetworkModel
+from compgen.verification.own_file.second_reading import OwnFile, read_own_file
+from compgen.verification.tables import bounds_of
+
+RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
+HISTORY = ("before", "cycle", "after", "shift", "start", "ambient", "log", "state")
+
+
+def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
+    """Read a path file, its robot's file, and the overrides on both.
+
+    Args:
+        path_file: A TOML file.
+        robot: Name or file of a robot; default what the path file says.
+        overrides: ``key=value``, dotted; ``robot.`` leads into the robot file.
+
+    Returns:
+        The job in SI.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    source = Path(path_file)
+    if robot == "":
+        raise InputError("--robot: an empty name; give a robot's name or file")
+    refuse_unprintable(overrides)
+    for_robot = [o for o in overrides if o.startswith("robot.")]
+    path_data = read_toml(source, "paths")
+    for item in overrides:
+        if item not in for_robot:
+            override(path_data, item, item)
+    path = check(PathFile, path_data, str(source))
+    robot_source = find_robot(robot or path.robot, source)
+    robot_text = read_toml_text(robot_source, "robots")
+    for item in for_robot:
+        override(robot_text.tables, item.removeprefix("robot."), item)
+    return _JobFiles(source, path_data, robot_source, robot_text, tuple(overrides))()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _JobFiles:
+    """The files of a job as they were read, overrides put in: called, they become the job."""
+
+    source: Path
+    path_data: dict[str, Any]
+    robot_source: Path
+    robot_text: TomlText
+    overrides: tuple[str, ...]
+
+    def __call__(self) -> Job:
+        """The job that they describe."""
+        return _job_of(self)
+
+
+def _job_of(files: _JobFiles) -> Job:
+    source, path = files.source, check(PathFile, files.path_data, str(files.source))
+    cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
+    other = with_other_heat_model(files.robot_text)
+    air = tables.ambient_of(path.ambient, str(source))
+    read = None
+    is_air_given = bool(path.ambient.model_fields_set - {"reference_degC", "clock_h"})
+    if path.log is not None and path.state is None:
+        read = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
+        if not is_air_given:
+            air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
+    settings = _settings(path, cell)
+    program, longer = _program(path, str(source), cell, settings.rate)
+    state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
+    age = 0.0 if path.state is None else path.state.age_min * MINUTE
+    state = load_state(state_file, cell, age) if state_file else None
+    others = files_read(path, str(source))
+    data = [_without_state_file(files.path_data), files.robot_text.tables]
+    hashes = [other["sha256"] for other in others.values()]
+    inputs = json.dumps([__version__, source.stem, *data, *hashes], sort_keys=True, default=str)
+
+    def load(name: str) -> ProgramPlan:
+        return _other_program(find_program(name, str(source)), cell)
+
+    parts = [
+        tables.steps_of(rows, name, str(source), program.process.feed)
+        for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
+    ]
+    shifts = tables.shifts_of(path.shift, str(source))
+    history = plan_history(Programs(program, cell, load), cell, air, parts, shifts, path.ambient.clock_h * HOUR)
+    if read is not None:
+        loss: tuple[float, ...] = ()
+        if isinstance(cell.heat, NetworkModel):
+            written = plan_written_motion(program, cell, program.process.feed)
+            loss, _ = mean_losses(cell.robot, cell.heat.drives, written.joint_motion)
+        end = end_of(read, cell.heat, cell.warmth, loss)
+        cell = replace(cell, heat=end.heat, warmth=end.warmth)
+    notes: tuple[Finding, ...] = ()
+    if state is not None:
+        cell = cell_with_state(cell, state, state_file)
+        history = history_from_state(history, state, age, air if is_air_given else None)
+        replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
+        notes = (state_note(state, age, replaced),)
+    if path.start is not None:
+        history = started(history, tables.start_of(path.start, len(history.runs), str(source)))
+    ensemble = None
+    if (table := path.compensation.average_over) is not None:
+        where = f"{source}: compensation.average_over"
+        ensemble = tables.ensemble_of(table, len(history.runs), program.process.feed, where)
+    job = Job(
+        name=source.stem,
+        title=path.title,
+        plan=program,
+        cell=cell,
+        history=history,
+        settings=settings,
+        start_drift=path.compensation.start_drift_um * UM,
+        bounds=bounds_of(path.bounds, str(source)),
+        overrides=files.overrides,
+        inputs_hash=sha256(inputs.encode()).hexdigest(),
+        inputs={
+            "path": {**resolved_keys(path), "robot": files.robot_source.stem},
+            "files": others,
+            "robot": cell.inputs,
+        },
+        unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer, *notes),
+        on_other_heat_model=None if other is None else replace(files, robot_text=other),
+        log=read,
+        own_file=_own_file(path, source),
+        ensemble=ensemble,
+    )
+    refuse_without_uncertainty(job)
+    return job
+
+
+def _own_file(path: PathFile, source: Path) -> OwnFile | None:
+    """The user's own path as the judge reads it."""
+    table = path.path
+    if not isinstance(table, OwnPoints):
+        return None
+    shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
+    return read_own_file(source.parent / table.file, table.pattern, shift, through(table) == "lines")
+
+
+def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:
+    """A path file's tables without where a state's file lies: its contents are an input, not its place."""
+    state = data.get("state")
+    return {**data, "state": {k: v for k, v in state.items() if k != "file"}} if isinstance(state, dict) else data
+
+
+def programs_of(job: Job) -> Programs:
+    """Motions of a job's program and of those that its day names, at any feed."""
+    return Programs(job.plan, job.cell, lambda name: _other_program(find_program(name, job.source), job.cell))
+
+
+def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
+    """What the program of another path file does in a cell; its own robot and history are not looked at."""
+    data = {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
+    path = check(PathFile, data, path_file)
+    return _program(path, path_file, cell, _settings(path, cell).rate)[0]
+
+
+def _settings(path: PathFile, cell: Cell) -> Settings:
+    return settings_of(
+        path.compensation,
+        path.tool.axisymmetric,
+        has_play=reversal_widths(cell.sources) is not None,
+        is_identified=cell.held_out is not None,
+    )
+
+
+def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[ProgramPlan, tuple[Finding, ...]]:
+    """What a path file's program does, and what was changed in it for the play of a cell's robot."""
+    frame = frame_of(path.frame, cell.robot.controller.decimals, source)
+    tool, process, name = path.tool, path.process, Path(source).stem
+    angles = (np.array([a * DEG]) for a in (tool.w_deg, tool.p_deg, tool.r_deg))
+    offset = any((tool.x_mm, tool.y_mm, tool.z_mm, tool.w_deg, tool.p_deg, tool.r_deg))
+    if offset and tool.number == 0:
+        raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
+    if not name.isprintable():
+        raise InputError(f"{name!r}: a path file's name must be printable text; rename it")
+    if not re.search("[A-Z0-9]", name.upper()):
+        raise InputError(f"{source}: its name gives the program's, which has only A to Z, 0 to 9, _; rename the file")
+    if process.lead_in and process.lift_mm == 0:
+        raise InputError(f"{source}: process.lead_in: it begins above the part, and lift_mm = 0; raise process.lift_mm")
+    boundary = boundary_from_table(path.boundary, source)
+    surface = surface_from_table(path.surface, path.path, source)
+    spin, feed = tool.spin_deg * DEG, process.feed_mm_s * MM
+    mesh = mesh_of(path.surface, source) if path.surface.kind == "stl" else None
+
+    def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]:
+        pattern, edge = pattern_from_table(table, boundary, source, process.lift_mm * MM)
+        if mesh is None:
+            return pattern, edge, ()
+        shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
+        on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, spin, source)
+        return on_mesh.curve, unbounded(), on_mesh.notes
+
+    tolerance = 0.0
+    if isinstance(path.path, OwnPoints):
+        pattern, surface, notes = own_points_path(path.path, surface, spin, feed, source, mesh)
+        edge = boundary or unbounded()
+        tolerance = path.path.tolerance_um * UM
+    else:
+        pattern, edge, notes = patterned(path.path)
+    program = ProgramPlan(
+        source=source,
+        path=PathPlan(pattern=pattern, surface=surface, boundary=edge, frame=frame, tolerance=tolerance),
+        process=Process(
+            feed=feed,
+            chord=process.chord_um * UM,
+            spacing=process.spacing_mm * MM,
+            arcs=process.moves == "arcs",
+            thin=None if process.thin_um is None else process.thin_um * UM,
+            lift=process.lift_mm * MM,
+            lead_in=process.lead_in,
+            stop_on_the_part=process.page_stops == "anywhere",
+            acc=process.acc_percent if process.acc_percent is not None else cell.robot.controller.acc,
+        ),
+        tool=Tool(
+            number=tool.number if tool.number is not None else int(offset),
+            pose=Pose(np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM, from_wpr(*angles)[0]),
+            spin=spin,
+            sigma=tuple(value * UM for value in tool.sigma_um),
+            payload=tool.payload if tool.payload is not None else cell.robot.controller.payload,
+        ),
+        posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
+    )
+    program, longer = _with_run_in(program, cell, rate, path.path, patterned)
+    return program, (*notes, *longer)
+
+
+def _with_run_in(
+    program: ProgramPlan,
+    cell: Cell,
+    rate: float,
+    table: AnyPattern,
+    patterned: Callable[[Shape], tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]],
+) -> tuple[ProgramPlan, tuple[Finding, ...]]:
+    """The program with its sweeps begun so early that play is run through off the part, and a note that says so."""
+    if not (isinstance(table, RasterTable) and leads_in(program.process, cell)):
+        return program, ()
+    wanted = min(run_in_length(program, cell, rate) / MM, MAX_LEAD)
+    for lead in np.ceil(np.arange(wanted, table.lead_mm, -RUN_IN_STEP)):  # as far as the arm reaches
+        longer_sweeps = table.model_copy(update={"lead_mm": lead})
+        pattern, _, _ = patterned(longer_sweeps)
+        longer = replace(program, path=replace(program.path, pattern=pattern))
+        if coarse_motion(longer, cell.robot) is None:
+            continue
+        message = (
+            f"sweeps run {lead:.0f} mm past the edge, not {table.lead_mm:g} (path.lead_mm), to run play through there"
+        )
+        finding = Finding(Level.NOTE, Code.PATH_LEAD_IN, f"{message}; process.lead_in = false keeps them short")
+        return longer, (finding,)
+    return program, ()
+
+
+def find_program(name: str, path_file: str) -> str:
+    """A path file by name: beside the path file that names it, in its project's ``paths/``, or shipped.
+
+    Raises:
+        InputError: It is nowhere.
+    """
+    file = name if name.endswith(".toml") else f"{name}.toml"
+    beside = Path(path_file).resolve().parent
+    for place in (beside, beside.parent / "paths", shipped() / "paths"):
+        if os.path.isfile(place / file):  # no exception for a name that is too long
+            return str(place / file)
+    raise InputError(f"{path_file}: program '{name}' is unknown: no {file} beside this file; give a path file")
+
+
+def files_read(path: PathFile, where: str) -> dict[str, dict[str, str]]:
+    """Name and sha256 of each other file that a path file reads, by the key that names it: they are inputs as well."""
+    folder = Path(where).parent
+    named = {
+        "ambient.file": path.ambient.file,
+        "log.file": path.log.file if path.log else None,
+        "state.file": path.state.file if path.state else None,
+        "frame.file": path.frame.file if path.frame else None,
+        "path.file": path.path.file if isinstance(path.path, OwnPoints) else None,
+        "surface.file": path.surface.file,
+    }
+    sources = {key: (name, folder / name) for key, name in named.items() if name}
+    for table, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after)):
+        programs = ((n, row.program) for n, row in enumerate(rows) if row.program)
+        sources |= {f"{table}.{n}.program": (name, Path(find_program(name, where))) for n, name in programs}
+    return {key: {"file": name, "sha256": _hash_of(source)} for key, (name, source) in sources.items()}
+
+
+def _hash_of(source: Path) -> str:
+    """Of a file's bytes without a first line that is for editors alone."""
+    return sha256(re.sub(rb"\A#:schema [^\n]*\n", b"", source.read_bytes())).hexdigest()

@@ -1,0 +1,295 @@
+"""Robot files to cells: TOML with overrides, checked against ``schema``, turned into SI."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__
+from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
+from compgen.core.resolved import resolved_keys
+from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
+from compgen.core.units import UM
+from compgen.core.unlikely import unlikely_values
+from compgen.error_model.loads import loads_of
+from compgen.error_model.reader import read_joint_box, read_sources
+from compgen.error_model.source import ArmFacts
+from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.unknown import OF_WARMTH, unknown_of
+from compgen.identification.tables import IdentifiedTable, fit_limits_of
+from compgen.pipelines.files.anchor_schema import drifting_of
+from compgen.pipelines.files.job import Cell
+from compgen.pipelines.files.posterior_file import posterior_beside
+from compgen.pipelines.files.schema import RobotFile
+from compgen.robot.inverse_kinematics import check_arm_class
+from compgen.robot.motion_schema import motion_of
+from compgen.robot.robot import Robot
+from compgen.robot.tables import robot_from_tables
+from compgen.thermal import NodeModel, Profile, cold_arm, tables
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.uncertainty import ThermalUncertainty, nothing_warms
+
+COLD = Finding(
+    Level.WARNING,
+    Code.THERMAL_NONE,
+    "the robot file has no [thermal]: the arm is taken as cold, and what its warmth does is not known",
+)
+
+
+def load_robot(name: str) -> Robot:
+    """A robot's nominal facts, by name or file.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    robot = load_any_robot(name)
+    check_arm_class(robot)
+    return robot
+
+
+def load_any_robot(name: str) -> Robot:
+    """A robot's nominal facts, also of an arm that has no closed-form inverse kinematics here.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    source = find_robot(name)
+    return _nominal(check(RobotFile, read_toml(source, "robots"), str(source)), str(source))
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Arm:
+    """A robot file of any serial arm, as far as measuring needs it."""
+
+    source: str
+    text: str
+    robot: Robot
+    nodes: tuple[str, ...]  # of the heat model; none without one
+    heat: NodeModel | NetworkModel | None
+    sensors: Mapping[str, str]  # part_<n> of a temperature log to the name of a rise
+    known: tuple[UncertainSource, ...]
+    identified: IdentifiedTable | None
+    unlikely: tuple[Finding, ...]  # values that look like another unit's
+    facts: ArmFacts  # what the arm carries, its nodes, and how it grows
+
+
+def load_arm(name: str) -> Arm:
+    """A robot of any arm class, with its error sources.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    source = find_robot(name)
+    text = read_toml_text(source, "robots")
+    return arm_of(text.tables, text.content.decode("utf-8-sig").replace("\r\n", "\n"), str(source))
+
+
+def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
+    """The arm that a robot file's tables describe.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    facts = check(RobotFile, data, where)
+    robot = _nominal(facts, where)
+    heat: NodeModel | NetworkModel | None = None
+    growth = np.zeros((6, 1)), np.zeros((6, 1))
+    if facts.thermal is not None:
+        heat, _, growth, _ = _warmth(facts, robot, where)
+    nodes = () if heat is None else heat.names
+    sensors = facts.thermal.sensors if facts.thermal else {}
+    arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
+    known = read_sources(facts.sources, arm, where)
+    unlikely = unlikely_values(data, where)
+    return Arm(
+        source=where,
+        text=text,
+        robot=robot,
+        nodes=nodes,
+        heat=heat,
+        sensors=sensors,
+        known=known,
+        identified=facts.identified,
+        unlikely=unlikely,
+        facts=arm,
+    )
+
+
+def known_robots() -> list[str]:
+    """Names of the robots that lie in the current folder's ``robots``, or are shipped."""
+    return sorted({p.stem for folder in (Path("robots"), shipped() / "robots") for p in folder.glob("*.toml")})
+
+
+def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
+    """A robot with its warmth and its errors, by name or file.
+
+    Args:
+        name: Name or file of a robot.
+        overrides: ``key=value``, dotted, into the robot file; a leading ``robot.`` may stand before the key.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    if name == "":
+        raise InputError("--robot: an empty name; give a robot's name or file")
+    refuse_unprintable(overrides)
+    source = find_robot(name)
+    text = read_toml_text(source, "robots")
+    for item in overrides:
+        override(text.tables, item.removeprefix("robot."), item)
+    return cell_of(text, source, overrides)
+
+
+def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
+    """The cell that a robot file's tables, with overrides in them, describe.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    where, data = str(source), text.tables
+    facts = check(RobotFile, data, where)
+    _refuse_double(facts, where)
+    robot = _nominal(facts, where)
+    check_arm_class(robot)
+    heat, profiles, growth, warmth = _warmth(facts, robot, where)
+    arm = ArmFacts(robot, heat.names, growth, loads_of(facts.sources.loads, robot))
+    known = read_sources(facts.sources, arm, where)
+    inputs = json.dumps([__version__, data], sort_keys=True, default=str)
+    posterior, of_posterior = posterior_beside(facts.identified, source, known, heat, bool(overrides))
+    return Cell(
+        robot=robot,
+        heat=heat,
+        profiles=profiles,
+        warmth=warmth,
+        unknown=(*unknown_of(facts.unknown, where), *(() if facts.thermal else (OF_WARMTH,))),
+        known=known,
+        sources=tuple(k.source for k in known),
+        joint_box=read_joint_box(facts.sources, where),
+        sensors=facts.thermal.sensors if facts.thermal else {},
+        overrides=tuple(overrides),
+        inputs_hash=sha256(inputs.encode()).hexdigest(),
+        robot_file=str(source),
+        robot_file_hash=sha256(text.content).hexdigest(),
+        held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
+        unlikely=(*unlikely_values(data, where), *of_posterior, *(() if facts.thermal else (COLD,))),
+        posterior=posterior,
+        fit=fit_limits_of(facts.identified),
+        drifting=drifting_of(facts.anchor),
+        inputs=resolved_keys(facts),
+    )
+
+
+def with_other_heat_model(text: TomlText) -> TomlText | None:
+    """A robot file's tables with its other heat model chosen: the network for the nodes; None where it has one only."""
+    thermal = text.tables.get("thermal")
+    if not isinstance(thermal, dict) or not thermal.get("network"):
+        return None
+    other = "network" if thermal.get("model", "nodes") == "nodes" else "nodes"
+    return TomlText({**text.tables, "thermal": {**thermal, "model": other}}, text.content)
+
+
+def find_robot(name: str, path_file: Path | None = None) -> Path:
+    """The file of a robot: as named, or from the project it is used in, else shipped; never one by chance.
+
+    The project of a path file is the folder that holds its folder (``p`` for ``p/paths/plate.toml``), links followed;
+    without a path file it is the current folder.
+
+    Args:
+        name: A robot's name, or its file.
+        path_file: That names the robot, or that the robot is named for.
+
+    Raises:
+        InputError: No such robot; or the current folder has another one of that name.
+    """
+    if name.endswith(".toml"):
+        return Path(name)
+    if len(name) > 64 or not name.isprintable():
+        raise InputError(f"robot '{name}': no robot has such a name; give a robot's name or file")
+    current = Path("robots")
+    project = current if path_file is None else path_file.resolve().parents[1] / "robots"
+    folders = [project, shipped() / "robots"]
+    robot_file = next((folder / f"{name}.toml" for folder in folders if (folder / f"{name}.toml").is_file()), None)
+    other = current / f"{name}.toml"
+    if robot_file is None:
+        known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
+        where = f"{path_file}: " if path_file is not None else ""
+        raise InputError(
+            f"{where}robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known, listed=True)}"
+            + (f"; or is {other} meant? name the file" if other.is_file() else "")
+        )
+    if other.is_file() and not other.samefile(robot_file) and other.read_bytes() != robot_file.read_bytes():
+        raise InputError(
+            f"{path_file or name}: robot '{name}' is both {_short(robot_file)} and {other}, and they differ; "
+            "say which with --robot FILE"
+        )
+    return _short(robot_file)
+
+
+def _short(path: Path) -> Path:
+    """A file's path from the current folder where it lies below it."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+
+
+def refuse_unprintable(overrides: Sequence[str]) -> None:
+    """Raises InputError for an override that would garble a message."""
+    for item in overrides:
+        if not item.isprintable():
+            raise InputError(f"--set {item!r}: it holds what is not printable text; mend it")
+
+
+def _nominal(facts: RobotFile, where: str) -> Robot:
+    robot = robot_from_tables(
+        facts.name, facts.dh, facts.pendant, facts.limits, facts.singularity, facts.controller, where
+    )
+    return replace(robot, motion=motion_of(facts.motion, facts.name, where))
+
+
+def _refuse_double(facts: RobotFile, where: str) -> None:
+    """Raises InputError when the controller may correct what the file's parameters correct as well."""
+    controller = facts.controller
+    if controller.compensation == "unknown":
+        raise InputError(
+            f"{where}: controller.compensation: 'unknown' is refused, a correction could be applied twice; "
+            "find out whether the controller corrects its own geometry and set 'none' or 'signature'"
+        )
+    active = controller.signature if controller.compensation == "signature" else ""
+    if controller.compensation == "signature" and not active:
+        raise InputError(
+            f"{where}: controller.signature: missing; compensation = 'signature' needs the name of the calibration "
+            "that is active on the controller"
+        )
+    if active != controller.identified_with:
+        have = f"'{controller.identified_with}'" if controller.identified_with else "no calibration"
+        now = f"'{active}'" if active else "none"
+        raise InputError(
+            f"{where}: controller.identified_with: the errors of this file were identified with {have} active, now "
+            f"{now} is: corrections would be applied twice or wrongly; identify again, or mend the entry"
+        )
+
+
+def _warmth(
+    facts: RobotFile, robot: Robot, where: str
+) -> tuple[NodeModel | NetworkModel, tuple[Profile, ...], tuple[Array, Array], ThermalUncertainty]:
+    """The heat model, the profiles along its links, the growth of a and d, (6, K) [m/K], and how well all is known.
+
+    A file without a table of warmth is of an arm that is taken as cold.
+    """
+    if facts.thermal is None:
+        cold = cold_arm()
+        return cold, (), (np.zeros((6, 1)), np.zeros((6, 1))), nothing_warms(cold)
+    if facts.thermal.network is not None:
+        tables.check_materials(facts.thermal.network, where)
+    profiles = tables.profiles_of(facts.thermal, robot, where)
+    nodes = tables.node_model_of(facts.thermal, profiles, where)
+    heat: NodeModel | NetworkModel = nodes
+    if facts.thermal.model == "network":
+        heat, profiles = tables.network_of(facts.thermal, robot, nodes, where)
+    growth = tables.growth_of(robot, heat.names, heat.reference_rise, profiles)
+    return heat, profiles, growth, tables.uncertainty_of(facts.thermal, heat, profiles, where)

@@ -1,0 +1,120 @@
+"""What a robot file says of an arm, for comparing with its data sheet and its pendant: reach, limits, poses at zero."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.core.units import DEG
+from compgen.fanuc.canonical.writer import pose_numbers
+from compgen.fanuc.configuration import config_letters, postures_of, turn_digits
+from compgen.pipelines.files.robot_file import Arm
+from compgen.robot.inverse_kinematics import check_arm_class
+from compgen.robot.kinematics import flange_pose, frames_at_zero, joint_places
+from compgen.robot.robot import Robot
+
+STEPS = 121  # of each joint's range, where reach is looked for
+TURN = 30.0  # deg by which each joint is turned for the table
+DOWN = -90.0  # deg of J5 that bring the tool of FANUC's layout to point down
+MIXED = (20.0, -15.0, 10.0, 25.0, -70.0, 40.0)  # deg: a pose in which every joint shows
+WRIST = 4  # its centre is the frame behind this row
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Reach:
+    """How far the wrist centre comes, joints within their limits [m]."""
+
+    outward: float  # from the axis of J1
+    low: float  # above the height of World's origin
+    high: float
+    inward: float  # nearest to the axis of J1 with the wrist before it
+
+
+@dataclass(frozen=True, slots=True)
+class PendantPose:
+    """Joints, and what the pendant's position screen shows for them: World, tool 0."""
+
+    joints: tuple[float, ...]  # [deg]
+    numbers: tuple[float, ...]  # X Y Z [mm], W P R [deg]
+    config: str  # "" where the layout is another's than FANUC's
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class RobotSheet:
+    """An arm as its file has it."""
+
+    arm: Arm
+    reach: Reach
+    zero: Pose  # the frames behind the rows at pendant zero, 7 in World
+    limits: Array  # (6, 2) [deg] as the data sheet prints them; the third of J2 + J3 where the pendant couples them
+    coupled: bool  # whether the pendant's J3 counts against the horizontal
+    obstacle: str  # why no programs are generated for it; "" where they are
+    poses: tuple[PendantPose, ...]
+    findings: tuple[Finding, ...]
+
+
+def robot_sheet(arm: Arm) -> RobotSheet:
+    """What a robot file says, computed: nothing is read but the file."""
+    robot = arm.robot
+    obstacle = ""
+    try:
+        check_arm_class(robot)
+    except InputError as failure:
+        obstacle = str(failure)
+    findings = [*arm.unlikely]
+    if not arm.nodes:
+        message = "no [thermal]: taken as a cold arm; how it warms, measurements would tell (docs/identify.md)"
+        findings.append(Finding(Level.NOTE, Code.THERMAL_NONE, message))
+    joints = [j for j in _table(bool(obstacle)) if _allowed(robot, j)]
+    limits = np.column_stack([robot.lower - robot.pendant_zero, robot.upper - robot.pendant_zero]) / DEG
+    return RobotSheet(
+        arm=arm,
+        reach=_reach(robot),
+        zero=frames_at_zero(robot),
+        limits=limits,
+        coupled=robot.joint_names[2] != "J3",
+        obstacle=obstacle,
+        poses=tuple(_pose(robot, j, not obstacle) for j in joints),
+        findings=tuple(findings),
+    )
+
+
+def _table(other: bool) -> list[tuple[float, ...]]:
+    """Pendant joints to compare [deg]: zero, each joint turned by itself, and all of them."""
+    base = np.array([0, 0, 0, 0, 0.0 if other else DOWN, 0])
+    turned = [base + TURN * np.eye(6)[k] for k in range(6)]
+    return [(0.0,) * 6, *(tuple(float(v) for v in row) for row in (base, *turned)), MIXED][int(other) :]
+
+
+def _allowed(robot: Robot, joints: tuple[float, ...]) -> bool:
+    theta = robot.to_theta(np.array([joints]) * DEG)[0]
+    return bool(((theta >= robot.lower) & (theta <= robot.upper)).all())
+
+
+def _pose(robot: Robot, joints: tuple[float, ...], known: bool) -> PendantPose:
+    theta = robot.to_theta(np.array([joints]) * DEG)
+    flange = flange_pose(robot, theta)
+    numbers = pose_numbers(flange.position, flange.rotation)[0]
+    config = ""
+    if known:
+        turns = ", ".join(str(n) for n in turn_digits(robot, theta)[0].tolist())
+        config = f"{config_letters(postures_of(robot, theta)[0])}, {turns}"
+    return PendantPose(joints, tuple(numbers.tolist()), config)
+
+
+def _reach(robot: Robot) -> Reach:
+    """Over a grid of joints 2 and 3, joint 1 at zero; the pendant's coupling is in the limits of theta."""
+    second, third = (np.linspace(robot.lower[k], robot.upper[k], STEPS) for k in (1, 2))
+    theta = np.tile(robot.pendant_zero, (STEPS**2, 1))
+    theta[:, 1], theta[:, 2] = (g.ravel() for g in np.meshgrid(second, third))
+    wrist = joint_places(robot, theta)[:, WRIST]
+    away = np.hypot(wrist[:, 0], wrist[:, 1])
+    before = wrist[:, 0] > 0
+    return Reach(
+        float(away.max()), float(wrist[:, 2].min()), float(wrist[:, 2].max()),
+        float(away[before].min()) if before.any() else 0.0,
+    )  # fmt: skip

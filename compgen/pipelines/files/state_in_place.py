@@ -1,0 +1,243 @@
+"""A state in place of history: the cell that begins with it, its base moved and its drifting numbers changed."""
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.core.codes import Code, Level
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
+from compgen.core.toml import toml_value
+from compgen.core.units import HOUR, MINUTE
+from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
+from compgen.error_model.knowledge import SourceParameters, parameters_of
+from compgen.error_model.posterior import KnownParameter, numbers_of
+from compgen.pipelines.files.job import Cell
+from compgen.thermal import Duty
+from compgen.thermal.ambient import Ambient
+from compgen.thermal.history import STANDING, History
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.rises_to_state import state_gain, state_with_rises
+
+ROBOT_FILE = "robot_file"  # its key in what a state was made from
+AGE_UNITS = {"h": HOUR, "min": MINUTE, "s": 1.0}
+
+
+def load_state(source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
+    """A state that may stand in place of a cell's history.
+
+    Args:
+        source: Its file.
+        cell: That shall begin with it.
+        age: How long ago it was [s].
+
+    Raises:
+        InputError: Wrong, of another robot file or heat model, older than its window, or with no verdict to go by.
+    """
+    state = read_state(source)
+    return check_state(state, source, cell, age)
+
+
+def check_state(state: AnchoredState, source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
+    """``load_state`` for a state that is at hand."""
+    if state.verdict not in ACCEPTED:
+        raise InputError(
+            f"{source}: state.verdict: '{state.verdict}': it does not say what the robot is; touch what cgen anchor "
+            "names and anchor again, or use [[before]] or a log"
+        )
+    made_for = state.made_from.get(ROBOT_FILE, "")
+    if made_for != cell.robot_file_hash:
+        raise InputError(
+            f"{source}: made_from.{ROBOT_FILE}: {made_for[:12] or 'nothing'}, {cell.robot_file} is "
+            f"{cell.robot_file_hash[:12]}: of another robot file; take that one, or anchor again with this one"
+        )
+    if not (set(state.nodes) <= set(cell.heat.names) or set(cell.heat.names) <= set(state.nodes)):
+        raise InputError(
+            f"{source}: rise.node: {', '.join(state.nodes)}; {cell.robot_file} has {', '.join(cell.heat.names)}; "
+            "anchor again with this heat model"
+        )
+    if age > state.window:
+        raise InputError(
+            f"{source}: state.window_s: it holds {state.window / MINUTE:.0f} min, and is {age / MINUTE:.0f} min old "
+            "(--state-age): touch again and anchor anew"
+        )
+    return state
+
+
+def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
+    """The cell as a state has it: its heat begins there, its base and what drifts are where they are.
+
+    Raises:
+        InputError: A drifting number that the robot file does not have.
+    """
+    parameters = parameters_of(cell.sources)
+    change = np.zeros(len(parameters.entries))
+    change[base_rows(parameters)] = state.base
+    for name, value in zip(state.drifting, state.drift.tolist(), strict=True):
+        row, unit = drifting_row(cell, parameters, name, f"{source}: drifting.parameter")
+        change[row] += value * unit
+    moved = parameters.moved(change)
+    kept = [k for k in cell.known if any(k.source is s for s in moved)]
+    new = [s for s in moved if not any(k.source is s for k in kept)]
+    by_name = {s.NAME: s for s in new}
+    base = parameters.sources[parameters.entries[base_rows(parameters)[0]].source].NAME
+    known = [
+        k if k in kept else replace(k, source=by_name[k.source.NAME])
+        for k in cell.known
+        if (k in kept or k.source.NAME in by_name) and k.source.NAME != base  # how well that is known the state says
+    ]
+    heat = cell.heat
+    start = state.modal
+    if start is None or not isinstance(heat, NetworkModel) or len(start) != len(heat.rate):
+        which, of_state = _common(cell, state)
+        start = state_with_rises(heat, which, state.rise[of_state])
+    return replace(cell, heat=replace(heat, start=start), known=tuple(known), sources=moved, state=state)
+
+
+def _common(cell: Cell, state: AnchoredState) -> tuple[IntArray, IntArray]:
+    """Numbers of the rises that both a cell's heat model and a state name: of the one, and of the other."""
+    names = [name for name in cell.heat.names if name in state.nodes]
+    return np.array([cell.heat.names.index(n) for n in names]), np.array([state.nodes.index(n) for n in names])
+
+
+def base_rows(parameters: SourceParameters) -> list[int]:
+    """Numbers of the base's shift and turn among a cell's parameters, (6,)."""
+    shift, turn = parameters.base()
+    return [*shift, *turn]
+
+
+def drifting_row(cell: Cell, parameters: SourceParameters, name: str, where: str) -> tuple[int, float]:
+    """Which of a cell's parameters a name as ``joint_zeros.offset_mdeg[2]`` means, and the unit that it says [SI].
+
+    Raises:
+        InputError: The robot file has none of that name.
+    """
+    numbers: dict[str, tuple[KnownParameter, float]] = numbers_of(cell.known)
+    if name not in numbers:
+        near = [n for n in numbers if n.partition(".")[0] == name.partition(".")[0]] or list(numbers)
+        raise InputError(
+            f"{where}: '{name}' is no number of {cell.robot_file}; write it as in "
+            f"{near[0] if near else 'joint_zeros.offset_mdeg[2]'}"
+        )
+    parameter, _ = numbers[name]
+    places = [k for k, source in enumerate(parameters.sources) if source.NAME == parameter.table]
+    return parameters.at(places[0], parameter.field, parameter.index), parameter.unit
+
+
+def drifting_rows(cell: Cell, parameters: SourceParameters) -> list[int]:
+    """Which of a cell's parameters its state knows: the robot file's own sigma of them no longer counts."""
+    return [row for row, _ in _drifting(cell, parameters)]
+
+
+def _drifting(cell: Cell, parameters: SourceParameters) -> list[tuple[int, float]]:
+    names = () if cell.state is None else cell.state.drifting
+    return [drifting_row(cell, parameters, name, "state: drifting.parameter") for name in names]
+
+
+def state_columns(cell: Cell, parameters: SourceParameters) -> tuple[Array, Array]:
+    """What a cell's state leaves open: columns of parameters (R, P) [SI] and of rises (R, K) [K]."""
+    state = cell.state
+    if state is None:
+        return np.zeros((0, len(parameters.entries))), np.zeros((0, len(cell.heat.names)))
+    factor, K = state.factor.T, len(state.nodes)
+    rises = factor[:, :K]
+    if state.nodes != cell.heat.names:
+        which, of_state = _common(cell, state)
+        rises = rises[:, of_state] @ (cell.heat.outputs @ state_gain(cell.heat, which)).T
+    columns = np.zeros((len(factor), len(parameters.entries)))
+    columns[:, base_rows(parameters)] = factor[:, K : K + BASE]
+    for d, (row, unit) in enumerate(_drifting(cell, parameters)):
+        columns[:, row] += factor[:, K + BASE + d] * unit
+    return columns, rises
+
+
+def history_from_state(history: History, state: AnchoredState, age: float, air: Ambient | None) -> History:
+    """A history that begins with a state: the cell has stood since.
+
+    Args:
+        history: With what was before, which no longer counts.
+        state: In its place.
+        age: How long ago it was [s].
+        air: From the first duty of the old ``before`` on, where the path file says it; None: as the state has it.
+    """
+    clock = history.clock
+    if air is None:
+        air = Ambient(np.zeros(1), np.array([state.air]))
+    else:
+        air = replace(air, time=air.time - (clock - age), peak=air.peak - (clock - age))
+    standing = (replace(history.standing, duration=age),) if age > 0 else ()
+    return replace(history, before=standing, air=air)
+
+
+def seconds_of_age(text: str) -> float:
+    """An age as it is typed, ``20min``, ``90s`` or ``1.5h``, in seconds.
+
+    Raises:
+        InputError: Not a time.
+    """
+    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(h|min|s)\s*", text)
+    if match is None:
+        raise InputError(f"--state-age {text!r:.40}: not a time with its unit; write it as in 20min, 90s or 1.5h")
+    return float(match[1]) * AGE_UNITS[match[2]]
+
+
+def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | None) -> tuple[Cell, tuple[Duty, ...]]:
+    """A cell with what was before a program that exists, in words or by a state.
+
+    Args:
+        cell: The robot.
+        before: What it did.
+        source: A state's file in place of that; None: there is none.
+        age: How long ago it was, as it is typed.
+
+    Raises:
+        InputError: Both a history and a state, or a state that cannot stand in its place.
+    """
+    since = seconds_of_age(age) if age is not None else 0.0
+    if source is None:
+        state_overrides("", None, since)
+        return cell, tuple(before)
+    if before:
+        raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
+    state = load_state(source, cell, since)
+    cell = cell_with_state(cell, state, source)
+    cell = replace(cell, unlikely=(*cell.unlikely, state_note(state, since, "")))
+    return cell, ((replace(STANDING, duration=since),) if since > 0 else ())
+
+
+def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:
+    """``state.file`` and ``state.age_min`` of a path file, as overrides ``key=value``.
+
+    Args:
+        path_file: Whose folder the key counts from.
+        state: A state's file; None: there is none.
+        age: How long ago it was [s].
+
+    Raises:
+        InputError: An age without a state.
+    """
+    if state is None:
+        if age:
+            raise InputError(f"--state-age {age / MINUTE:g}min: is of a state; name its file with --state")
+        return []
+    if state == "":
+        raise InputError("--state: an empty name; give the file that cgen anchor wrote")
+    file = os.path.relpath(state, Path(path_file).parent)
+    return [f"state.file={toml_value(file)}", *([f"state.age_min={age / MINUTE!r}"] if age else [])]
+
+
+def state_note(state: AnchoredState, age: float, replaced: str) -> Finding:
+    """What a state stands in place of, and how long it holds."""
+    since = f", {age / MINUTE:.0f} min ago" if age else ""
+    instead = f" in place of {replaced}" if replaced else ""
+    message = (
+        f"the robot begins as {state.digest[:8]} has it ({state.verdict}, at {state.time:.0f} s{since}){instead}; it "
+        f"holds {state.window / MINUTE:.0f} min from then, standing"
+    )
+    level = Level.WARNING if state.verdict == "something moved" else Level.NOTE
+    return Finding(level, Code.STATE, message)

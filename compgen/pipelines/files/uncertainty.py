@@ -1,0 +1,273 @@
+"""What a job does not know, as quantities: its sources, its warmth, its frames and its start; and a job with a draw."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.units import MDEG, UM
+from compgen.error_model.knowledge import SourceParameters, parameters_of
+from compgen.error_model.quantities import Cause, Quantity
+from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
+from compgen.pipelines.files.job import Cell, Job
+from compgen.pipelines.files.state_in_place import drifting_rows, state_columns
+from compgen.thermal.uncertainty import HeatChange
+
+WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JobUncertainty:
+    """All that a job does not know."""
+
+    parameters: SourceParameters
+    quantities: tuple[Quantity, ...]
+
+
+def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) -> JobUncertainty:
+    """What a job does not know.
+
+    Args:
+        job: Any.
+        window: How late its program may start [s]; it starts at any time within.
+        middle: Of the part, World, (3,) [m], about which its frame may be turned; None: the frame's origin.
+    """
+    of_cell = quantities_of_cell(job.cell)
+    nothing = _no_cause(job.cell, of_cell.parameters)
+    parameters = of_cell.parameters
+    quantities = [
+        *of_cell.quantities,
+        *_of_frame(job, parameters, nothing, middle),
+        *_of_tool(job, parameters, nothing),
+    ]
+    if window > 0:
+        quantities.append(Quantity("start delay", "start delay", replace(nothing, delay=1.0), (0.0, window)))
+    return replace(of_cell, quantities=tuple(quantities))
+
+
+def quantities_of_cell(cell: Cell) -> JobUncertainty:
+    """What a cell does not know of its warmth and its sources, whatever it runs."""
+    parameters = parameters_of(cell.sources)
+    nothing = _no_cause(cell, parameters)
+    of_state = _of_state(cell, parameters, nothing)
+    of_file = (
+        *_of_warmth(cell, nothing),
+        *_of_expansion(cell, parameters, nothing),
+        *_of_posterior(cell, parameters, nothing),
+        *_of_sources(cell, parameters, nothing),
+        *_of_widths(cell, nothing),
+    )
+    drifting = set(drifting_rows(cell, parameters))
+    kept = [
+        q for q in of_file if not (q.cause.parameters.any() and set(np.flatnonzero(q.cause.parameters)) <= drifting)
+    ]
+    return JobUncertainty(parameters, (*kept, *of_state))
+
+
+def _no_cause(cell: Cell, parameters: SourceParameters) -> Cause:
+    return Cause(np.zeros(len(parameters.entries)), HeatChange.none(len(cell.heat.names)), np.zeros(6))
+
+
+def refuse_without_uncertainty(job: Job) -> None:
+    """Raises InputError for a bound with a probability on a robot whose file does not say how well it is known."""
+    if job.bounds.guaranteed is None:
+        return
+    is_silent = job.cell.warmth.is_assumed and not any(known.sigma for known in job.cell.known)
+    is_open = job.cell.warmth.missing or any(q.deviation or q.mean for q in quantities_of(job).quantities)
+    if is_silent or not is_open:
+        raise InputError(
+            f"{job.source}: bounds.guaranteed: {job.cell.robot_file} does not say how well it knows its robot; give it "
+            "[thermal.uncertainty] (law_K, sensors_K, air_K, cte_um_m_K), or identify the robot"
+        )
+
+
+def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
+    """A job in a world that differs from what its files say: what a draw of the quantities is, for the twin to fly.
+
+    Args:
+        job: As its files say.
+        parameters: Of its sources, as ``quantities_of`` has them.
+        cause: How the world differs.
+    """
+    history = job.history
+    air = replace(history.air, rise=history.air.rise + cause.heat.air)
+    late = (replace(history.standing, duration=cause.delay),) if cause.delay > 0 else ()
+    sources = parameters.moved(cause.parameters)
+    if cause.width.any():
+        sources = tuple(s.with_widths(np.exp(cause.width)) if isinstance(s, DirectionDependent) else s for s in sources)
+    return replace(
+        job,
+        cell=replace(job.cell, sources=sources),
+        history=replace(history, before=(*history.before, *late), air=air),
+        heat_change=cause.heat,
+    )
+
+
+def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
+    """Law, sensors, air and feed."""
+    warmth, zero = cell.warmth, nothing.heat
+    K = len(cell.heat.names)
+    quantities = []
+    if warmth.law:
+        for name, unit in zip(cell.heat.names, np.eye(K), strict=True):
+            heat = replace(zero, rise=warmth.law * unit)
+            quantities.append(Quantity(f"law of {name}", "temperature law", replace(nothing, heat=heat)))
+    if warmth.sensors:
+        shift = np.full(K, warmth.sensors)
+        # what an anchored state or a log begins with is known as its own covariance says
+        is_found = cell.state is not None or warmth.start is not None
+        heat = replace(zero, rise=shift, start=zero.start if is_found else shift)
+        quantities.append(Quantity("thermocouples", "thermocouples", replace(nothing, heat=heat)))
+    for k, start in enumerate(() if warmth.start is None or cell.state is not None else warmth.start.T):
+        cause = replace(nothing, heat=replace(zero, start=start))
+        quantities.append(Quantity(f"log's end {k + 1}", "temperature log", cause))
+    if warmth.air:
+        quantities.append(Quantity("air", "air", replace(nothing, heat=replace(zero, air=warmth.air))))
+    if warmth.feed:
+        quantities.append(Quantity("feed", "feed", replace(nothing, heat=replace(zero, feed=warmth.feed))))
+    return quantities
+
+
+def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    """What the touches left open: the columns of an anchored state's covariance, whose rises fade with their lag."""
+    return [
+        Quantity(
+            f"state {k + 1}", "anchored state",
+            replace(nothing, parameters=values, heat=replace(nothing.heat, start=rise)),
+        )
+        for k, (values, rise) in enumerate(zip(*state_columns(cell, parameters), strict=True))
+    ]  # fmt: skip
+
+
+def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    """The coefficient of expansion and the profiles, where the file gives intervals and nobody identified them."""
+    warmth, quantities = cell.warmth, []
+    for k, source in enumerate(parameters.sources):
+        if not isinstance(source, Expanding) or _is_identified(cell, source) or warmth.expansion is None:
+            continue
+        rows = {n: parameters.at(k, e.field, e.index) for n, e in source.expansions().items()}
+        unit = np.zeros(len(parameters.entries))
+        unit[list(rows.values())] = 1.0
+        quantities.append(Quantity("cte", "cte", replace(nothing, parameters=unit), warmth.expansion))
+        for length, limits in warmth.growth.items():
+            unit = np.zeros(len(parameters.entries))
+            unit[rows[length]] = 1.0
+            cause = replace(nothing, parameters=unit)
+            quantities.append(Quantity(f"profile of {length}", "profile shape", cause, limits))
+    return quantities
+
+
+def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    """Each number of a source by its sigma; where it was never identified by its prior, as far as a pose shows it."""
+    deviation = np.zeros(len(parameters.entries))
+    together = set() if cell.posterior is None else {p.table for p in cell.posterior.parameters}
+    everything = Visibility(cell.robot, tuple(range(6)), warm_up=True, temperatures=True)
+    for k, source in enumerate(parameters.sources):
+        known = next((known for known in cell.known if known.source is source), None)
+        if known is None or (known.sigma and source.NAME in together):
+            continue
+        if not known.sigma and isinstance(source, Expanding) and cell.warmth.expansion is not None:
+            continue
+        shown = {(entry.field, entry.index) for entry in source.entries_to_fit(everything)}
+        for i, entry in enumerate(parameters.entries):
+            place = entry.field, entry.index
+            if entry.source != k or (not known.sigma and place not in shown):
+                continue
+            deviations = known.sigma or known.prior
+            if entry.field in deviations:
+                deviation[i] = deviations[entry.field][entry.index]
+    return [
+        Quantity(_name(parameters, i), None, replace(nothing, parameters=deviation[i] * unit))
+        for i, unit in enumerate(np.eye(len(deviation)))
+        if deviation[i] > 0
+    ]
+
+
+def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    r"""The identified numbers together: the columns of F, C_p = F F^T by its eigenvectors, each a quantity."""
+    posterior = cell.posterior
+    if posterior is None:
+        return []
+    size = np.where(posterior.sigma > 0, posterior.sigma, 1.0)
+    values, vectors = np.linalg.eigh(posterior.covariance / np.outer(size, size))
+    factor = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    names = [source.NAME for source in parameters.sources]
+    places = {(e.source, e.field, e.index): n for n, e in enumerate(parameters.entries)}
+    R, K = factor.shape[1], len(cell.heat.names)
+    changes, width, scale, lag = (np.zeros((R, n)) for n in (len(places), 6, K, K))
+    for parameter, value, row in zip(posterior.parameters, posterior.value.tolist(), factor, strict=True):
+        if parameter.table == "thermal.node":
+            (scale if parameter.key == "rise_K" else lag)[:, parameter.index[0]] = row / value
+            continue
+        source = names.index(parameter.table)
+        if any(p.field == parameter.field for p in parameters.sources[source].PARAMETERS):
+            changes[:, places[source, parameter.field, parameter.index]] = row
+        else:
+            width[:, parameter.index[0]] = row / value
+    return [
+        Quantity(
+            f"identified {k + 1}", "identified parameters",
+            Cause(changes[k], replace(nothing.heat, scale=scale[k], lag=lag[k]), width[k]),
+        )
+        for k in range(R)
+    ]  # fmt: skip
+
+
+def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:
+    """How far each joint turns to forget a reversal, where reversals were not measured: to a factor."""
+    measured = () if cell.posterior is None else cell.posterior.parameters
+    quantities = []
+    for source in cell.sources:
+        if not isinstance(source, DirectionDependent):
+            continue
+        shown = {p.index for p in measured if p.table == source.NAME and p.field == "width"}
+        for i in np.flatnonzero(np.isfinite(source.reversal_widths().joint)).tolist():
+            if (i,) not in shown:
+                cause = replace(nothing, width=WIDTH_SPREAD * np.eye(6)[i])
+                quantities.append(Quantity(f"{source.NAME}.width[{i + 1}]", source.BUDGET, cause))
+    return quantities
+
+
+def _of_frame(job: Job, parameters: SourceParameters, nothing: Cause, middle: Array | None) -> list[Quantity]:
+    """Where the part stands: shifted by d and turned by w about its middle c, the base is off by w x c - d and -w."""
+    taught = None if job.frame is None else job.frame.taught
+    if job.frame is None or taught is None:
+        return []
+    position, rotation = parameters.base()
+    middle = job.frame.place.position if middle is None else middle
+    quantities = []
+    for i, (shift, turn) in enumerate(zip(taught.sigma_um, taught.sigma_mdeg, strict=True)):
+        for what, d, w in (("place", shift * UM, 0.0), ("turn", 0.0, turn * MDEG)):
+            unit, values = np.eye(3)[i], np.zeros(len(parameters.entries))
+            values[position], values[rotation] = w * np.cross(unit, middle) - d * unit, -w * unit
+            if values.any():
+                cause = replace(nothing, parameters=values)
+                quantities.append(Quantity(f"part's {what} {'xyz'[i]}", "part's frame", cause))
+    return quantities
+
+
+def _of_tool(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    """Where the TCP is in the flange."""
+    quantities = []
+    for axis, row, sigma in zip("xyz", parameters.tool(), job.tool.sigma, strict=True):
+        if sigma:
+            values = np.zeros(len(parameters.entries))
+            values[row] = sigma
+            quantities.append(Quantity(f"tool {axis}", "tool", replace(nothing, parameters=values)))
+    return quantities
+
+
+def _is_identified(cell: Cell, source: Source) -> bool:
+    return any(bool(known.sigma) for known in cell.known if known.source is source)
+
+
+def _name(parameters: SourceParameters, i: int) -> str:
+    entry = parameters.entries[i]
+    return f"{parameters.sources[entry.source].NAME}.{entry.field}[{','.join(str(n + 1) for n in entry.index)}]"
+
+
+def amounts(quantities: Sequence[Quantity], z: Array) -> list[float]:
+    """The amounts of standard normal numbers (Q,)."""
+    return [q.amount(value) for q, value in zip(quantities, z.tolist(), strict=True)]

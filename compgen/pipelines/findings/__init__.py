@@ -1,0 +1,1 @@
+"""What a planned program makes worth saying."""

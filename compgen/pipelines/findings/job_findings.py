@@ -1,0 +1,175 @@
+"""What the user must know of a run beside its bounds: limits that bind, speeds below feed, clocks that differ."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from compgen import fanuc
+from compgen.compensation.problem import Settings, Solver
+from compgen.compensation.solution import Solution, Status
+from compgen.core.arrays import row_norms
+from compgen.core.codes import Code, Level
+from compgen.core.exceptions import ImpossibleError
+from compgen.core.findings import Finding
+from compgen.core.units import MM, MS, UM
+from compgen.error_model.source import RiseDependent
+from compgen.error_model.unknown import OF_WARMTH
+from compgen.fanuc import Program
+from compgen.pipelines.files.job import Cell, Job
+from compgen.planning.retiming import Trajectory
+from compgen.planning.toolpath import ToolPath
+from compgen.verification.written_motion import WrittenMotion
+
+SAME_USE = 1e-4  # of a joint's limit: what the digits of a written speed come to
+CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
+SAME_FEED = 1e-3  # difference of the wanted feed and the written one, above which it is a finding
+FEED_ERROR = 0.01  # of a written speed, above which it is a finding
+
+
+@contextmanager
+def asking_units(job: Job) -> Iterator[None]:
+    """What the robot cannot do may be due to a value in another unit: its question follows the message."""
+    try:
+        yield
+    except ImpossibleError as failure:
+        questions = [finding.message for finding in job.unlikely if finding.code == Code.UNITS_UNLIKELY]
+        if questions:
+            failure.args = (f"{failure}; {questions[0]}",)
+        raise
+
+
+def limited(solution: Solution) -> list[Finding]:
+    """Limits that hold waypoints off their targets."""
+    if solution.status is not Status.LIMITED:
+        return []
+    kinds: dict[str, list[int]] = {}
+    for waypoint, limit in solution.active_limits:
+        kinds.setdefault(limit, []).append(waypoint)
+    off = row_norms(solution.residual[:, :3])
+    worst = int(np.argmax(off))
+    text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
+    farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
+    mends = {"position clamp": "clamp_mm", "rotation clamp": "clamp_deg", "rate limit": "rate_um_mm"}
+    keys = " or ".join(f"compensation.{key}" for name, key in mends.items() if name in kinds)
+    message = f"{text}; {farthest}" if text else farthest
+    message += f"; raise {keys} to let the correction go farther" if keys else ""
+    return [Finding(Level.WARNING, Code.COMPENSATION_LIMITED, message)]
+
+
+def nothing_to_correct(cell: Cell) -> list[Finding]:
+    """That a robot file knows of nothing that makes its arm err: a program stays as it was planned."""
+    if OF_WARMTH not in cell.unknown or not all(isinstance(source, RiseDependent) for source in cell.sources):
+        return []
+    message = "nothing in the robot file makes this arm err: nothing was corrected; identify it, or give [thermal]"
+    return [Finding(Level.OUTSIDE, Code.CORRECTION_NONE, message)]
+
+
+def of_knowledge(job: Job) -> list[Finding]:
+    """That a bound is below what the robot file itself knows: the arithmetic can keep it, the part will not see it.
+
+    And that it knows nothing to correct: the program is the planned one.
+    """
+    bounds, held_out = job.bounds, job.cell.held_out
+    nothing = nothing_to_correct(job.cell)
+    if nothing:
+        return nothing
+    given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
+    if held_out is None or not given or min(given) >= held_out:
+        return []
+    message = (
+        f"bounds of {min(given) / UM:g} um are judged on the robot that its file describes; the file itself was "
+        f"{held_out / UM:.0f} um off (mean) at poses that its identification had not seen: on the part some "
+        f"{held_out / UM:.0f} um can be kept"
+    )
+    return [Finding(Level.WARNING, Code.BOUNDS_KNOWLEDGE, message)]
+
+
+def solver(solution: Solution, settings: Settings) -> list[Finding]:
+    """That another solver than compgen's own found the correction."""
+    if settings.solver is Solver.STRUCTURED:
+        return []
+    message = f"the correction is {settings.solver.value}'s, after {solution.iterations} iterations"
+    return [Finding(Level.NOTE, Code.COMPENSATION_SOLVER, message)]
+
+
+def failed(solution: Solution) -> str:
+    """Why there is no correction, and what to try."""
+    if solution.status is Status.STOPPED and solution.unsolved is not None:
+        return f"waypoints {solution.unsolved[0]} to {solution.unsolved[1]}: {solution.status.value}"
+    if solution.active_limits:
+        n, limit = solution.active_limits[0]
+        return f"waypoint {n}: {solution.status.value}: {limit} cannot be kept there; relax it"
+    n = int(np.argmax(row_norms(solution.residual[:, :3])))
+    return (
+        f"waypoint {n + 1}: {solution.status.value}: it does not settle; waypoints stand too close for its smoothness, "
+        "raise process.chord_um or lower compensation.curvature_period_mm"
+    )
+
+
+def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
+    """Joint limits passed, and speeds that are not the wanted one."""
+    findings = []
+    if trajectory.utilisation.max() > 1:
+        kind, joint = np.unravel_index(int(np.argmax(trajectory.utilisation)), trajectory.utilisation.shape)
+        findings.append(
+            Finding(
+                Level.OUTSIDE,
+                Code.TIMING_LIMIT,
+                f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
+                f"{100 * trajectory.utilisation.max():.0f} % of its limit; lower process.feed_mm_s",
+            )
+        )
+    gaps = np.diff(path.arc)
+    slow = float(gaps[trajectory.speed < feed * path.pace * (1 - 1e-9)].sum() / path.arc[-1])
+    if slow > 0.001:
+        period = job.robot.controller.period
+        short = bool(np.any(gaps < feed * path.pace * period))
+        why = (
+            "segments there are shorter than feed x the interpolation period, or joint limits bind"
+            if short
+            else ("joint limits bind there")
+        )
+        message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
+        findings.append(Finding(Level.NOTE, Code.TIMING_BELOW_FEED, message))
+    if abs(feed - job.feed) > SAME_FEED * job.feed:
+        message = (
+            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
+        )
+        findings.append(Finding(Level.NOTE, Code.TIMING_FEED, message))
+    error, late = fanuc.feed_errors(trajectory.speed, program.speed, program.lengths())
+    if error > FEED_ERROR:
+        message = (
+            f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
+            f"stretch by {late / MS:.0f} ms at most"
+        )
+        findings.append(Finding(Level.NOTE, Code.TIMING_FEED_ERROR, message))
+    return findings
+
+
+def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding]:
+    """Where the text takes another time than the plan, by the twin's clock."""
+    planned, driven = float(trajectory.time[-1]), float(written.time[-1])
+    if abs(driven / planned - 1) <= CLOCK_ERROR:
+        return []
+    message = (
+        f"the written text takes {driven:.2f} s by the twin's clock, {planned:.2f} s were planned "
+        f"({100 * (driven / planned - 1):+.1f} %): stops and slow stretches weigh differently; what is told is the "
+        "text's"
+    )
+    return [Finding(Level.NOTE, Code.TIMING_CLOCK, message)]
+
+
+def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Finding]:
+    """Where the written speeds ask more of a joint than its limits."""
+    if written.use.max() <= 1 + SAME_USE:
+        return []
+    kind, joint = np.unravel_index(int(np.argmax(written.use)), written.use.shape)
+    n = written.hardest
+    place = f" at P[{n}], {program.speed[n - 2] / MM:.4g} to {program.speed[n - 1] / MM:.4g} mm/s" if kind else ""
+    limit = f"{('speed', 'acceleration')[int(kind)]} limit of joint {job.robot.joint_names[int(joint)]}"
+    message = (
+        f"the written speeds ask {written.use.max():.5g} times the {limit}{place}: the controller is slower there; "
+        "lower process.feed_mm_s"
+    )
+    return [Finding(Level.WARNING, Code.TIMING_JOINT_USE, message)]

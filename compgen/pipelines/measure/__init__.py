@@ -1,0 +1,1 @@
+"""Robots and frames from measurements."""

@@ -1,0 +1,277 @@
+"""What the measuring commands read and write: measurements, the instrument's frames, the identified robot file."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.csv_table import quote_cell
+from compgen.core.exceptions import InputError
+from compgen.core.files import file_hash
+from compgen.core.findings import Finding
+from compgen.core.json_text import json_text
+from compgen.core.rotations import rotation_matrix
+from compgen.core.units import DEG, HOUR, MM
+from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
+from compgen.fanuc.frames import default_frames, load_frames
+from compgen.identification.axis_tests import read_lines
+from compgen.identification.distances import read_distances
+from compgen.identification.frames import InstrumentFrames
+from compgen.identification.identified_robot_file import robot_text
+from compgen.identification.identify import Identification
+from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
+from compgen.identification.parameter_posterior import posterior_of
+from compgen.identification.pose_files import read_poses
+from compgen.identification.sensorless_nodes import (
+    SensorlessNode,
+    sensorless_findings,
+    sensorless_nodes,
+    with_sensorless_nodes,
+)
+from compgen.identification.tables import IdentifiedTable
+from compgen.identification.touch_rows import touch_rows
+from compgen.identification.touches import read_artefact, read_touches
+from compgen.identification.warm_up import as_warm_up, with_temperatures
+from compgen.pipelines.files.json_schema import SCHEMA_FILES, robot_schema
+from compgen.pipelines.files.robot_file import Arm, arm_of
+from compgen.thermal import NodeModel
+from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
+
+
+def artefact_of_touches(touches: str, artefact: str | None) -> str:
+    """The artefact that a file's touches are of: the one that is named, or ``artefact.toml`` beside the touches.
+
+    Raises:
+        InputError: None is named, and the touches or the file beside them are not there.
+    """
+    if artefact is not None:
+        return artefact
+    beside = Path(touches).with_name("artefact.toml")
+    if not Path(touches).exists():
+        raise InputError(f"{touches}: cannot be read: no such file; give the CSV of touches")
+    if not beside.exists():
+        raise InputError(
+            f"--artefact: missing, and no {beside.name} is beside {touches}; give the TOML of what was touched"
+        )
+    return str(beside)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasurementFiles:
+    """Names of files with what was measured of an arm, by kind."""
+
+    poses: Sequence[str] = ()
+    lines: Sequence[str] = ()
+    warm_up: Sequence[str] = ()  # poses of the warming, or warm, arm
+    distances: Sequence[str] = ()
+    touches: Sequence[str] = ()
+    artefact: str | None = None  # what was touched; None: artefact.toml beside each file of touches
+    frames: str | None = None  # user frames in which touches were commanded
+    log: str | None = None  # temperatures
+
+    def artefact_of(self, touches: str) -> str:
+        """The artefact that a file's touches are of."""
+        return artefact_of_touches(touches, self.artefact)
+
+    @property
+    def names(self) -> list[str]:
+        """All files."""
+        artefacts = list(dict.fromkeys(map(self.artefact_of, self.touches)))
+        single = [name for name in (self.frames if self.touches else None, self.log) if name is not None]
+        return [*self.poses, *self.lines, *self.warm_up, *self.distances, *self.touches, *artefacts, *single]
+
+
+def read_measurements(
+    arm: Arm, files: MeasurementFiles, force: bool, reference: str = "start", frames_known: bool = False
+) -> tuple[Measurements, list[Finding]]:
+    """All measurements as one, and what the user must know of the log.
+
+    A temperature log goes with the poses of a warm-up, or else with all poses, and with the distances and touches that
+    have times.
+    """
+    nodes, findings = len(arm.nodes), list[Finding]()
+    lenient = force or len([*files.poses, *files.warm_up, *files.distances, *files.touches]) > 1
+    timed = bool(files.log and not files.warm_up)
+    cold = [read_poses(f, arm.robot, nodes, lenient, timed, frames_known) for f in files.poses]
+    warm = [read_poses(f, arm.robot, nodes, True, True, frames_known) for f in files.warm_up]
+    distances = [read_distances(f, arm.robot, nodes, lenient, frames_known) for f in files.distances]
+    touches = _read_touches(arm, files, lenient, frames_known)
+    if files.log is not None:
+        on_clock = [*(warm or cold), *(part for part in (*distances, *touches) if part.timed)]
+        if not on_clock:
+            raise InputError(
+                f"{files.log}: no measurements have times, so temperatures have no use; give column time_s, or leave "
+                "the log out"
+            )
+        logged = {}
+        for part in on_clock:
+            logged[id(part)], of_part = with_temperatures(
+                part, files.log, arm.heat, arm.sensors, rise_reference(reference)
+            )
+            findings += [finding for finding in of_part if finding not in findings]
+        cold, warm, distances, touches = (
+            [logged.get(id(part), part) for part in parts] for parts in (cold, warm, distances, touches)
+        )
+    elif warm:
+        warm = [as_warm_up(part) for part in warm]
+    lines = [read_lines(file, arm.robot, nodes) for file in files.lines]
+    return with_one_frame_a_name(concatenate([*cold, *warm, *distances, *touches, *lines])), findings
+
+
+def _read_touches(arm: Arm, files: MeasurementFiles, lenient: bool, frames_known: bool) -> list[Measurements]:
+    """The touches of each file, as rows."""
+    if not files.touches:
+        return []
+    uframes = (load_frames(files.frames) if files.frames else default_frames()).uframe
+    artefacts = {source: read_artefact(source) for source in map(files.artefact_of, files.touches)}
+    by_name = {Path(source).name: source for source in artefacts}
+    other = next((source for source in artefacts if by_name[Path(source).name] != source), None)
+    if other is not None:
+        raise InputError(
+            f"--touches: {other} and {by_name[Path(other).name]}: two artefacts of one name; rename one, as the robot "
+            "file tells their spheres apart by it"
+        )
+    parts = []
+    for file in files.touches:
+        artefact = artefacts[files.artefact_of(file)]
+        rows = read_touches(file, arm.robot, artefact, uframes)
+        parts.append(touch_rows(rows, artefact, arm.robot, len(arm.nodes), lenient, frames_known))
+    return parts
+
+
+def rise_reference(text: str) -> Reference:
+    """What rises count from, as an option says it."""
+    if text in ("start", "ambient"):
+        return "start" if text == "start" else "ambient"
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not COLDEST <= value <= HOTTEST:
+        raise InputError(
+            f"--reference {quote_cell(text, 'as given')}: must be start, ambient, or {COLDEST:g} to {HOTTEST:g} degC"
+        )
+    return value
+
+
+def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
+    """Where the robot file says that instruments, artefacts, reflectors and fixed places are."""
+    identified = arm.identified
+    if identified is None:
+        raise InputError(
+            f"{arm.source}: identified: missing, it says where instrument and reflectors are; --refit-frames fits them"
+        )
+    frames = [_identified_frame(arm.source, identified, measurements, i) for i in range(len(measurements.instruments))]
+    return InstrumentFrames(
+        rotation_matrix(np.array([turn for _, turn in frames]).reshape(-1, 3) * DEG),
+        np.array([origin for origin, _ in frames]).reshape(-1, 3) * MM,
+        _identified_places(arm.source, identified.reflector_mm, measurements.reflectors, measurements, "target"),
+        _identified_places(arm.source, identified.place_mm, measurements.fixed.names, measurements, "place"),
+    )
+
+
+def _identified_frame(
+    source: str, identified: IdentifiedTable, measurements: Measurements, i: int
+) -> tuple[Sequence[float], Sequence[float]]:
+    """Where World is in the frame of an instrument or artefact: origin [mm], rotation vector [deg]."""
+    name = measurements.instruments[i]
+    if name in identified.artefact_mm and name in identified.artefact_deg:
+        return identified.artefact_mm[name], identified.artefact_deg[name]
+    name = measurements.named_instrument(i)
+    file = measurements.file(int(np.flatnonzero(measurements.instrument == i)[0]))
+    if identified.instrument_mm is None or identified.instrument_deg is None or i in measurements.fixed.frame:
+        raise InputError(
+            f"{file}: {source} does not know where {quote_cell(name, 'its instrument')} stood; --refit-frames fits its "
+            "frame"
+        )
+    if name and identified.instrument and name != identified.instrument:
+        raise InputError(
+            f"{file}: instrument {quote_cell(name, 'of the file')}: {source} knows where "
+            f"{quote_cell(identified.instrument, 'another')} stood; --refit-frames fits its frame"
+        )
+    return identified.instrument_mm, identified.instrument_deg
+
+
+def _identified_places(
+    source: str, known: Mapping[str, Sequence[float]], names: Sequence[str], measurements: Measurements, word: str
+) -> Array:
+    """Places by their names, (n, 3) [m]."""
+    unknown = next((name for name in names if name not in known), None)
+    if unknown is not None:
+        raise InputError(
+            f"{measurements.file()}: {word} {quote_cell(unknown, 'of a row')} is not in {source} "
+            f"(known: {', '.join(known)}); --refit-frames fits its place"
+        )
+    return np.array([known[name] for name in names]).reshape(-1, 3) * MM
+
+
+def identified_robot_text(
+    arm: Arm, identified: Identification, files: Sequence[str], posterior: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """The robot file with the error sources that were identified, the files that they are from, and its posterior."""
+    checksums = ", ".join(f"{Path(f).name} ({file_hash(f)[:12]})" for f in files)
+    model = identified.selected.candidate.name
+    provenance = f"{len(identified.data.theta)} poses, model '{model}', from {checksums}"
+    known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]
+    record = identified.record() | dict(posterior)
+    text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], record)
+    if isinstance(arm.heat, NodeModel):
+        text = with_sensorless_nodes(text, _sensorless(arm, identified))
+    arm_of(tomllib.loads(text), text, arm.source)  # a file that would not load is refused here
+    return text
+
+
+def identified_texts(arm: Arm, identified: Identification, files: Sequence[str], name: str) -> tuple[str, str]:
+    """The robot file, and what stands beside it: the covariance of its identified parameters.
+
+    Args:
+        arm: The robot file that was identified.
+        identified: What was found.
+        files: Measurements.
+        name: Of the posterior's file.
+    """
+    written = identified.known, *_nodes_as_written(arm, identified)
+    fitted = frozenset(arm.nodes.index(node.name) for node in _written_nodes(arm, identified))
+    posterior = posterior_text(posterior_of(identified, numbers_of(*written), fitted), arm.robot.name)
+    named = {"posterior": name, "posterior_sha256": posterior_hash(posterior.encode())}
+    return identified_robot_text(arm, identified, files, named), posterior
+
+
+def _written_nodes(arm: Arm, identified: Identification) -> list[SensorlessNode]:
+    """Nodes whose rise and time constant the robot file has as they were fitted."""
+    if not isinstance(arm.heat, NodeModel):
+        return []
+    return [node for node in _sensorless(arm, identified) if node.is_known]
+
+
+def _nodes_as_written(arm: Arm, identified: Identification) -> tuple[Array | None, Array | None]:
+    """Rises (K,) [K] and time constants (K,) [s] of the nodes, as the robot file has them after identification."""
+    if not isinstance(arm.heat, NodeModel):
+        return None, None
+    rise, tau = arm.heat.reference_rise.copy(), arm.heat.tau.copy()
+    for node in _written_nodes(arm, identified):
+        k = arm.nodes.index(node.name)
+        rise[k], tau_h = node.written(float(rise[k]), float(tau[k]) / HOUR)
+        tau[k] = tau_h * HOUR
+    return rise, tau
+
+
+def _sensorless(arm: Arm, identified: Identification) -> list[SensorlessNode]:
+    return sensorless_nodes(identified.model, identified.selected.fit, arm.nodes)
+
+
+def log_findings(arm: Arm, identified: Identification) -> list[Finding]:
+    """What was fitted of nodes without a sensor in the log."""
+    return sensorless_findings(_sensorless(arm, identified), isinstance(arm.heat, NodeModel))
+
+
+def robot_files_of(target: Path, text: str) -> dict[str, bytes]:
+    """A robot file, and the schema that its first line names where there is none beside it, by their names."""
+    schema = target.parent / Path(SCHEMA_FILES["robot"]).name
+    if text.startswith(f"#:schema ./{schema.name}\n") and not schema.exists():
+        return {schema.name: json_text(robot_schema()), target.name: text.encode()}
+    return {target.name: text.encode()}

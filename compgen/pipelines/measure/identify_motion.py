@@ -1,0 +1,75 @@
+"""How a log becomes the robot file's ``[motion]``: laid along its program, fitted, judged, written into a copy."""
+
+import tomllib
+from collections.abc import Callable
+from hashlib import sha256
+from typing import Any
+
+from compgen.core.codes import Code
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
+from compgen.core.units import MS, PERCENT, UM
+from compgen.identification.identified_robot_file import text_with_table
+from compgen.identification.motion.identify import IdentifiedMotion, identify
+from compgen.identification.motion.windows import windows_of
+from compgen.pipelines.executed.executed import ProgramText, Situation, judge
+from compgen.robot.robot import Robot
+from compgen.verification.executed.judgement import ExecutedRun
+from compgen.verification.executed.position_log import PositionLog
+
+
+def identify_motion(
+    text: ProgramText,
+    log: PositionLog,
+    situation: Situation,
+    progress: Callable[[float], None] = lambda share: None,
+) -> tuple[ExecutedRun, IdentifiedMotion]:
+    """The run of a log, and the controller that it shows.
+
+    Args:
+        text: The program that was run.
+        log: Of its positions.
+        situation: Robot, frames, and what the program calls.
+        progress: Called with the share done.
+
+    Raises:
+        InputError: Not a program, a log that is not of it, or one of a run with no steady motion.
+    """
+    run = judge(text, log, situation)
+    another = (Code.EXECUTED_ANOTHER, Code.EXECUTED_OLDER, Code.EXECUTED_OFFSET)
+    wrong = next((f for f in run.findings if f.code in another), None)
+    if wrong is not None:
+        raise InputError(f"{log.table.source}: {wrong.message}")
+    windows = windows_of(run, situation.robot)
+    return run, identify(windows, situation.robot, run.course.tool, run.deviation.noise, progress)
+
+
+def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText, identified: IdentifiedMotion) -> str:
+    """A robot file's text with the identified ``[motion]``; whether programs are pre-distorted by it stays as it was.
+
+    Where the log shows that lines take whole interpolation periods, ``controller.rounds_up_to_period`` becomes true.
+
+    Raises:
+        InputError: The file's tables are laid out in a way that cannot be updated.
+    """
+    tables: dict[str, Any] = tomllib.loads(text)
+    before = tables.get("motion", {})
+    motion, main = identified.motion, run.clock.main
+    if run.clock.rounded:
+        text = text_with_table(text, "controller", {**tables["controller"], "rounds_up_to_period": True})
+    values = {
+        "enabled": bool(before.get("enabled", False)),
+        "space": motion.space,
+        "moving_average_ms": [round(t / MS, 2) for t in motion.moving_averages],
+        "first_order_ms": [round(t / MS, 2) for t in motion.first_orders],
+        "lag_ms": before.get("lag_ms", 0.0),
+        "identified": {
+            "robot": robot.name,
+            "verdict": "accepted" if identified.accepted else "rejected",
+            "log_sha256": sha256(read_regular(run.laid.log.table.source)).hexdigest(),
+            "program": program.name,
+            "override_percent": 100.0 if main is None else main.override / PERCENT,
+            "held_out_um": round(identified.largest / UM, 3),
+        },
+    }
+    return text_with_table(text, "motion", values)

@@ -1,0 +1,242 @@
+"""Teach a part's frame by the identified, warm arm: touches and temperatures to a frame, its uncertainty, its file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
+from compgen.core.commands import Command
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.core.rotations import rotation_vector, to_wpr
+from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.error_model.direction_memory import reversal_widths
+from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths
+from compgen.identification.measurements import Measurements
+from compgen.identification.model import build_model, fixed_source
+from compgen.identification.touches import Artefact, Touches, probing_directions, read_artefact, read_touches
+from compgen.identification.warm_up import with_temperatures
+from compgen.pipelines.files.part_frame import WARM
+from compgen.pipelines.files.robot_file import Arm
+from compgen.thermal.logged_rises import HEIGHT, LAG
+from compgen.thermal.temperature_log import Reference
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class TaughtFrame:
+    """A frame, how it was taught, and what the user must know."""
+
+    number: int
+    fit: FrameFit
+    through: str  # "model" or "pendant"
+    robot_file: str  # name and hash
+    rise: Mapping[str, float]  # largest of each node [K]
+    touches: Touches
+    pendant: FrameFit | None  # what the pendant would have taught: by the nominal arm
+    findings: tuple[Finding, ...]
+
+
+def teach_frame(
+    arm: Arm,
+    touches_file: str,
+    artefact_file: str,
+    number: int,
+    log: str | None,
+    reference: Reference,
+    uframes: Mapping[int, Pose],
+    nominal: bool,
+) -> TaughtFrame:
+    """The frame of a part from touches.
+
+    Args:
+        arm: The robot file's.
+        touches_file: CSV of touches.
+        artefact_file: TOML of what was touched.
+        number: Of the user frame.
+        log: Temperatures on the touches' clock; None: the arm was cold.
+        reference: What rises in it count from.
+        uframes: Of the controller, where touches are commanded in one.
+        nominal: As the pendant would teach it: without the model.
+
+    Raises:
+        InputError: Files that are wrong, or touches from which no frame follows.
+    """
+    artefact = read_artefact(artefact_file)
+    touches = read_touches(touches_file, arm.robot, artefact, uframes)
+    data = _poses(arm, touches)
+    findings: list[Finding] = []
+    if log is not None:
+        if not touches.timed:
+            raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
+        data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
+    sources = [fixed_source(k.source) for k in arm.known]
+    perfect = build_model(arm.robot, [], len(arm.nodes)).pose(data, np.zeros(0))
+    pendant = fit_frame(artefact, touches, *perfect, [])
+    fitted = pendant
+    position, rotation = perfect
+    if not nominal:
+        model = build_model(arm.robot, sources, len(arm.nodes))
+        position, rotation = model.pose(data, np.zeros(0))
+        variants = [model.pose(variant, np.zeros(0))[0] for variant in _variants(data)]
+        fitted = fit_frame(artefact, touches, position, rotation, variants)
+    rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
+    findings += _findings(arm, touches, fitted, log, nominal, max(rise.values(), default=0.0))
+    findings += _length_findings(artefact, touches, fitted, Pose(position, rotation))
+    robot_file = f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}"
+    return TaughtFrame(
+        number=number,
+        fit=fitted,
+        through="pendant" if nominal else "model",
+        robot_file=robot_file,
+        rise=rise,
+        touches=touches,
+        pendant=None if nominal else pendant,
+        findings=tuple(findings),
+    )
+
+
+def _poses(arm: Arm, touches: Touches) -> Measurements:
+    """The touches as poses, cold, with the direction that each joint came with where the probing direction says it."""
+    N = len(touches.theta)
+    sides = np.flatnonzero(np.isfinite(touches.normal[:, 0]))
+    direction = np.zeros((N, 6))
+    if reversal_widths([k.source for k in arm.known]) is not None and len(sides):
+        direction[sides] = probing_directions(arm.robot, touches.theta[sides], touches.normal[sides])
+    return Measurements(
+        theta=touches.theta,
+        rise=np.zeros((N, len(arm.nodes))),
+        direction=direction,
+        time=touches.time,
+        warm=np.zeros(N),
+        pose=np.arange(N),
+        instrument=np.zeros(N, dtype=int),
+        reflector=np.zeros(N, dtype=int),
+        position=np.zeros((N, 3)),
+        rotation=np.full((N, 3, 3), np.nan),
+        sigma=np.ones(N),
+        label=touches.label,
+        reflectors=("probe",),
+        instruments=(touches.file,),
+        aligned=np.array([False]),
+    )
+
+
+def _variants(data: Measurements) -> list[Measurements]:
+    """The poses with the rise of each node without a sensor moved by its sigma: its height, then its lag."""
+    variants = []
+    for k in data.modelled:
+        unit = np.eye(data.rise.shape[1])[k]
+        variants.append(replace(data, rise=data.rise + HEIGHT * data.rise * unit))
+        if data.lag is not None:
+            variants.append(replace(data, rise=data.rise + LAG * data.lag * unit))
+    return variants
+
+
+def _findings(
+    arm: Arm, touches: Touches, fitted: FrameFit, log: str | None, nominal: bool, hottest: float
+) -> list[Finding]:
+    """What the user must know of the teaching."""
+    findings = [
+        Finding(Level.WARNING, Code.OUTLIER, f"{touches.label[n]}: set aside: {abs(fitted.residual[n]) / UM:.0f} um "
+                f"from where the other touches have it")
+        for n in np.flatnonzero(fitted.outlier).tolist()
+    ]  # fmt: skip
+    if nominal and hottest > WARM:
+        message = (
+            f"taught as the pendant does, by an arm {hottest:.1f} K warm: the heat is in the frame and would be "
+            "corrected twice; leave --nominal out"
+        )
+        findings.append(Finding(Level.WARNING, Code.FRAME_HOT, message))
+    if log is None:
+        message = "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
+        findings.append(Finding(Level.NOTE, Code.FRAME_COLD, message))
+    if not nominal and not any(k.sigma for k in arm.known):
+        message = f"{arm.source} was never identified: what the arm errs by where it touched is in the frame"
+        findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))
+    return findings
+
+
+def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> list[Finding]:
+    """Certified lengths that the arm has otherwise."""
+    findings = []
+    for n, longer in measured_lengths(artefact, touches, fitted, flange):
+        a, b = (artefact.names[s] for s in artefact.between[n].tolist())
+        message = (
+            f"the arm has '{a}' and '{b}' {abs(longer) / UM:.0f} um {'farther apart' if longer > 0 else 'nearer'} than "
+            f"their certified {artefact.length[n] / MM:.3f} mm: is the artefact's temperature right? cgen identify "
+            "--touches fits the arm's lengths to it"
+        )
+        findings.append(Finding(Level.WARNING, Code.FRAME_LENGTH, message))
+    return findings
+
+
+def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:
+    """The frame as data: what to type in, the place in full, uncertainty, state, and model."""
+    fit, touches = taught.fit, taught.touches
+    numbers = _numbers(fit)
+    pendant = None
+    if taught.pendant is not None:
+        difference = taught.pendant.middle - fit.middle
+        turn = rotation_vector((taught.pendant.frame.rotation @ fit.frame.rotation.T)[None])[0]
+        pendant = {"place_um": _listed(difference / UM, 1), "turn_mdeg": _listed(turn / MDEG, 2)}
+    sigma = fit.sigma
+    return {
+        "command": Command.TEACH_FRAME,
+        "uframe": taught.number,
+        "type_in": {key: f"{value:.{decimals}f}" for key, value in numbers.items()},
+        "frame": {key: round(value, 9) for key, value in numbers.items()},
+        "probe_mm": _listed(fit.probe / MM, 4),
+        "probe_sigma_um": _listed(sigma[6:] / UM, 2),
+        "sigma_um": _listed(sigma[3:6] / UM, 2),
+        "sigma_mdeg": _listed(sigma[:3] / MDEG, 3),
+        "middle_mm": _listed(fit.middle / MM, 3),
+        "touches": len(touches.target),
+        "noise_um": round(fit.noise / UM, 2),
+        "through": taught.through,
+        "robot_file": taught.robot_file,
+        "rise_K": {name: round(value, 3) for name, value in taught.rise.items()},
+        "pendant_would_differ": pendant,
+        "set_aside": [touches.label[n] for n in np.flatnonzero(fit.outlier).tolist()],
+        "findings": [f.record() for f in taught.findings],
+    }
+
+
+def frame_text(taught: TaughtFrame) -> str:
+    """The frame's file, which a path file names in ``frame.file``."""
+    sigma, probe = taught.fit.sigma, taught.fit.probe / MM
+    rises = ", ".join(f"{name} = {value:.3f}" for name, value in taught.rise.items())
+    lines = [
+        '# The frame of a part, as cgen teach-frame wrote it; in a path file: [frame] file = "..."',
+        "[frame]",
+        f"number = {taught.number}",
+        *(f"{key} = {value:.9g}" for key, value in _numbers(taught.fit).items()),
+        "",
+        "[frame.taught]",
+        f'through = "{taught.through}"',
+        f'robot_file = "{taught.robot_file}"',
+        f"rise_K = {{ {rises} }}" if rises else "rise_K = {}",
+        f"sigma_um = {_listed(sigma[3:6] / UM, 2)}",
+        f"sigma_mdeg = {_listed(sigma[:3] / MDEG, 4)}",
+        "",
+        "# The probe's centre in the flange, as the touches say",
+        "[tool]",
+        *(f"{key} = {value:.9g}" for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)),
+        f"sigma_um = {_listed(sigma[6:] / UM, 2)}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _numbers(fit: FrameFit) -> dict[str, float]:
+    w, p, r = (float(np.ravel(a)[0]) / DEG for a in to_wpr(fit.frame.rotation[None]))
+    x, y, z = (fit.frame.position / MM).tolist()
+    return {"x_mm": x, "y_mm": y, "z_mm": z, "w_deg": w, "p_deg": p, "r_deg": r}
+
+
+def _listed(values: Array, digits: int) -> list[float]:
+    return [round(float(v), digits) for v in values]

@@ -1,0 +1,114 @@
+"""Circular motions of a job: the correction is found on the dense waypoints of its lines, then said in arcs and lines.
+
+So what bounds, band, smoothness and mid-spatial content mean does not depend on how the program says its path.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.compensation.arc_fit import FittedMoves
+from compgen.compensation.problem import Problem
+from compgen.compensation.solution import Solution
+from compgen.core import stages
+from compgen.core.arcs import statement_starts
+from compgen.core.arrays import Array, frozen
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.core.stages import Progress
+from compgen.core.units import UM
+from compgen.pipelines.files.statement_fit import fit_planned_moves, without_period
+from compgen.pipelines.planned.job_results import DenseCorrection, Planned
+from compgen.pipelines.planned.kept_waypoints import at_waypoints
+from compgen.pipelines.planned.program_text import printed_in_world
+from compgen.planning import retiming
+from compgen.planning.retiming import Trajectory, driven_speed
+
+
+def fit_job_moves(planned: Planned, commanded: Pose, theta: Array) -> FittedMoves:
+    """The arcs and lines through commanded poses of a plan's N waypoints, whose joints are theta (N, 6) [rad]."""
+    job, path = planned.job, planned.path
+    printed = printed_in_world(job, commanded)
+    return fit_planned_moves(job.plan.process, job.robot, path, commanded, printed, theta, planned.trajectory.speed)
+
+
+def with_arcs(
+    planned: Planned, problem: Problem, solution: Solution, moves: FittedMoves
+) -> tuple[Planned, Problem, Solution]:
+    """Plan, problem and solution at the positions of arcs and lines."""
+    rows, via = moves
+    dense = DenseCorrection(planned.path, solution.theta, solution.correction)
+    arcs, process = int(via.sum()), planned.job.plan.process
+    message = (
+        f"{len(rows)} positions for {len(problem.arc)} waypoints: {arcs} arcs and {len(rows) - 1 - 2 * arcs} lines, "
+        f"within {(process.thin or process.chord) / UM:g} um of the corrected path"
+    )
+    path = planned.path.subset(rows, via)
+    kept, of_rows = at_waypoints(planned, solution, rows, path, Finding(Level.NOTE, Code.PATH_ARCS, message))
+    return replace(kept, dense=dense), problem.window(rows), of_rows
+
+
+CHANGE_LENGTH = 3e-3  # [m] of an arc, what a change of speed spreads over at most
+CHANGE_SHARE = 0.8  # of a joint's acceleration that a change of speed between two statements uses
+
+
+def time_corrected(planned: Planned, solution: Solution, progress: Progress) -> Trajectory:
+    """The final timing of a corrected program.
+
+    An arc is one statement with one speed: it is timed on the dense waypoints, whose joints keep their limits all along
+    it, and each statement gets the speed that takes as long as they do. Statements end where that speed changes by a
+    tenth.
+    """
+    job, path = planned.job, planned.path
+    robot = job.robot.at_acceleration(job.plan.process.acc)
+    feed = planned.feed * path.pace
+
+    def tell(share: float) -> None:
+        progress(stages.FINAL_TIMING, share)
+
+    if planned.dense is None:
+        return retiming.retime(robot, path.arc, solution.theta, path.stop, feed, tell, lines=True)
+    dense, rows = planned.dense, planned.rows
+    starts = statement_starts(path.via)
+    statement = np.cumsum(starts) - 1  # of each segment
+    first = np.flatnonzero(starts)
+    length = np.add.reduceat(np.diff(path.arc), first)
+    limit = np.minimum(np.minimum.reduceat(feed, first), length / robot.controller.period)
+    of_dense = statement[np.repeat(np.arange(len(statement)), np.diff(rows))]
+    robot = without_period(robot)
+    arc, stop = dense.path.arc, dense.path.stop
+    trajectory = retiming.retime(robot, arc, dense.theta, stop, limit[of_dense], tell)
+    spent = np.add.reduceat(np.diff(arc) / trajectory.speed, rows[:-1][first])
+    border = rows[first[1:]]
+    slope = np.abs((dense.theta[border + 1] - dense.theta[border - 1]) / (arc[border + 1] - arc[border - 1])[:, None])
+    bearable = CHANGE_SHARE * (robot.acceleration / np.maximum(slope, 1e-12)).min(axis=1)
+    bearable[stop[border]] = np.inf
+    spread = np.where(path.via[1:][first], np.minimum(length / 2, CHANGE_LENGTH), length)
+    speeds = _with_bearable_changes(np.minimum(limit, length / spent), spread, bearable)
+    time, speed = trajectory.time[rows], speeds[statement]
+    driven = driven_speed(time, np.diff(path.arc), speed, path.stop)
+    return replace(trajectory, time=frozen(time), speed=frozen(speed), driven_speed=frozen(driven))
+
+
+def _with_bearable_changes(speed: Array, length: Array, acceleration: Array) -> Array:
+    """Speeds of statements, (S,) [m/s], lowered where one differs from the next by more than the joints bear.
+
+    The change spreads over half of both, as the proof has it: |v' - v| <= a (L / v + L' / v') / 2.
+
+    Args:
+        speed: Wanted, (S,) [m/s].
+        length: Of the statements, (S,) [m], of an arc what a change spreads over.
+        acceleration: That the joints bear between two, (S - 1,) [m/s2].
+    """
+    speed = np.array(speed)
+    for _ in range(len(speed)):
+        spent = length / speed
+        room = acceleration * (spent[1:] + spent[:-1]) / 2
+        low = np.minimum(speed[1:], speed[:-1]) + room
+        after, before = speed[1:] > low * (1 + 1e-9), speed[:-1] > low * (1 + 1e-9)
+        if not (after | before).any():
+            break
+        speed[1:][after] = low[after]
+        speed[:-1][before] = low[before]
+    return speed

@@ -1,0 +1,250 @@
+r"""One file for many starts: what it is made for, and what the twin finds that it leaves at each of them.
+
+The error is linear in the rises, e_s(c) = e(c) + B (rise_s - mean rise), B the same for every correction c. Over the
+starts s the expected square is therefore
+
+    E |e_s(c)|^2 = |e(c)|^2 + tr(B Cov(rise) B^T)
+
+whose second term no correction changes: the best file for all starts is the file for the mean of their rises, and what
+stays beyond that file's own residual is how far each start's rises lie from the mean. The written text is flown by the
+twin with its own heat at every corner of the ensemble, in its middle, and where the error model foretells the most.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen import fanuc
+from compgen.compensation import optimise
+from compgen.compensation.problem import Problem
+from compgen.compensation.solution import Solution
+from compgen.core.arrays import Array, IntArray, own
+from compgen.core.dates import DEFAULT_DATE
+from compgen.error_model.direction_memory import DirectionState
+from compgen.error_model.model import ErrorModel
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.planned.program_text import compose_program
+from compgen.planning.retiming import Trajectory
+from compgen.planning.toolpath import ToolPath
+from compgen.thermal import JointMotion, rises_during
+from compgen.thermal.ensemble import Ensemble, Start, duties_before, mean_rises, rises_at, rises_of
+from compgen.thermal.ensemble_starts import starts_to_fly, weighted_starts
+from compgen.verification.deviation import Deviation, Extent, deviation_from_path
+from compgen.verification.twin import PreparedProgram, prepare
+
+WAYPOINTS = 200  # that the error model foretells the starts at
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """What the twin found at one start, on the part."""
+
+    start: Start
+    total: Extent
+    remade: Extent | None  # of the file made anew for this start alone; None: no legal correction
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Averaged:
+    """What one file leaves over its starts."""
+
+    ensemble: Ensemble
+    at_mean: Extent  # flown with the mean of the rises, on the part
+    worst: Deviation  # of the flown start with the largest error; its extents are the largest of all that were flown
+    flown: tuple[Flown, ...]
+    starts: tuple[Start, ...]  # G that the error model foretells
+    largest: Array  # (G,) [m] foretold largest error on the part
+    added: Array  # (G,) [m] how far the tool is at most from where it is at the mean
+    rms: float  # [m] over all starts and the path: root of the sum of the squares of what stays at the mean and
+    spread: float  # [m] how far the starts lie from their mean, rms over them and the path
+    disagreement: float  # [m] rms of what the twin flew and what the model foretold, at the flown starts
+    files: int  # that would keep each start within ``tolerance`` of a file's own
+    tolerance: float  # [m]
+
+    def __post_init__(self) -> None:
+        own(self, largest=("G",), added=("G",))
+
+    @property
+    def worst_flown(self) -> Flown:
+        """The start with the largest error."""
+        return max(self.flown, key=lambda f: f.total.max)
+
+    @property
+    def remade(self) -> float | None:
+        """Largest error with a file made anew for each start that was flown [m]; None: for one there is none."""
+        each = [f.remade for f in self.flown]
+        return max((one.max for one in each if one is not None), default=None) if None not in each else None
+
+    @property
+    def times(self) -> float | None:
+        """How many times smaller the largest error is with a file made anew for each start."""
+        return self.worst_flown.total.max / self.remade if self.remade else None
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class WrittenFile:
+    """One file, as far as its starts ask for it."""
+
+    job: Job
+    path: ToolPath
+    model: ErrorModel
+    motion: JointMotion  # as planned
+    directions: DirectionState
+    rise: Array  # (N, K) [K] mean over the starts
+    theta: Array  # (N, 6) [rad] commanded
+    prepared: PreparedProgram  # the text, read back
+
+
+def planned_rises(job: Job, motion: JointMotion) -> Array:
+    """Rises that a job's correction is made for: those of its one start, or the mean over all, (N, K) [K]."""
+    if job.ensemble is None:
+        return rises_during(job.heat, job.state(), motion, job.history.air, job.history.clock).rise
+    return mean_rises(job.heat, job.history, job.ensemble, motion)
+
+
+def fly_starts(
+    file: WrittenFile,
+    problem: Problem,
+    trajectory: Trajectory,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Averaged:
+    """Fly a written file at its starts, and the files made anew for each of them.
+
+    Args:
+        file: Its text was made for the mean of the rises.
+        problem: Of that correction.
+        trajectory: For the speeds.
+        progress: Called with the share done.
+
+    Raises:
+        TwinError: The twin cannot fly a text.
+    """
+    job, ensemble, prepared = file.job, file.job.ensemble or Ensemble(), file.prepared
+    at_mean = _fly(file, prepared.with_rise(file.rise))
+    starts, weight = weighted_starts(ensemble)
+    which = _some_waypoints(file.path)
+    moved = _displacements(file, starts, which)
+    waypoints = prepared.first_samples()[which]
+    left = at_mean.error[waypoints]
+    largest = _largest(file, at_mean, moved, waypoints)
+    flown: list[Flown] = []
+    worst, envelope, differences = at_mean, at_mean, []
+    chosen = starts_to_fly(ensemble, starts[int(np.argmax(largest))])
+    for k, start in enumerate(chosen):
+        deviation = _fly(file, _at_start(file, prepared, start))
+        foretold = left + _displacements(file, [start], which)[0]
+        differences.append(deviation.error[waypoints] - foretold)
+        rise = rises_of(job.heat, job.history, start, file.motion)
+        solution = optimise.optimise(replace(problem, rise=rise), job.settings)
+        remade = None
+        if solution.status.is_legal:
+            remade = _fly(file, _at_start(file, _rewritten(file, problem, solution, trajectory), start)).on_part[
+                "total"
+            ]
+        if not flown or deviation.on_part["total"].max > worst.on_part["total"].max:
+            worst = deviation
+        envelope = deviation if not flown else _envelope(envelope, deviation)
+        flown.append(Flown(start, deviation.on_part["total"], remade))
+        progress((k + 1) / len(chosen))
+    worst = replace(worst, extents=envelope.extents, on_part=envelope.on_part)
+    spread = float(np.sqrt(weight @ (moved**2).sum(axis=2).mean(axis=1)))
+    return Averaged(
+        ensemble=ensemble,
+        at_mean=at_mean.on_part["total"],
+        worst=worst,
+        flown=tuple(flown),
+        starts=tuple(starts),
+        largest=largest,
+        added=np.linalg.norm(moved, axis=2).max(axis=1),
+        rms=float(np.hypot(at_mean.on_part["total"].rms, spread)),
+        spread=spread,
+        disagreement=float(np.sqrt((np.array(differences) ** 2).sum(axis=2).mean())),
+        files=_files_needed(moved, job.start_drift),
+        tolerance=job.start_drift,
+    )
+
+
+def _fly(file: WrittenFile, prepared: PreparedProgram) -> Deviation:
+    return deviation_from_path(file.path, prepared.chunks(), prepared.sample_count)
+
+
+def _rewritten(file: WrittenFile, problem: Problem, solution: Solution, trajectory: Trajectory) -> PreparedProgram:
+    """The text of another correction."""
+    job, commanded = file.job, problem.commanded(solution.correction)
+    program, printed = compose_program(job, commanded, solution.theta, trajectory, file.path, DEFAULT_DATE, None)
+    return prepare(twin_of(job), fanuc.as_written(program, printed), job.history.before, job.history.air)
+
+
+def _at_start(file: WrittenFile, prepared: PreparedProgram, start: Start) -> PreparedProgram:
+    """A text after everything that the cell did until a start, by the twin's own heat."""
+    history = file.job.history
+    slowed = prepared.at_override(start.override)
+    return slowed.reheated(twin_of(file.job), duties_before(history, start), history.air)
+
+
+def _some_waypoints(path: ToolPath) -> IntArray:
+    """On the part, evenly."""
+    rows = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, WAYPOINTS).astype(int))])
+
+
+def _displacements(file: WrittenFile, starts: list[Start], which: IntArray) -> Array:
+    """How far the tool is from where it is at the mean, (G, P, 3) [m], by the error model."""
+    theta, directions = file.theta[which], file.directions.at(which)
+    now = file.model.actual_pose(theta, file.rise[which], directions).position
+    rises = rises_at(file.job.heat, file.job.history, starts, file.motion, which)
+    moved = [file.model.actual_pose(theta, rise, directions).position - now for rise in rises]
+    return np.asarray(moved)
+
+
+def _largest(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: IntArray) -> Array:
+    """Largest error after each start, (G,) [m].
+
+    Between two of the waypoints (samples (P,)) the displacement is a straight line; what stays at the mean is not:
+    there the samples count that lie farthest to either side along World.
+    """
+    path, first = file.path, file.prepared.first_samples()
+    on_part = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]
+    off_part = np.append(np.repeat(~on_part & path.contact.any(), np.diff(first)), False)
+    error = np.where(off_part[:, None], 0.0, at_mean.error)
+    largest = np.zeros(len(moved))
+    for j, (a, b) in enumerate(zip(waypoints.tolist(), waypoints[1:].tolist(), strict=False)):
+        rows = a + np.unique(np.concatenate([error[a : b + 1].argmin(axis=0), error[a : b + 1].argmax(axis=0)]))
+        rows = rows[~off_part[rows]]
+        share = ((at_mean.arc[rows] - at_mean.arc[a]) / (at_mean.arc[b] - at_mean.arc[a]))[:, None]
+        between = moved[:, j, None] * (1 - share) + moved[:, j + 1, None] * share
+        largest = np.maximum(largest, np.linalg.norm(error[rows] + between, axis=2).max(axis=1, initial=0.0))
+    return largest
+
+
+def _envelope(one: Deviation, other: Deviation) -> Deviation:
+    """The larger of each statistic."""
+
+    def larger(a: dict[str, Extent], b: dict[str, Extent]) -> dict[str, Extent]:
+        return {
+            name: Extent(
+                max(a[name].max, b[name].max), max(a[name].p99, b[name].p99), max(a[name].rms, b[name].rms),
+                a[name].where if a[name].max >= b[name].max else b[name].where,
+            )
+            for name in a
+        }  # fmt: skip
+
+    return replace(one, extents=larger(one.extents, other.extents), on_part=larger(one.on_part, other.on_part))
+
+
+def _files_needed(moved: Array, tolerance: float) -> int:
+    """How many files keep every start within a tolerance of one of them.
+
+    Each is the one that takes in the first start that is left, and as many others as any does: along delays alone
+    these are as few as can be.
+    """
+    G = len(moved)
+    near = np.array([np.linalg.norm(moved - one, axis=2).max(axis=1) <= tolerance for one in moved])
+    waiting, count = np.ones(G, dtype=bool), 0
+    while waiting.any():
+        first = int(np.argmax(waiting))
+        waiting &= ~near[int(np.argmax(near[first] * (near & waiting).sum(axis=1)))]
+        count += 1
+    return count

@@ -1,0 +1,171 @@
+"""The files for the controller: one program, or pages with their main program and manifest, read back from text."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen import __version__, fanuc
+from compgen.core.arrays import Array, IntArray, own
+from compgen.core.codes import Code, Level
+from compgen.core.commands import Command
+from compgen.core.exceptions import naming_file
+from compgen.core.findings import Finding
+from compgen.core.units import KB
+from compgen.fanuc import Program
+from compgen.fanuc.canonical.writer import REMARK_LENGTH
+from compgen.fanuc.paging.canonical_split import excerpt, split_canonical
+from compgen.fanuc.paging.join_check import JoinError, interpret_pages
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
+from compgen.fanuc.paging.split import Page, PagedProgram
+from compgen.fanuc.paging.stops import PageStops, canonical_size, controller_capacity, head_line_count
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks
+
+BLOCK_ROWS = 16384  # positions compared at a time
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PageStart:
+    """When a page begins and how warm the robot is then, if nobody waits before it."""
+
+    time: float  # [s] since the program began
+    rise: Array  # (K,) [K]
+    window: float  # [s] how long all waits before it may be in sum
+
+    def __post_init__(self) -> None:
+        own(self, rise=("K",))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Delivery:
+    """The files that the controller gets, and the program read back from them."""
+
+    files: tuple[tuple[str, bytes], ...]  # name and content; the last one must appear last
+    program: Program
+    paged: PagedProgram | None = None
+    starts: tuple[PageStart, ...] = ()  # of the pages
+
+    @property
+    def text(self) -> bytes:
+        """The file that the operator starts."""
+        return self.files[-1][1]
+
+
+def deliver_file(program: Program) -> Delivery:
+    """A program as one file."""
+    text = fanuc.compose(program)
+    return Delivery(((f"{program.name}.LS", text),), fanuc.interpret(text))
+
+
+def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Sequence[PageStart]]) -> Delivery:
+    """A program as pages, main program and manifest, proven to be the program.
+
+    Args:
+        job: What it was made from.
+        program: The undivided program; its first remarks say what it is, and each page repeats them.
+        starts_at: The start of a page at each of some positions, numbered from 0.
+
+    Raises:
+        ImpossibleError: It cannot be split so that each page fits.
+        JoinError: The pages, read back from their text, are not the program.
+    """
+    starts: list[PageStart] = []
+
+    def headings(first: Sequence[int]) -> list[list[str]]:
+        starts.extend(starts_at(np.array(first, dtype=np.int64)))
+        return [page_remarks(job, program, k, len(first), start) for k, start in enumerate(starts)]
+
+    capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
+    with naming_file(job.source):
+        paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
+    facts = [{**_place_of(page), **page_facts(job, start)} for page, start in zip(paged.pages, starts, strict=True)]
+    head = {
+        "command": Command.GENERATE,
+        "compgen": __version__,
+        "inputs_sha256": job.inputs_hash,
+        "robot": job.robot.name,
+        "job": {"path_file": job.source, "robot_file": job.cell.robot_file, "overrides": list(job.overrides)},
+    }
+    manifest = manifest_json(paged, capacity, head, facts)
+    files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
+    whole, _ = interpret_pages(*check_manifest(manifest, files))
+    require_equal(whole, program)
+    whole = replace(whole, name=paged.name)
+    return Delivery(tuple(files.items()), whole, paged, tuple(starts))
+
+
+def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list[Finding]:
+    """What was done with a program that one file does not hold, or why nothing was done."""
+    capacity, program, paged = controller_capacity(job.robot), delivery.program, delivery.paged
+    size = canonical_size(len(program.position), len(program.remarks) + (program.payload is not None))
+    checks = [
+        ("max_positions", size.positions, capacity.max_positions, "positions"),
+        ("max_lines", size.lines, capacity.max_lines, "lines"),
+        ("memory_kB", size.memory / KB, capacity.memory / KB, "kB estimated"),
+    ]
+    over = [f"{value:.0f} {unit} (controller.{key} = {limit:g})" for key, value, limit, unit in checks if value > limit]
+    message = f"{', '.join(over)}: more than this controller holds in one file"
+    if paged is not None and stops is not None:
+        added = int(stops.added.sum())
+        pages = f"written as {len(paged.pages)} pages and a main program"
+        count = paged.load_count
+        loads = f", to be loaded in {count} loads, one after another (drip feed)" if count > 1 else ""
+        stopped = f"; {added} stops were put in for them, {stops.on_the_part} of them on the part" if added else ""
+        level = Level.WARNING if stops.on_the_part else Level.NOTE
+        return [Finding(level, Code.CONTROLLER_SIZE, f"{message}; {pages}{loads}{stopped}")]
+    if not over:
+        return []
+    if stops is None:
+        remedy = "raise process.chord_um, or leave --no-pages out"
+        return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, f"{message}: it cannot be loaded; {remedy}")]
+    remedy = "allow stops on the part with process.page_stops = 'anywhere', or raise process.chord_um"
+    message = f"{message}, and it cannot be parted: {stops.obstacle}; {remedy}"
+    return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)]
+
+
+def _place_of(page: Page) -> dict[str, object]:
+    """Which positions of the undivided program a page has; it starts at the first."""
+    return {"first_position": max(page.motions[0], 1), "last_position": page.motions[1]}
+
+
+def page_facts(job: Job, start: PageStart) -> dict[str, object]:
+    """What the manifest says of how a page starts."""
+    return {
+        "start_s": round(start.time, 3),
+        "start_window_s": round(start.window, 1),
+        "rise_K": {name: round(float(r), 4) for name, r in zip(job.heat.names, start.rise, strict=True)},
+    }
+
+
+def page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart, anew: bool = False) -> list[str]:
+    """Remarks at the head of a page, k from 0; ``anew`` where it replaces another of that name."""
+    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise, strict=True)]
+    when = f"anew, {start.time:.0f} s" if anew else f"after {start.time:.0f} s"
+    remarks = [*program.remarks[:COMMON_REMARKS], f"page {k + 1} of {count}, {when}"]
+    remarks += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
+    wait = "start within" if k == 0 else "wait before it at most"
+    if k == 0 and job.ensemble is not None:
+        return _ascii(line[:REMARK_LENGTH] for line in [*remarks, start_remarks(job, start.window)[0]])
+    return _ascii(line[:REMARK_LENGTH] for line in [*remarks, f"{wait} {start.window:.0f} s"])
+
+
+def _ascii(lines: Iterable[str]) -> list[str]:
+    return [line.encode("ascii", "replace").decode() for line in lines]
+
+
+def require_equal(whole: Program, undivided: Program, block_rows: int = BLOCK_ROWS) -> None:
+    """Raises JoinError unless a program read back equals the undivided one as it would be written."""
+    N = len(undivided.position)
+    for first in range(0, N, block_rows):
+        last = min(first + block_rows, N) - 1
+        read, meant = excerpt(whole, first, last), fanuc.as_written(excerpt(undivided, first, last))
+        for field in ("position", "rotation", "turns", "speed", "fine", "via"):
+            if not np.array_equal(getattr(read, field), getattr(meant, field)):
+                raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")
+    sizes = [
+        (len(p.position), len(p.speed), p.posture, p.uframe, p.utool, p.payload, p.acc) for p in (whole, undivided)
+    ]
+    if sizes[0] != sizes[1]:
+        what = "length, posture, frames, payload or ACC"
+        raise JoinError(f"pages: read back together, {what} differ from the undivided program's")

@@ -1,0 +1,358 @@
+"""The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from compgen import fanuc
+from compgen.compensation import limits, optimise, simplify
+from compgen.compensation.mid_spatial import mid_spatial
+from compgen.compensation.problem import Problem, Settings, Solver
+from compgen.compensation.solution import Solution
+from compgen.core import stages
+from compgen.core.arrays import Array, IntArray
+from compgen.core.codes import Code, Level
+from compgen.core.dates import DEFAULT_DATE
+from compgen.core.evaluation import run_in_background
+from compgen.core.exceptions import ImpossibleError
+from compgen.core.findings import Finding
+from compgen.core.stages import Progress, RunStage
+from compgen.core.units import UM
+from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
+from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
+from compgen.fanuc import Program
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.pipelines.files.part_frame import frame_findings
+from compgen.pipelines.files.start_window import Course, windows
+from compgen.pipelines.files.statement_fit import flown_at_waypoints
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.findings import arc_findings, job_findings
+from compgen.pipelines.findings.lead_findings import lead_findings
+from compgen.pipelines.findings.motion_findings import motion_findings, touching_segments
+from compgen.pipelines.findings.own_file_findings import own_file_findings
+from compgen.pipelines.findings.period_findings import over_periods, times_apart
+from compgen.pipelines.planned import arc_moves, averaging, delivery, motion_predistortion
+from compgen.pipelines.planned.averaging import WrittenFile
+from compgen.pipelines.planned.averaging_findings import averaging_findings
+from compgen.pipelines.planned.delivery import Delivery, PageStart
+from compgen.pipelines.planned.dry_run import dry_run_findings
+from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.pipelines.planned.kept_waypoints import at_waypoints
+from compgen.pipelines.planned.program_text import compose_program, planned_program, printed_in_world
+from compgen.pipelines.uncertainty import model_form
+from compgen.pipelines.uncertainty.band import assumed_findings, band_along
+from compgen.pipelines.uncertainty.draws import fly_draws
+from compgen.robot import inverse_kinematics, joint_path
+from compgen.thermal import JointMotion as Driven
+from compgen.thermal import states_at
+from compgen.verification.deviation import Deviation, deviation_from_path
+from compgen.verification.twin import prepare
+from compgen.verification.verdict import judge
+from compgen.verification.written_motion import WrittenMotion, read_motion
+
+MAX_RIPPLE = 0.05 * UM
+
+
+def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool = True) -> Planned:
+    """What would go wrong if the planned program ran as it is.
+
+    Args:
+        job: The planned program.
+        progress: Called with the stage and the share done.
+        date: In the program's header.
+        pages: Whether a program that is more than the controller holds in one file gets the stops of its pages.
+
+    Raises:
+        ImpossibleError: The robot cannot drive the path.
+        TwinError: The twin cannot drive it.
+    """
+    planned = _plan(job, progress, date, pages)
+    progress(stages.TWIN_BEFORE, 0.0)
+    off_file = own_file_findings(job, planned.path, planned.deviation())
+    effect = planned.written().effect
+    findings = (
+        *off_file,
+        *motion_findings(effect, job.bounds),
+        *lead_findings(effect, planned.path, job),
+        *planned.findings,
+    )
+    return replace(planned, findings=tuple(findings), band=band_along(planned.driven(planned.theta, planned.motion)))
+
+
+def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
+    """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
+    with job_findings.asking_units(job):
+        plan = plan_motion(job.plan, job.cell, job.feed, progress, pages)
+    path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
+    motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
+    rise = averaging.planned_rises(job, plan.joint_motion)
+
+    def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
+        program = planned_program(job, path, theta, trajectory, date)
+        prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
+        if job.ensemble is not None:
+            prepared = prepared.with_rise(rise)
+        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching_segments(path))
+        return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
+
+    progress(stages.TWIN_BEFORE, 0.0)
+    twin_result = run_in_background(drive_uncorrected, len(theta))
+    notes = [
+        Finding(Level.WARNING, Code.THERMAL_BOX, text)
+        for text in job.heat.extrapolations(job.duties_before(), job.feed, trajectory.time[-1], rise)
+    ]
+    places = path.target.position
+    on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    notes += map_findings(job.sources, places[on_part], on_part)
+    notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
+    notes += unknown_start_findings(
+        job.robot, job.sources, model, theta=theta, position=places, rise=rise, directions=motion, contact=path.contact
+    )
+    notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.unlikely]
+    notes += dry_run_findings(job, path)
+    if not job.history.before and job.heat.start is None:
+        notes.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no [[before]]: the cell starts cold"))
+    if job.robot.controller.compensation == "signature":
+        text = "the controller corrects its own geometry: only sources it does not know may be active"
+        notes.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, text))
+    rows = np.arange(len(theta))
+    return Planned(
+        job=job,
+        feed=plan.feed,
+        path=path,
+        page_stops=plan.page_stops,
+        model=model,
+        theta=theta,
+        motion=motion,
+        trajectory=trajectory,
+        rise=rise,
+        twin_result=twin_result,
+        findings=tuple(notes),
+        rows=rows,
+    )
+
+
+def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool = True) -> tuple[Planned, Corrected]:
+    """The corrected program, proven from the text that is delivered.
+
+    Args:
+        job: The planned program.
+        progress: Called with the stage and the share done.
+        date: In the program's header.
+        pages: Whether a program that is more than the controller holds in one file is written as pages.
+
+    Raises:
+        ImpossibleError: The robot cannot drive the path, or no legal correction exists.
+        JoinError: Pages, read back, are not the program.
+        TwinError: The twin cannot drive the program, uncorrected or corrected.
+    """
+    planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages), progress)
+    path = planned.path
+    commanded = problem.commanded(solution.correction)
+    solution = motion_predistortion.from_targets(solution, problem, path)
+    feed = planned.feed * path.pace
+    trajectory = arc_moves.time_corrected(planned, solution, progress)
+    progress(stages.TEXT, 0.0)
+    window = start_window(planned, solution.theta)
+    driven = planned.driven(solution.theta, problem.direction_state)
+    band = band_along(driven, late_start(job, window))
+    program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
+    delivered = _delivered(planned, solution, program)
+    del program, commanded
+    planned.deviation()
+    text = delivered.program
+    prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
+    written = read_motion(prepared, np.diff(path.arc), feed, touching_segments(path))
+    after_stage = partial(progress, stages.TWIN_AFTER)
+    averaged = None
+    if job.ensemble is not None:
+        motion = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
+        file = WrittenFile(
+            job=job,
+            path=path,
+            model=planned.model,
+            motion=motion,
+            directions=planned.motion,
+            rise=planned.rise,
+            theta=solution.theta,
+            prepared=prepared,
+        )
+        averaged = averaging.fly_starts(file, problem, trajectory, after_stage)
+        deviation = averaged.worst
+    else:
+        deviation = deviation_from_path(path, prepared.chunks(after_stage), prepared.sample_count)
+    progress(stages.CROSS_FLIGHT, 0.0)
+    form, form_findings = model_form.cross_flight(job, prepared, deviation)
+    drawn = fly_draws(driven, prepared, deviation, late_start(job, window), lambda share: progress(stages.DRAWS, share))
+    verdict = [
+        *judge(deviation, job.bounds),
+        *own_file_findings(job, path, deviation),
+        *(drawn.findings() if drawn is not None else []),
+        *job_findings.of_knowledge(job),
+        *limited,
+        *job_findings.solver(solution, job.settings),
+        *job_findings.below_feed(job, planned.feed, path, trajectory, text),
+        *delivery.size_findings(job, delivered, planned.page_stops),
+        *job_findings.clocks_apart(trajectory, written),
+        *motion_predistortion.findings(planned, prepared, written, deviation),
+        *times_apart(job.robot.controller, written),
+        *over_periods(job.robot.controller, path, text, planned.feed),
+        *job_findings.joints_asked(job, text, written),
+        *arc_findings.orientation_on_arcs(job, text),
+        *(averaging_findings(averaged) if averaged is not None else ()),
+        *form_findings,
+        *planned.findings,
+    ]
+    ripple = mid_spatial(path, solution.correction)
+    if planned.dense is not None:
+        ripple = mid_spatial(planned.dense.path, planned.dense.correction)
+    if ripple > MAX_RIPPLE:
+        message = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
+        verdict.append(
+            Finding(Level.WARNING, Code.COMPENSATION_MID_SPATIAL, f"{message}; raise compensation.curvature_period_mm")
+        )
+    return planned, Corrected(
+        solution=solution,
+        trajectory=trajectory,
+        program=text,
+        delivery=delivered,
+        twin=prepared.twin,
+        before=job.history.before,
+        air=job.history.air,
+        samples=prepared.first_samples(),
+        deviation=deviation,
+        written=written,
+        start_window=window,
+        mid_spatial=ripple,
+        band=band,
+        model_form=form,
+        draws=drawn,
+        findings=tuple(verdict),
+        averaged=averaged,
+    )
+
+
+def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Problem, Solution, list[Finding]]:
+    """The correction of a plan: the waypoints that it keeps, their problem, its solution, and the limits that bind.
+
+    Raises:
+        ImpossibleError: No legal correction exists.
+    """
+    job, path = planned.job, planned.path
+    # a stop for a page's sake is no corner of the path: the correction stays smooth across it
+    corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
+    problem = Problem(
+        robot=job.robot,
+        model=planned.model,
+        posture=job.posture,
+        tool=job.tool.pose,
+        target=path.target,
+        theta=planned.theta,
+        rise=planned.rise,
+        arc=path.arc,
+        stop=corners,
+        direction_state=planned.motion,
+    )
+    problem = motion_predistortion.predistorted(problem, planned)
+    problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
+    if job.settings.margin:
+        open_yet = planned.band_of_plan()
+        problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)
+    solution = optimise.optimise(problem, job.settings, _stage(progress, stages.CORRECTION, job.settings))
+    if not solution.status.is_legal:
+        raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
+    limited = job_findings.limited(solution)
+    arcs = job.plan.process.arcs
+    if job.plan.process.thin is not None and not arcs:
+        progress(stages.THINNING, 0.0)
+        planned, solution = _thinned(planned, solution, job.plan.process.thin)
+        problem = problem.window(planned.rows)
+    if reversal_widths(job.sources) is not None:
+        progress(stages.DIRECTIONS, 0.0)
+        problem = replace(problem, direction_state=_written_directions(problem, solution, planned))
+        stage = _stage(progress, stages.DIRECTIONS, job.settings)
+        solution = optimise.optimise(problem, job.settings, stage)
+        if not solution.status.is_legal:
+            raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
+        limited = job_findings.limited(solution)
+    if arcs:
+        progress(stages.ARCS, 0.0)
+        moves = arc_moves.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
+        planned, problem, solution = arc_moves.with_arcs(planned, problem, solution, moves)
+    return planned, problem, solution, limited
+
+
+def late_start(job: Job, window: float) -> float:
+    """How late a start may be that the proof has not flown [s]: none of a file that was flown at its delays."""
+    return window if job.ensemble is None or job.ensemble.delay[1] == 0 else 0.0
+
+
+def _written_directions(problem: Problem, solution: Solution, planned: Planned) -> DirectionState:
+    """Where joints and TCP come from on the way that the text's rounded poses name.
+
+    A joint that the planned path leaves at rest steps to and fro by what the digits round, and forgets the side it came
+    from: that is known only once there is a correction to round.
+    """
+    job, commanded = planned.job, problem.commanded(solution.correction)
+    printed = printed_in_world(job, commanded)
+    if job.plan.process.arcs:
+        moves = arc_moves.fit_job_moves(planned, commanded, solution.theta)
+        printed = flown_at_waypoints(problem.arc, printed, moves)
+    joints, _ = inverse_kinematics.solve_tool(job.robot, printed, job.tool.pose, job.posture)
+    theta = joint_path.nearest_turns(joints, solution.theta)
+    start = problem.direction_state.at(slice(0, 1))
+    return direction_states(reversal_widths(job.sources), theta, printed.position, start)
+
+
+def _stage(progress: Progress, stage: RunStage, settings: Settings) -> Callable[[float], None]:
+    """Tells a stage's share; of ipopt, which takes minutes, in words as well."""
+    if settings.solver is Solver.IPOPT:
+        return lambda share: progress(RunStage(stage, f"ipopt {share:.0%}", is_even=False), share)
+    return lambda share: progress(stage, share)
+
+
+def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
+    """The plan and its correction at those waypoints only that the written program keeps."""
+    path, period = planned.path, planned.job.robot.controller.period
+    rows = simplify.simplify(path, solution.correction[:, :3], tolerance, planned.feed * period)
+    N = len(path.arc)
+    message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
+    return at_waypoints(planned, solution, rows, path.subset(rows), Finding(Level.NOTE, Code.PATH_THINNED, message))
+
+
+def start_window(planned: Planned, theta: Array) -> float:
+    """How long the start may be delayed, servo on and standing [s], with commanded joints (N, 6) [rad].
+
+    Until it adds more than ``job.start_drift``; a file that serves an interval of delays may be started within it.
+    """
+    if planned.job.ensemble is not None and planned.job.ensemble.delay[1] > 0:
+        return planned.job.ensemble.delay[1]
+    return float(start_windows(planned, theta, np.zeros(1, dtype=np.int64))[0])
+
+
+def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
+    """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
+    job, trajectory = planned.job, planned.trajectory
+    driven = Driven(trajectory.time, planned.theta, trajectory.driven_speed)
+    state = states_at(job.heat, job.state(), driven, first, job.history.air, job.clock)
+    course = Course(trajectory.time, theta, planned.rise, planned.motion)
+    return windows(job, planned.model, course, first, state)
+
+
+def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
+    """The program's files: pages when they are needed and possible."""
+    if planned.page_stops is None or planned.page_stops.obstacle:
+        return delivery.deliver_file(program)
+
+    def starts_at(first: IntArray) -> list[PageStart]:
+        windows = start_windows(planned, solution.theta, first)
+        windows[0] = start_window(planned, solution.theta)
+        time, rise = planned.trajectory.time[first], planned.rise[first]
+        if planned.job.ensemble is not None:
+            rise[0] = planned.job.start_rise()  # from which the start window counts
+        return [PageStart(*now) for now in zip(time.tolist(), rise, windows.tolist(), strict=True)]
+
+    return delivery.deliver_pages(planned.job, program, starts_at)

@@ -1,0 +1,144 @@
+"""What a run comes to: the planned job, and the corrected one with its proof."""
+
+from dataclasses import dataclass
+
+from compgen.compensation.solution import Solution
+from compgen.core.arrays import Array, IntArray
+from compgen.core.codes import Code, Level
+from compgen.core.evaluation import Background
+from compgen.core.findings import Finding
+from compgen.error_model.direction_memory import DirectionState
+from compgen.error_model.model import ErrorModel
+from compgen.fanuc import Program
+from compgen.fanuc.paging.stops import PageStops
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.planned.averaging import Averaged
+from compgen.pipelines.planned.delivery import Delivery
+from compgen.pipelines.uncertainty.band import DrivenProgram, band_along
+from compgen.pipelines.uncertainty.draws import FlownDraws
+from compgen.pipelines.uncertainty.model_form import ModelForm
+from compgen.planning.retiming import Trajectory
+from compgen.planning.toolpath import ToolPath
+from compgen.thermal import Ambient, Duty
+from compgen.verification.band import Band
+from compgen.verification.deviation import Deviation
+from compgen.verification.motion_effect import MotionEffect
+from compgen.verification.twin import Execution, Twin, execute
+from compgen.verification.verdict import Verdict, verdict_of
+from compgen.verification.written_motion import WrittenMotion
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DenseCorrection:
+    """The N waypoints that a correction was found on, where the program names fewer positions."""
+
+    path: ToolPath
+    theta: Array  # (N, 6) [rad] corrected
+    correction: Array  # (N, 6) [m] and [rad]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Planned:
+    """The job before any correction."""
+
+    job: Job
+    feed: float  # [m/s] the wanted one as a program can say it
+    path: ToolPath  # with the stops that its pages need
+    page_stops: PageStops | None  # None when one file holds it, or when pages are not wanted
+    model: ErrorModel
+    theta: Array  # (N, 6) [rad]
+    motion: DirectionState  # where joints and TCP come from, at each waypoint
+    trajectory: Trajectory
+    rise: Array  # (N, K) [K]
+    twin_result: Background[tuple[Deviation, WrittenMotion]]  # of the twin that drives the uncorrected text
+    findings: tuple[Finding, ...]
+    rows: IntArray  # which of the waypoints that were planned these are
+    dense: DenseCorrection | None = None  # where the program has arcs, what they were fitted to
+    band: Band | None = None  # what the files leave open; of a corrected program it stands there
+
+    def deviation(self) -> Deviation:
+        """Of the uncorrected text; waits until the twin has driven it.
+
+        Raises:
+            TwinError: The twin cannot drive it.
+        """
+        return self.twin_result.result()[0]
+
+    def written(self) -> WrittenMotion:
+        """Of the uncorrected text; waits as well."""
+        return self.twin_result.result()[1]
+
+    def effect(self, written: WrittenMotion) -> MotionEffect | None:
+        """Of the controller's motion on a text that came of the plan: known there, else one size for all its texts."""
+        return written.effect if self.job.robot.motion is not None else self.written().effect
+
+    def band_of_plan(self) -> Band:
+        """What the files leave open while nothing is corrected."""
+        return self.band if self.band is not None else band_along(self.driven(self.theta, self.motion))
+
+    def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
+        """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""
+        time = self.trajectory.time
+        return DrivenProgram(
+            job=self.job, model=self.model, path=self.path, theta=theta, time=time, rise=self.rise, motion=motion
+        )
+
+    def error_at(self, rows: slice) -> Array:
+        """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
+        return self.model.error(self.theta[rows], self.rise[rows], self.path.target[rows], self.motion.at(rows))
+
+    def error(self) -> Array:
+        """Predicted and uncorrected, of all waypoints, (N, 6) [m] and [rad]."""
+        return self.error_at(slice(None))
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Corrected:
+    """The job with its correction, its text and the proof."""
+
+    solution: Solution
+    trajectory: Trajectory
+    program: Program
+    delivery: Delivery
+    twin: Twin
+    before: tuple[Duty, ...]
+    air: Ambient
+    samples: IntArray  # (N,) which sample of ``deviation`` is at each position
+    deviation: Deviation
+    written: WrittenMotion
+    start_window: float  # [s] how late the program may start
+    mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
+    band: Band  # what the files leave open
+    model_form: ModelForm | None  # None: the robot file has no other heat model, or it cannot be driven
+    draws: FlownDraws | None  # what the bounds with a probability are judged by; None: there are none
+    findings: tuple[Finding, ...]
+    averaged: Averaged | None = None  # what the file leaves over its starts, where it was made for several
+
+    def execution(self) -> Execution:
+        """What the twin does with the text at every sample, executed anew."""
+        return execute(self.twin, self.program, self.before, air=self.air)
+
+    @property
+    def text(self) -> bytes:
+        """The file that the operator starts: the program, or the main program of its pages."""
+        return self.delivery.text
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
+        return verdict_of(self.findings)
+
+    @property
+    def is_as_planned(self) -> bool:
+        """Whether nothing was corrected for its files know of no error, and nothing else stands against the program."""
+        return {f.code for f in self.findings if f.level is Level.OUTSIDE} == {Code.CORRECTION_NONE}
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether the program is written unasked: inside its bounds, or nothing was there to correct."""
+        return self.inside or self.is_as_planned
+
+    @property
+    def inside(self) -> bool:
+        """Whether there are bounds, every one is kept, and the controller can load the program."""
+        return self.verdict is Verdict.INSIDE

@@ -1,0 +1,70 @@
+"""A job's correction with what is commanded against the controller's motion."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.compensation.predistortion import Commanded, predistortion
+from compgen.compensation.problem import Problem
+from compgen.compensation.solution import Solution
+from compgen.core.arrays import frozen, row_norms
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.pipelines.findings.lead_findings import lead_findings
+from compgen.pipelines.findings.motion_findings import motion_findings, touching_segments
+from compgen.pipelines.planned.job_results import Planned
+from compgen.planning.toolpath import ToolPath
+from compgen.verification.deviation import Deviation
+from compgen.verification.motion_effect import error_at_half_override
+from compgen.verification.twin import PreparedProgram
+from compgen.verification.written_motion import WrittenMotion
+
+
+def predistorted(problem: Problem, planned: Planned) -> Problem:
+    """The problem with targets off which the controller leads the tool onto those of the path.
+
+    The problem itself where the robot file has no accepted motion, or does not enable it.
+    """
+    robot, path, trajectory = planned.job.robot, planned.path, planned.trajectory
+    if robot.motion is None or not robot.motion.may_predistort:
+        return problem
+    process = planned.job.plan.process
+    by_lines = not process.arcs and process.thin is None
+    beside = ~path.contact if path.contact.any() else None
+    places = path.target.position
+    commanded = Commanded(
+        position=places,
+        theta=planned.theta,
+        arc=path.arc,
+        speed=trajectory.speed,
+        stop=path.stop,
+        by_lines=by_lines,
+        beside=beside,
+    )
+    robot = robot.at_acceleration(planned.job.plan.process.acc)
+    shift = predistortion(robot, planned.job.tool.pose, commanded, planned.job.settings.clamp_position)
+    return replace(problem, target=Pose(frozen(problem.target.position + shift), problem.target.rotation))
+
+
+def from_targets(solution: Solution, problem: Problem, path: ToolPath) -> Solution:
+    """The solution with its correction counted from the path's own targets, (N, 6)."""
+    if problem.target is path.target:
+        return solution
+    correction = np.array(solution.correction)
+    correction[:, :3] += problem.target.position - path.target.position
+    return replace(solution, correction=frozen(correction))
+
+
+def findings(
+    planned: Planned, prepared: PreparedProgram, written: WrittenMotion, deviation: Deviation
+) -> list[Finding]:
+    """What the controller's motion does to a written program; of one made against it, what half the override leaves."""
+    job, path = planned.job, planned.path
+    motion, at_half = job.robot.motion, None
+    if motion is not None and motion.may_predistort and job.ensemble is None:
+        at_half = error_at_half_override(prepared, deviation.error, touching_segments(path))
+    error = None
+    if motion is not None and motion.may_predistort:
+        error = np.maximum.reduceat(row_norms(deviation.error), prepared.first_samples()[:-1])
+    short = lead_findings(written.effect, path, job, error)
+    return [*motion_findings(planned.effect(written), job.bounds, at_half), *short]

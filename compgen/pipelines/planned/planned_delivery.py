@@ -1,0 +1,84 @@
+"""The planned program as files for the controller, called what it is everywhere: planned, not corrected.
+
+Its name ends in ``_PLAN``, its comment and each of its pages say it, and no manifest of it can be resumed. The text is
+read back and is the program that the twin has flown for the prediction, number by number.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from compgen import __version__, fanuc
+from compgen.core.commands import Command
+from compgen.core.dates import DEFAULT_DATE
+from compgen.fanuc import Program
+from compgen.fanuc.paging.canonical_split import split_canonical
+from compgen.fanuc.paging.join_check import interpret_pages
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
+from compgen.fanuc.paging.stops import controller_capacity, head_line_count
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.planned.delivery import Delivery, deliver_file, require_equal, size_findings
+from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.planned.program_text import REMARK_WIDTH, compose_program
+
+PLAN = "_PLAN"  # behind the name of a program that is not corrected
+COMMENT = "compgen PLANNED"
+
+
+def planned_name_of(job: Job) -> str:
+    """The name of the job's planned program on the controller."""
+    return f"{fanuc.program_name(job.name, job.robot.controller.name_length - len(PLAN))}{PLAN}"
+
+
+def deliver_planned(planned: Planned, date: str = DEFAULT_DATE) -> tuple[Planned, Delivery]:
+    """The files of a prediction's program, and the prediction with what is said of their size.
+
+    Args:
+        planned: The prediction.
+        date: In the program's header.
+
+    Raises:
+        ImpossibleError: It cannot be split so that each page fits.
+        InputError: The format cannot say it.
+        JoinError: The text, read back, is not the program that was flown.
+    """
+    job, path = planned.job, planned.path
+    program, _ = compose_program(job, path.target, planned.theta, planned.trajectory, path, date, None)
+    program = replace(program, name=planned_name_of(job), comment=COMMENT)
+    if planned.page_stops is None or planned.page_stops.obstacle:
+        delivered = deliver_file(program)
+        require_equal(delivered.program, program)
+    else:
+        delivered = _deliver_pages(planned, program)
+    notes = size_findings(job, delivered, planned.page_stops)
+    return replace(planned, findings=(*notes, *planned.findings)), delivered
+
+
+def _deliver_pages(planned: Planned, program: Program) -> Delivery:
+    """The program as pages; each says when it begins and how warm the robot is then, and none how long it may wait."""
+    job = planned.job
+
+    def headings(first: Sequence[int]) -> list[list[str]]:
+        times = planned.trajectory.time[list(first)].tolist()
+        pages = [f"page {k + 1} of {len(first)}, after {time:.0f} s" for k, time in enumerate(times)]
+        return [[*program.remarks, page, *_rises(planned, row)] for page, row in zip(pages, first, strict=True)]
+
+    head_lines = head_line_count(len(job.heat.names))
+    paged = split_canonical(program, controller_capacity(job.robot), headings, head_lines, program.remarks)
+    head = {
+        "command": Command.PREDICT,
+        "compgen": __version__,
+        "planned": "not corrected",
+        "inputs_sha256": job.inputs_hash,
+        "robot": job.robot.name,
+    }
+    manifest = manifest_json(paged, controller_capacity(job.robot), head)
+    files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
+    whole, _ = interpret_pages(*check_manifest(manifest, files))
+    require_equal(whole, program)
+    return Delivery(tuple(files.items()), replace(whole, name=paged.name), paged)
+
+
+def _rises(planned: Planned, row: int) -> list[str]:
+    names, rises = planned.job.heat.names, planned.rise[row]
+    state = [f"{name} {rise:.1f}" for name, rise in zip(names, rises, strict=True)]
+    return [f"rise K {' '.join(state[i : i + 2])}"[:REMARK_WIDTH] for i in range(0, len(state), 2)]

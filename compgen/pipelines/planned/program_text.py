@@ -1,0 +1,154 @@
+"""A job's program: its poses, speeds and stops as FANUC text says them, with what the remarks tell of it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from compgen import __version__, fanuc
+from compgen.core.arcs import segment_lengths, statement_starts
+from compgen.core.arrays import Array, BoolArray, frozen
+from compgen.core.dates import DEFAULT_DATE
+from compgen.core.pose import Pose
+from compgen.fanuc import Program
+from compgen.fanuc.configuration import turn_digits
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.planned.dry_run import dry_run_words
+from compgen.planning.retiming import Trajectory
+from compgen.planning.toolpath import ToolPath
+from compgen.robot import inverse_kinematics, joint_path
+
+REMARK_WIDTH = 32
+FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override
+DRY = "_DRY"  # behind the name of a dry run
+COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
+
+
+def planned_program(
+    job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DEFAULT_DATE
+) -> Program:
+    """The uncorrected program as its text would be read."""
+    program, printed = compose_program(job, path.target, theta, trajectory, path, date, None)
+    return fanuc.as_written(program, printed)
+
+
+def compose_program(
+    job: Job,
+    commanded: Pose,
+    theta: Array,
+    trajectory: Trajectory,
+    path: ToolPath,
+    date: str,
+    start_window: float | None,
+) -> tuple[Program, Pose]:
+    """The program that names poses in the job's user frame, and these poses there rounded to its digits.
+
+    Args:
+        job: For names, tool, posture, controller and the warmth that the remarks tell.
+        commanded: To be named, N poses of the TCP in World.
+        theta: Joints there, (N, 6) [rad]; whole turns are taken from them.
+        trajectory: For the speeds.
+        path: For the stops.
+        date: In the header.
+        start_window: How long after its warmth the program may start [s]; None for a program that is not corrected.
+    """
+    decimals = job.robot.controller.decimals
+    commanded = Pose(frozen(commanded.position + path.balance), commanded.rotation)
+    written = commanded if job.frame is None else job.frame.register.inverse() @ commanded
+    printed = fanuc.printed_poses(written, decimals)
+    # the digits of CONFIG belong to the pose as printed
+    in_world = printed if job.frame is None else job.frame.register @ printed
+    joints = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture).theta
+    remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
+    remarks += [f"robot file {job.cell.robot_file_hash[:16]}", override_remark(job)]
+    if start_window is None:
+        remarks.append("planned, not corrected")
+    else:
+        rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise(), strict=True)]
+        pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
+        remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
+        remarks += start_remarks(job, start_window)
+        remarks += motion_remarks(job)
+        if (state := job.cell.state) is not None:
+            remarks.append(f"state {state.digest[:8]} holds {state.window:.0f} s"[:REMARK_WIDTH])
+    program = Program(
+        name=program_name_of(job),
+        comment=f"compgen {'DRY RUN' if job.plan.path.raised else job.inputs_hash[:8]}",
+        date=date,
+        remarks=tuple(remarks),
+        uframe=0 if job.frame is None else job.frame.number,
+        utool=job.tool.number,
+        position=written.position,
+        rotation=written.rotation,
+        posture=job.posture,
+        turns=frozen(turn_digits(job.robot, joint_path.nearest_turns(joints, theta))),
+        speed=frozen(written_speeds(trajectory.speed, written.position, path.via)),
+        fine=path.stop,
+        via=path.via,
+        decimals=decimals,
+        payload=job.tool.payload,
+        acc=job.plan.process.acc,
+    )
+    return program, printed
+
+
+def override_remark(job: Job) -> str:
+    """The override at which an operator must run the program, as its times and its warmth were computed for.
+
+    A dry run has none; that it is one stands there instead.
+    """
+    if job.plan.path.raised:
+        return dry_run_words(job.plan.path.raised)
+    return running_override((1.0,) if job.ensemble is None else job.ensemble.overrides)
+
+
+def motion_remarks(job: Job) -> list[str]:
+    """That a program is commanded against the controller's motion, whose pull goes with the square of the override."""
+    motion = job.robot.motion
+    if motion is None or not motion.may_predistort:
+        return []
+    return ["pre-distorted for 100% override", "at 50% 3/4 of the pull is wrong"]
+
+
+def running_override(overrides: Sequence[float]) -> str:
+    """The remark of a program that is right at some overrides, in rising order."""
+    slowest, fastest = (f"{100 * overrides[k]:.4g}" for k in (0, -1))
+    return f"RUN AT {slowest}% OVERRIDE" if slowest == fastest else f"RUN AT {slowest} TO {fastest}% OVERRIDE"
+
+
+def written_speeds(speed: Array, position: Array, via: BoolArray) -> Array:
+    """Speeds that the statements can say, of each segment, (N - 1,) [m/s]: both halves of an arc have one."""
+    starts = np.flatnonzero(statement_starts(via))
+    lengths = np.add.reduceat(segment_lengths(position, via), starts)
+    written = fanuc.written_feeds(np.minimum.reduceat(speed, starts), lengths)
+    return np.repeat(written, np.diff(starts, append=len(speed)))
+
+
+def start_remarks(job: Job, window: float) -> list[str]:
+    """From when to when the program may start, and in which runs where it serves several."""
+    ensemble = job.ensemble
+    if ensemble is None:
+        return [f"start within {window:.0f} s of that"]
+    early, late = ensemble.delay
+    start = f"start {early:.0f} to {late:.0f} s after that" if early > 0 else f"start within {window:.0f} s of that"
+    if ensemble.runs == (0, 0):
+        return [start]
+    first, last = (run + 1 for run in ensemble.runs)
+    return [start, f"runs {first} to {last}"]
+
+
+def printed_in_world(job: Job, pose: Pose) -> Pose:
+    """Where the controller has poses of World that the text says in its digits."""
+    decimals = job.robot.controller.decimals
+    if job.frame is None:
+        return fanuc.printed_poses(pose, decimals)
+    return job.frame.register @ fanuc.printed_poses(job.frame.register.inverse() @ pose, decimals)
+
+
+def program_name_of(job: Job) -> str:
+    """The name of the job's program on the controller."""
+    length = job.robot.controller.name_length
+    if not job.plan.path.raised:
+        motion = job.robot.motion
+        behind = "" if motion is None or not motion.may_predistort else FULL_SPEED
+        return f"{fanuc.program_name(job.name, length - len(behind))}{behind}"
+    return f"{fanuc.program_name(job.name.removesuffix('_dry'), length - len(DRY))}{DRY}"

@@ -1,0 +1,185 @@
+"""A program that was written for a path earlier, flown by the twin in the state that the path's files say now."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core import stages
+from compgen.core.arrays import Array, IntArray, step_lengths
+from compgen.core.codes import Code, Level
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.core.rotations import relative_rotation
+from compgen.core.stages import Progress
+from compgen.core.units import MM
+from compgen.fanuc.program import Program
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.program_course import canonical_program
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.findings.own_file_findings import own_file_findings
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.assumed_ramps import ramp_findings
+from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.uncertainty.band import DrivenProgram
+from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
+from compgen.planning.toolpath import ToolPath
+from compgen.thermal.ensemble import Start, duties_before
+from compgen.thermal.ensemble_starts import starts_to_fly
+from compgen.verification.deviation import Deviation, deviation_from_path
+from compgen.verification.twin import PreparedProgram, prepare
+from compgen.verification.verdict import judge
+
+ROUNDED = 1e-5  # [m] and [rad] that the digits of a text may add to a correction
+AHEAD = 5e-3  # [m] beside a statement's own length, that the path may go on for until the next position
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class WrittenFlight:
+    """What a written program leaves in the state of a job."""
+
+    planned: Planned  # the job's uncorrected program, flown
+    program: Program
+    start: Start  # at which it errs most, of those that the job asks for
+    deviation: Deviation
+    draws: FlownDraws | None  # of bounds with a probability; None: the job has none
+    findings: tuple[Finding, ...]
+
+
+def fly_written(
+    job: Job,
+    data: bytes,
+    find_program: Callable[[str], bytes | None],
+    progress: Progress,
+    with_other_ramps: bool = False,
+) -> WrittenFlight:
+    """Fly a program's text after everything that a job's cell does.
+
+    Args:
+        job: Its path is the program's; its day need not be the one that the program was made for.
+        data: The program, or the main program of its pages.
+        find_program: The listing of a program that it calls, by name in capitals; None where there is none.
+        progress: Called with the stage and the share done.
+        with_other_ramps: Whether it is judged with steeper and flatter ramps too, where accelerations are assumed.
+
+    Raises:
+        InputError: It is not what compgen wrote for this path.
+        ImpossibleError: The robot cannot drive the path.
+        TwinError: The twin cannot drive the text.
+    """
+    program = canonical_program(data, find_program)
+    if program is None:
+        raise InputError(
+            "it is not a program that cgen generate wrote, or one of its pages is missing beside it; generate it anew"
+        )
+    planned = generate.predict(job, progress)
+    rows, path = _positions_of(job, planned.path, program)
+    progress(stages.TWIN_AFTER, 0.0)
+    prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
+    worst: tuple[Start, Deviation] | None = None
+    for start in [Start()] if job.ensemble is None else starts_to_fly(job.ensemble):
+        deviation = _fly(job, path, prepared, start)
+        if worst is None or deviation.on_part["total"].max > worst[1].on_part["total"].max:
+            worst = start, deviation
+    if worst is None:
+        raise InputError("compensation.average_over: it has no start to fly")
+    draws = _draws(planned, path, rows, prepared, worst[1], progress)
+    planned_findings = [f for f in planned.findings if f.code != Code.PATH_FILE]  # of this text, not of the planned one
+    findings = [*judge(worst[1], job.bounds), *own_file_findings(job, path, worst[1])]
+    findings += [*(draws.findings() if draws is not None else ()), *planned_findings]
+    findings += _robot_findings(job, program)
+    if with_other_ramps:
+        findings += ramp_findings(job, path, program)
+    return WrittenFlight(
+        planned=planned, program=program, start=worst[0], deviation=worst[1], draws=draws, findings=tuple(findings)
+    )
+
+
+def _robot_findings(job: Job, program: Program) -> list[Finding]:
+    """That the text was written with another robot file than it is flown with: then more than the state is another."""
+    made = next((line.split()[2] for line in program.remarks if line.startswith("robot file ")), "")
+    if not made or job.cell.robot_file_hash.startswith(made):
+        return []
+    now = f"{job.cell.robot_file} now, {job.cell.robot_file_hash[: len(made)]}"
+    message = f"{program.name} was written with another robot file ({made} in its remarks) than {now}; give that one"
+    return [Finding(Level.WARNING, Code.WRITTEN_ROBOT_FILE, f"{message} with --robot, or generate it anew")]
+
+
+def _draws(
+    planned: Planned,
+    path: ToolPath,
+    rows: IntArray,
+    prepared: PreparedProgram,
+    deviation: Deviation,
+    progress: Progress,
+) -> FlownDraws | None:
+    """The text flown on arms and days that the files leave open; it may start as late as one that is made now."""
+    job = planned.job
+    if job.bounds.guaranteed is None:
+        return None
+    late = generate.late_start(job, generate.start_window(planned, planned.theta))
+    time, motion = planned.trajectory.time[rows], planned.motion.at(rows)
+    driven = DrivenProgram(
+        job=job, model=planned.model, path=path, theta=prepared.theta, time=time, rise=planned.rise[rows], motion=motion
+    )
+    return fly_draws(driven, prepared, deviation, late, lambda share: progress(stages.DRAWS, share))
+
+
+def _fly(job: Job, path: ToolPath, prepared: PreparedProgram, start: Start) -> Deviation:
+    slowed = prepared if start.override == 1 else prepared.at_override(start.override)
+    heated = slowed.reheated(twin_of(job), duties_before(job.history, start), job.history.air)
+    return deviation_from_path(path, heated.chunks(), heated.sample_count)
+
+
+def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray, ToolPath]:
+    """The waypoints of the planned path that a program's positions stand for, and the path of these.
+
+    Raises:
+        InputError: They are another path's.
+    """
+    uframe = 0 if job.frame is None else job.frame.number
+    if (program.uframe, program.utool) != (uframe, job.tool.number):
+        raise InputError(
+            f"its positions are in UF {program.uframe} with UT {program.utool}; {job.source} has UF {uframe} and UT "
+            f"{job.tool.number}: it is another path's program"
+        )
+    written = Pose(program.position, program.rotation)
+    if job.frame is not None:
+        written = job.frame.register @ written
+    whole = job.plan.process.thin is None and not job.plan.process.arcs
+    if whole and len(program.position) != len(path.arc):
+        raise InputError(
+            f"it has {len(program.position)} positions, and {job.source} plans {len(path.arc)}: it is another path's "
+            "program, or a page of one; give the file that cgen generate wrote for this path"
+        )
+    rows = np.arange(len(path.arc)) if whole else _rows_of(path, written.position)
+    if not whole:
+        path = path.subset(rows, program.via if program.via.any() else None)
+    moved = np.linalg.norm(written.position - path.target.position - path.balance, axis=1)
+    turned = np.linalg.norm(relative_rotation(path.target.rotation, written.rotation), axis=1)
+    n = int(np.argmax(moved))
+    if moved[n] > job.settings.clamp_position + ROUNDED or turned.max() > job.settings.clamp_rotation + ROUNDED:
+        raise InputError(
+            f"P[{n + 1}] is {moved[n] / MM:.3f} mm from where {job.source} plans it, and a correction is at most "
+            f"{job.settings.clamp_position / MM:g} mm: it is another path's program"
+        )
+    return rows, path
+
+
+def _rows_of(path: ToolPath, position: Array) -> IntArray:
+    """The waypoints that a program's positions stand for, where it leaves some out: the nearest, one after another."""
+    rows, at = [0], 0
+    lengths = step_lengths(position)
+    for k, length in enumerate(lengths.tolist(), 1):
+        left = len(lengths) - k  # positions that still follow
+        last = int(np.searchsorted(path.arc, path.arc[at] + 1.6 * length + AHEAD, side="right"))
+        first, last = at + 1, min(max(last, at + 2), len(path.arc) - left)
+        if first >= last:
+            raise InputError(f"P[{k + 1}]: it is none of this path's waypoints: it is another path's program")
+        near = np.linalg.norm(path.target.position[first:last] - position[k], axis=1)
+        at = first + int(np.argmin(near))
+        rows.append(at)
+    if rows[-1] != len(path.arc) - 1:
+        raise InputError("it does not end where this path ends: it is another path's program")
+    return np.array(rows)

@@ -1,0 +1,1 @@
+"""What a job does not know, as quantities, band and draws."""

@@ -1,0 +1,259 @@
+"""The band of a planned program: its job's quantities as columns at waypoints along it, folded in ``verification``."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, column_extremes, row_norms
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.core.units import PERCENT
+from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
+from compgen.error_model.knowledge import build_slopes
+from compgen.error_model.model import ErrorModel
+from compgen.error_model.quantities import Quantity
+from compgen.error_model.source import Source
+from compgen.error_model.unknown import Unknown, still_unknown
+from compgen.pipelines.files.job import Cell, Job
+from compgen.pipelines.files.start_window import late_rise
+from compgen.pipelines.files.uncertainty import JobUncertainty, quantities_of
+from compgen.planning.toolpath import ToolPath
+from compgen.thermal.history import History
+from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
+from compgen.verification.band import Band, Columns, band_of
+
+ROWS = 8192  # waypoints at which a band is evaluated, at a time; all of a program of so many
+SPACING = 0.01  # [m] of a longer one's path between two of them
+MOST_ROWS = 65_536  # of the longest
+TURN = 0.1  # of a joint's direction, after which a reversal gets another one
+MISSING = "thermal physics missing"  # in the budget
+UNSEEN = "a temperature sensor that is off unseen"
+LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
+WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class DrivenProgram:
+    """A program of N waypoints as it is driven."""
+
+    job: Job
+    model: ErrorModel
+    path: ToolPath
+    theta: Array  # (N, 6) [rad] commanded
+    time: Array  # (N,) [s]
+    rise: Array  # (N, K) [K]
+    motion: DirectionState  # of the sources
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Places:
+    """M places on a program's way, with one tool."""
+
+    theta: Array  # (M, 6) [rad] commanded
+    time: Array  # (M,) [s]
+    rise: Array  # (M, K) [K]
+    motion: DirectionState
+    tool: Pose  # TCP in the flange
+    turned: Array | None = None  # (M, 6) how each joint's direction changes with its own width, relative
+
+
+def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
+    """What a job's files leave open along its program.
+
+    Args:
+        program: As it is driven.
+        window: How late it may start [s].
+    """
+    rows = rows_of_band(program)
+    uncertainty = uncertainty_of(program, window)
+    turned = _turned(program, uncertainty, rows)
+    parts = [slice(k, k + ROWS) for k in range(0, len(rows), ROWS)]
+    columns = (_columns(program, uncertainty, rows[part], turned[part]) for part in parts)
+    return band_of(columns, rows, _part_lengths(program.path, rows), program.job.cell.fit.scale)
+
+
+def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
+    """What a band leaves out because nothing is known of it."""
+    names = dict.fromkeys(k.source.NAME for k in cell.known if k.source.FITTING is None and not k.sigma)
+    of_sources = [Unknown(f"error of the file's {name.replace('_', ' ')}", None, "", "") for name in names]
+    identified = {known.source.BUDGET for known in cell.known if known.sigma}
+    hidden = Unknown(
+        UNSEEN, (0.0, band.hidden), "the largest error of one sensor that nothing in the log contradicts", ""
+    )
+    of_log = (hidden,) if band.hidden else ()
+    return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources, *of_log
+
+
+def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
+    """Notes where the robot file leaves it to compgen how well it is known."""
+    warmth, findings = cell.warmth, []
+    drifting = {name.partition(".")[0] for name in (() if cell.state is None else cell.state.drifting)}
+    guessed = [
+        k.source.NAME for k in cell.known if not k.sigma and _has_values(k.source) and k.source.NAME not in drifting
+    ]
+    if guessed:
+        message = (
+            f"sources.{', '.join(guessed)}: no sigma: in the band their values are known no better than before any "
+            "measurement; identify the robot, or give sigma"
+        )
+        findings.append(Finding(Level.NOTE, Code.SOURCES_SIGMA, message))
+    if not warmth.is_assumed:
+        return tuple(findings)
+    message = (
+        f"the robot file says nothing in [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, "
+        f"{warmth.sensors:g} K of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, "
+        f"{warmth.missing / PERCENT:g} % of missing physics; give what is known"
+    )
+    return *findings, Finding(Level.NOTE, Code.THERMAL_UNCERTAINTY, message)
+
+
+def _has_values(source: Source) -> bool:
+    """Whether a source that measurements can tell has values that are not zero."""
+    return source.FITTING is not None and any(np.any(getattr(source, p.field)) for p in source.PARAMETERS)
+
+
+def uncertainty_of(program: DrivenProgram, window: float = 0.0) -> JobUncertainty:
+    """What a program's job does not know, with the middle of its path for the middle of the part."""
+    path = program.path
+    places = path.target.position[path.contact] if path.contact.any() else path.target.position
+    low, high = column_extremes(places)
+    return quantities_of(program.job, window, (low + high) / 2)
+
+
+def rows_of_band(program: DrivenProgram) -> IntArray:
+    """Waypoints that show the band: evenly along the path, where the tool touches and leaves, through each reversal."""
+    N, path = len(program.time), program.path
+    if N <= ROWS:
+        return np.arange(N)
+    touches = np.flatnonzero(path.contact[1:] != path.contact[:-1])
+    count = int(np.clip(path.arc[-1] / SPACING, ROWS, MOST_ROWS))
+    even = np.searchsorted(path.arc, np.linspace(0.0, path.arc[-1], count)).clip(max=N - 1)
+    rows = [np.array([0, N - 1]), even, touches, touches + 1]
+    if len(program.motion.direction) == N:
+        turned = np.cumsum(np.abs(np.diff(program.motion.direction, axis=0)).max(axis=1)) // TURN
+        turns = np.flatnonzero(np.diff(turned, prepend=0.0))
+        rows += [turns, turns + 1]
+    return np.unique(np.concatenate(rows))
+
+
+def columns_along(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray) -> Columns:
+    """What one unit of each quantity does to the position error at some waypoints.
+
+    Args:
+        program: As it is driven.
+        uncertainty: Of its job.
+        rows: Waypoints, rising, (M,).
+    """
+    return _columns(program, uncertainty, rows, _turned(program, uncertainty, rows))
+
+
+def _columns(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray, turned: Array) -> Columns:
+    """``columns_along`` with what the widths of reversals do to the directions there, (M, 6)."""
+    job = program.job
+    history = replace(job.history, before=job.duties_before())
+    places = Places(
+        theta=program.theta[rows],
+        time=program.time[rows],
+        rise=program.rise[rows],
+        motion=program.motion.at(rows),
+        tool=job.tool.pose,
+        turned=turned,
+    )
+    late = [q.limits[1] for q in uncertainty.quantities if q.cause.delay and q.limits is not None]
+    # what a whole window of standing does stands for each second of it
+    by_delay = late_rise(job, late[0], places.time, job.state(), job.clock) / late[0] if late else None
+    return columns_at(job.cell, history, job.feed, uncertainty, places, program.model, by_delay)
+
+
+def columns_at(
+    cell: Cell, history: History, feed: float, uncertainty: JobUncertainty, places: Places, model: ErrorModel,
+    by_delay: Array | None = None,
+) -> Columns:  # fmt: skip
+    """What one unit of each quantity does to the position error at M places.
+
+    Args:
+        cell: The robot.
+        history: What it did before.
+        feed: Of the program [m/s].
+        uncertainty: Of the cell.
+        places: Where, when and how warm.
+        model: The error, with the places' tool.
+        by_delay: What each second of a late start adds to the rises, (M, K) [K/s].
+    """
+    quantities, parameters = by_source(uncertainty), uncertainty.parameters
+    changes = np.array([q.cause.parameters for q in quantities]).reshape(len(quantities), len(parameters.entries))
+    which = tuple(np.flatnonzero(changes.any(axis=0)).tolist())
+    slopes = build_slopes(cell.robot, parameters, which, len(cell.heat.names), places.tool)
+    A, B, D = slopes(places.theta, places.rise, places.motion)
+    column = A @ changes[:, which].T
+    of_air = rise_by_air(cell.heat, history, places.time)
+    for k, quantity in enumerate(quantities):
+        heat, delay, width = quantity.cause.heat, quantity.cause.delay, quantity.cause.width
+        if heat.rise.any() or heat.start.any() or heat.air:
+            warmer = missed_rise(cell.warmth, cell.heat, history, heat, places.time) + heat.air * of_air
+            column[:, :, k] += np.einsum("mik,mk->mi", B, warmer)
+        if heat.changes_model:
+            warmer = rise_by_model(cell.warmth, cell.heat, history, feed, heat, places.time)
+            column[:, :, k] += np.einsum("mik,mk->mi", B, warmer)
+        if delay and by_delay is not None:
+            column[:, :, k] += np.einsum("mik,mk->mi", B, delay * by_delay)
+        if width.any() and places.turned is not None:
+            column[:, :, k] += np.einsum("mij,mj->mi", D, places.turned * width)
+    pair = (model.actual_pose(places.theta, rise, places.motion).position for rise in (places.rise, 0 * places.rise))
+    warm = row_norms(next(pair) - next(pair))
+    fit, missing = cell.fit, least_missing(cell)
+    undirected = {MISSING: missing * warm, "fit noise": np.full(len(warm), fit.noise)}
+    if fit.repeatability is not None:
+        undirected["repeatability"] = np.full(len(warm), fit.repeatability)
+    return Columns(
+        column=column,
+        mean=np.array([q.mean for q in quantities]),
+        deviation=np.array([q.deviation for q in quantities]),
+        source=tuple(q.source or "" for q in quantities),
+        undirected=undirected,
+        hidden=_hidden(cell, history, places.time, B),
+    )
+
+
+def _hidden(cell: Cell, history: History, time: Array, B: Array) -> Array:
+    """Most that a temperature sensor may move the tool and not be contradicted, (M,) [m]."""
+    most, none = np.zeros(len(time)), HeatChange.none(len(cell.heat.names))
+    for start in () if cell.warmth.hidden is None or cell.state is not None else cell.warmth.hidden:
+        rise = missed_rise(cell.warmth, cell.heat, history, replace(none, start=start), time)
+        most = np.maximum(most, row_norms(np.einsum("mik,mk->mi", B, rise)))
+    return most
+
+
+def least_missing(cell: Cell) -> float:
+    """Of the thermal error, what the physics of the model leaves out: as the file or its identification says."""
+    return cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, LEAST_MISSING)
+
+
+def by_source(uncertainty: JobUncertainty) -> list[Quantity]:
+    """The quantities, with a name in the budget for each: that of the source whose parameters it changes."""
+    budgets = uncertainty.parameters.budgets()
+    named = []
+    for q in uncertainty.quantities:
+        source = q.source or budgets[int(np.flatnonzero(q.cause.parameters)[0])]
+        named.append(Quantity(q.name, source, q.cause, q.limits))
+    return named
+
+
+def _turned(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray) -> Array:
+    """How the direction of each joint changes with its own width, (M, 6), per relative change; zero if none is off."""
+    if not any(q.cause.width.any() for q in uncertainty.quantities):
+        return np.zeros((len(rows), 6))
+
+    def directions(factor: float) -> Array:
+        sources = [s.with_widths(np.full(6, factor)) for s in program.job.sources if hasattr(s, "with_widths")]
+        states = direction_states(reversal_widths(sources), program.theta, program.path.target.position)
+        return states.at(rows).direction
+
+    return np.asarray((directions(1 + WIDTH_STEP) - directions(1 - WIDTH_STEP)) / (2 * WIDTH_STEP))
+
+
+def _part_lengths(path: ToolPath, rows: IntArray) -> Array:
+    """Length of part that each of some waypoints stands for, (M,) [m]; zero off the part."""
+    edges = np.concatenate([path.arc[rows[:1]], (path.arc[rows[1:]] + path.arc[rows[:-1]]) / 2, path.arc[rows[-1:]]])
+    return np.asarray(np.where(path.contact[rows], np.maximum(np.diff(edges), 0.0), 0.0))

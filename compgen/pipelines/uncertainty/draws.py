@@ -1,0 +1,219 @@
+r"""Draws of an arm and a day, each flown by the twin on the whole path from the text, for bounds with a probability.
+
+A draw takes an amount of every quantity that the job does not know, and a field of what no quantity explains. The job
+that they make has other sources, another warmth, other widths and another start; its twin is flown with the text that
+was written for the job as its files say. None of it uses the slopes of the linear band, so the two check each other:
+the band's columns times the amounts must come to what the flight adds to the error,
+
+    rms over d and n of |e_d(n) - e(n) - sum_q a_dq c_q(n)|  <=  10 % of the band
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, frozen, own, rms, row_norms
+from compgen.core.codes import Code, Level
+from compgen.core.evaluation import map_blocks
+from compgen.core.findings import Finding
+from compgen.core.pose import Pose
+from compgen.error_model.quantities import combined
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.uncertainty import JobUncertainty, amounts, changed_job
+from compgen.pipelines.uncertainty.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
+from compgen.planning.toolpath import ToolPath
+from compgen.thermal.ensemble import Ensemble, Start, duties_before
+from compgen.verification.band import Columns, directed_moment, radius_of
+from compgen.verification.deviation import Deviation, Extent, deviation_from_path
+from compgen.verification.guarantee import DrawnBound, drawn_bounds, judge_draws
+from compgen.verification.random_field import LENGTH, random_field
+from compgen.verification.twin import Execution, PreparedProgram
+from compgen.verification.verdict import Guarantee
+
+CONFIRMED = 20  # samples of a draw that pinocchio repeats
+FIELD_STEP = LENGTH / 8  # of the path, between which a field is a straight line
+COMPARED = 4096  # waypoints at which the linear band is compared with the flights, at most
+NO_BAND = 1e-12  # m: below it nothing is open
+RAMPS = 0.2  # standard deviation of the logarithm of a ramp's acceleration, which nobody publishes: assumed
+AGREEMENT = 0.1  # of the band, rms: how far the linear prediction of a draw may be from its flight
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class FlownDraws:
+    """What D draws come to."""
+
+    guarantee: Guarantee
+    bounds: tuple[DrawnBound, ...]
+    total: Array  # (D,) [m] largest error on the part
+    moved: Array  # (D,) [m] how far the draw's quantities alone move the tool, rms along the part
+    disagreement: Array  # (D,) rms of what the linear band predicts otherwise, over the band's
+    disagrees_in: str  # the quantity in which the two differ most
+
+    def __post_init__(self) -> None:
+        own(self, total=("D",), moved=("D",), disagreement=("D",))
+
+    @property
+    def linearity(self) -> float:
+        """The disagreement of all draws, rms."""
+        return rms(self.disagreement)
+
+    def findings(self) -> list[Finding]:
+        """Bounds that are not kept, and a linear band that the flights contradict."""
+        findings = judge_draws(self.bounds, self.guarantee)
+        if self.linearity > AGREEMENT:
+            worst = int(np.argmax(self.disagreement))
+            message = (
+                f"the linear band predicts other errors than the twin flies, by {100 * self.linearity:.0f} % of the "
+                f"band (rms; {100 * AGREEMENT:g} % are allowed; {100 * self.disagreement[worst]:.0f} % in draw "
+                f"{worst + 1}), most in '{self.disagrees_in}': trust the guaranteed bounds, which are flown"
+            )
+            findings.append(Finding(Level.WARNING, Code.BAND_LINEAR, message))
+        return findings
+
+
+class _Flight(NamedTuple):
+    """One draw, flown."""
+
+    on_part: dict[str, Extent]
+    moved: Array  # (M, 3) [m] by its quantities, at the waypoints of the columns
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class _Text:
+    """What all draws share: a written text, what its job does not know, and what one unit of each does to it."""
+
+    program: DrivenProgram
+    prepared: PreparedProgram
+    uncertainty: JobUncertainty
+    columns: Columns
+    rows: IntArray  # (M,) waypoints of the columns
+    samples: IntArray  # (M,) of a deviation, at those
+    error: Array  # (M, 3) [m] there, on the arm that the files describe; of a file for many starts at one of them
+
+
+def fly_draws(
+    program: DrivenProgram,
+    prepared: PreparedProgram,
+    deviation: Deviation,
+    window: float,
+    progress: Callable[[float], None] = lambda share: None,
+    guarantee: Guarantee | None = None,
+) -> FlownDraws | None:
+    """Fly as many draws as a guarantee says; None where there is none.
+
+    Args:
+        program: That was written, as it is driven.
+        prepared: Its text.
+        deviation: Of the text on the arm that the files describe.
+        window: How late the program may start [s]; zero for a file that serves many starts, of which each draw has one.
+        progress: Called with the share done.
+        guarantee: Bounds, and how many draws of which seed; default the job's own.
+    """
+    guarantee = guarantee or program.job.bounds.guaranteed
+    if guarantee is None:
+        return None
+    uncertainty, rows = uncertainty_of(program, window), rows_of_band(program)
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, COMPARED).astype(int))]
+    columns, samples = columns_along(program, uncertainty, rows), prepared.first_samples()[rows]
+    text = _Text(
+        program=program,
+        prepared=prepared,
+        uncertainty=uncertainty,
+        columns=columns,
+        rows=rows,
+        samples=samples,
+        error=deviation.error[samples],
+    )
+    D, Q = guarantee.draws, len(uncertainty.quantities)
+    z = np.random.default_rng(guarantee.seed).standard_normal((D, Q))
+    drawn = np.array([amounts(uncertainty.quantities, row) for row in z]).reshape(D, Q)
+    drawn[:, [q.limits is None for q in uncertainty.quantities]] *= program.job.cell.fit.scale
+    on_part = program.path.contact[rows]
+    on_part = on_part if on_part.any() else ~on_part
+    linear = columns.column[on_part]
+    band = rms(radius_of(directed_moment(columns))[on_part])
+
+    def fly(first: int, last: int) -> _Flight:
+        return _fly(text, drawn[first], np.random.default_rng([guarantee.seed, first]))
+
+    flights, moved, difference, along = [], np.empty(D), np.empty(D), np.empty((D, Q))
+    for k, flight in enumerate(map_blocks(D, fly, rows=1)):
+        flights.append(flight.on_part)
+        off = flight.moved[on_part] - linear @ drawn[k]
+        moved[k] = rms(row_norms(flight.moved[on_part]))
+        difference[k] = rms(row_norms(off)) / max(band, NO_BAND)
+        along[k] = np.einsum("miq,mi->q", linear, off)
+        progress((k + 1) / D)
+    # how much of each column the flights have more than the band says, by least squares over the draws
+    squares = np.einsum("miq,miq->q", linear, linear)
+    surplus = (drawn * along).sum(axis=0) / np.maximum((drawn**2).sum(axis=0) * squares, NO_BAND**2)
+    size = np.abs(surplus) * np.sqrt((drawn**2).mean(axis=0) * squares)
+    worst = uncertainty.quantities[int(np.argmax(size))].name if Q else ""
+    return FlownDraws(
+        guarantee=guarantee,
+        bounds=drawn_bounds(flights, guarantee),
+        total=frozen(np.array([f["total"].max for f in flights])),
+        moved=frozen(moved),
+        disagreement=frozen(difference),
+        disagrees_in=worst,
+    )
+
+
+def _fly(text: _Text, drawn: Array, rng: np.random.Generator) -> _Flight:
+    """One draw of amounts (Q,), with what no quantity explains, on the whole path."""
+    program, uncertainty = text.program, text.uncertainty
+    field = _unexplained(text, rng)
+    cause = combined(uncertainty.quantities, drawn.tolist())
+    start, known = Start(), text.error
+    if program.job.ensemble is not None:
+        start = _some_start(program.job.ensemble, rng)
+        known = _deviation(text, program.job, start).error[text.samples]
+    job = changed_job(program.job, uncertainty.parameters, replace(cause, delay=0.0))
+    late = replace(start, delay=start.delay + cause.delay)
+    deviation = _deviation(text, job, late, field, ramps=float(np.exp(RAMPS * rng.standard_normal())))
+    return _Flight(deviation.on_part, deviation.error[text.samples] - known - field)
+
+
+def _deviation(text: _Text, job: Job, start: Start, field: Array | None = None, ramps: float = 1.0) -> Deviation:
+    """The text flown on the arm of a job after one start; a field (M, 3) [m] displaces the tool.
+
+    Ramps at a share of the acceleration change times, and with them the warmth.
+    """
+    path, twin = text.program.path, replace(twin_of(job), confirmed=CONFIRMED)
+    timed = text.prepared if ramps == 1 else text.prepared.with_ramps(ramps)
+    slowed = timed if start.override == 1 else timed.at_override(start.override)
+    flown = slowed.reheated(twin, duties_before(job.history, start), job.history.air)
+    executions = flown.chunks()
+    if field is not None:
+        executions = _displaced(path, executions, path.arc[text.rows], field)
+    return deviation_from_path(path, executions, flown.sample_count)
+
+
+def _some_start(ensemble: Ensemble, rng: np.random.Generator) -> Start:
+    """One of the starts that a file serves, each as likely."""
+    run, override = rng.choice(ensemble.run_numbers), rng.choice(ensemble.overrides)
+    return Start(int(run), float(rng.uniform(*ensemble.delay)), float(override))
+
+
+def _unexplained(text: _Text, rng: np.random.Generator) -> Array:
+    """One draw of what has a size and no direction, at the waypoints of the columns, (M, 3) [m]."""
+    path, columns, rows = text.program.path, text.columns, text.rows
+    scale = text.program.job.cell.fit.scale
+    arc = path.arc[rows]
+    few = np.unique(np.searchsorted(arc, np.arange(arc[0], arc[-1] + FIELD_STEP, FIELD_STEP)).clip(max=len(rows) - 1))
+    field = random_field(rng, path.target.position[rows[few]])
+    size = scale * np.sqrt(sum((deviation**2 for deviation in columns.undirected.values()), np.zeros(len(rows))))
+    return np.column_stack([size * np.interp(arc, arc[few], column) for column in field.T])
+
+
+def _displaced(path: ToolPath, executions: Iterator[Execution], arc: Array, field: Array) -> Iterator[Execution]:
+    """Executions whose tool is displaced by a field (M, 3) [m] that is known at arc lengths (M,) [m]."""
+    gaps = np.diff(path.arc)
+    for execution in executions:
+        at = path.arc[execution.segment] + execution.fraction * gaps[execution.segment]
+        displacement = np.column_stack([np.interp(at, arc, column) for column in field.T])
+        actual = execution.actual
+        yield replace(execution, actual=Pose(frozen(actual.position + displacement), actual.rotation))

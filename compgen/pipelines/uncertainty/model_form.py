@@ -1,0 +1,131 @@
+"""Cross flight: what one heat model corrected, driven on the arm that the robot file's other heat model describes.
+
+Both models answer the same measured temperatures and differ in between, along the links: what they differ by at the
+tool is *model form*, an error that no parameter of either knows of. The joints are those of the text's positions, the
+times the twin's; the day before is planned anew for the other model.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, rms, row_norms
+from compgen.core.codes import Code, Level
+from compgen.core.evaluation import kept_with
+from compgen.core.exceptions import CompgenError
+from compgen.core.findings import Finding
+from compgen.core.units import UM
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.thermal import JointMotion, states_at
+from compgen.thermal.network import NetworkModel
+from compgen.verification.deviation import Deviation
+from compgen.verification.twin import PreparedProgram
+
+POSITIONS = 2000  # of the text, spread over it: the models differ smoothly along it
+STRETCH = 65536  # waypoints whose heat is at hand at a time
+CONFIRMED = 100  # of the positions that pinocchio repeats; it has repeated the flight itself
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ModelForm:
+    """What the other heat model leaves of a correction."""
+
+    corrected: str  # "nodes" or "network"
+    driven: str  # the other
+    largest: float  # [m] distance from the target on it
+    rms: float  # [m] of that
+    displacement: float  # [m] rms, of the tool by the other model from where the own one has it
+    thermal: float  # [m] rms, of the tool by the warmth of the own model
+
+    @property
+    def share(self) -> float:
+        """What the models differ by, over what the warmth does: kappa of a robot that was never identified."""
+        return self.displacement / max(self.thermal, 1e-12)
+
+
+@kept_with("job")
+def other_job(job: Job) -> Job | None:
+    """A job on the robot file's other heat model; None where the file has one only.
+
+    Raises:
+        CompgenError: The other model's tables contradict themselves, or the day cannot be planned for it.
+    """
+    return None if job.on_other_heat_model is None else job.on_other_heat_model()
+
+
+def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretch: int = STRETCH) -> ModelForm | None:
+    """A text on the other heat model; None where the robot file has one only.
+
+    Args:
+        job: The text was corrected for its heat.
+        prepared: The text, of N positions.
+        deviation: Of the text on the job's own heat.
+        stretch: Waypoints whose heat is at hand at a time.
+
+    Raises:
+        CompgenError: The other model cannot be driven.
+    """
+    other = other_job(job)
+    if other is None:
+        return None
+    rows = np.unique(np.linspace(0, len(prepared.time) - 1, POSITIONS).astype(int))
+    own_place, other_place = (
+        _places(each, prepared, rows, _rises(each, prepared, rows, stretch)) for each in (job, other)
+    )
+    moved, arc = other_place - own_place, deviation.arc[prepared.first_samples()[rows]]
+    between = np.array([np.interp(deviation.arc, arc, column) for column in moved.T]).T
+    error = row_norms(deviation.error + between)
+    cold = np.zeros((len(rows), len(job.heat.names)))
+    thermal = own_place - _places(job, prepared, rows, cold)
+    return ModelForm(
+        corrected=_name(job),
+        driven=_name(other),
+        largest=float(error.max()),
+        rms=rms(error),
+        displacement=rms(row_norms(moved)),
+        thermal=rms(row_norms(thermal)),
+    )
+
+
+def cross_flight(job: Job, prepared: PreparedProgram, deviation: Deviation) -> tuple[ModelForm | None, list[Finding]]:
+    """``fly_across``, and what it means in words: also where the other model cannot be driven."""
+    try:
+        form = fly_across(job, prepared, deviation)
+    except CompgenError as failure:
+        message = f"model form is not known, the robot file's other heat model cannot be driven: {failure}"
+        return None, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
+    if form is None:
+        return None, []
+    message = (
+        f"model form: what is corrected for thermal.model = '{form.corrected}' is up to {form.largest / UM:.1f} um off "
+        f"({form.rms / UM:.1f} rms) driven on '{form.driven}', {100 * form.share:.0f} % of what the warmth does; "
+        "only a measurement of the warm arm tells which is nearer"
+    )
+    return form, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
+
+
+def _places(job: Job, prepared: PreparedProgram, rows: IntArray, rise: Array) -> Array:
+    """Where the job's arm has the TCP at some positions and their rises, (P, 3) [m] World."""
+    twin = replace(twin_of(job), confirmed=CONFIRMED)
+    return twin.actual_pose(prepared.theta[rows], rise, lambda share: None).position
+
+
+def _rises(job: Job, prepared: PreparedProgram, rows: IntArray, stretch: int) -> Array:
+    """Rises of the job's heat model at some positions, (P, K) [K], a stretch of the program at a time."""
+    heat, air, time = job.heat, job.history.air, prepared.time
+    state, states = job.state(), []
+    for first in range(0, len(time) - 1, stretch):
+        last = min(first + stretch, len(time) - 1)
+        part = slice(first, last + 1)
+        motion = JointMotion(time[part] - time[first], prepared.theta[part], prepared.driven[first:last])
+        between = rows[(rows >= first) & ((rows < last) | (last == len(time) - 1))] - first
+        at = states_at(heat, state, motion, np.append(between, last - first), air, job.clock + time[first])
+        states.append(at[:-1])
+        state = at[-1]
+    return np.asarray(np.vstack(states) @ heat.outputs.T)
+
+
+def _name(job: Job) -> str:
+    """What the robot file calls the job's heat model."""
+    return "network" if isinstance(job.heat, NetworkModel) else "nodes"
