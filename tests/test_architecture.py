@@ -24,7 +24,11 @@ ROOMS = (
     "cli",
 )
 #: sub-rooms in their order; what else stands in a room may lie anywhere between, without a circle
-SUB_ROOMS = {"fanuc": ("listing", "canonical", "analysis", "editing", "paging"), "pipelines": ("correct", "study")}
+SUB_ROOMS = {
+    "fanuc": ("listing", "canonical", "analysis", "editing", "paging"),
+    "pipelines": ("files", "uncertainty", "findings", "planned", "correct", "study", "resume"),
+    "cli": ("output_files", "screen", "options", "commands"),
+}
 
 #: which rooms (or files) a library is imported in
 ONLY = {

@@ -73,7 +73,9 @@ def test_it_goes_on_from_there(heat):
     fit = fit_log(log_of(heat, time, rise_history(heat, first, time)), heat, LOSS)
     whole = rise_history(heat, [*first, *later], np.array([5 * HOUR]))[0]
     sensors = [heat.names.index(n) for n in PARTS.values()]
-    assert_allclose(rise_history(replace(heat, start=fit.state), later, np.array([2 * HOUR]))[0][sensors], whole[sensors], atol=0.15)
+    assert_allclose(
+        rise_history(replace(heat, start=fit.state), later, np.array([2 * HOUR]))[0][sensors], whole[sensors], atol=0.15
+    )
 
 
 def test_two_sensors_still_give_a_whole_profile(heat):

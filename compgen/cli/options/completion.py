@@ -12,7 +12,7 @@ from typing import Any
 
 from compgen.cli.output_files.study_folder import QUESTIONS
 
-SHIPPED = Path(__file__).parents[1]
+SHIPPED = Path(__file__).parents[2]  # the package
 DEEPEST = 4  # levels of tables
 
 
