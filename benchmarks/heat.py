@@ -26,7 +26,7 @@ def network(volumes: int = 100) -> NetworkModel:
     parts = len(heat.bodies)
     counts = [(volumes - len(heat.housings)) // parts] * parts
     counts[-1] += volumes - len(heat.housings) - sum(counts)
-    bodies = [replace(body, volumes=count) for body, count in zip(heat.bodies, counts, strict=True)]
+    bodies = [replace(body, volumes=count) for body, count in zip(heat.bodies, counts, strict=False)]
     fine = assemble_volumes(bodies, heat.housings, heat.floor)
     rate, shapes = modal_form(fine)
     return replace(

@@ -62,11 +62,11 @@ def write_by_lines(program: fanuc.Program) -> bytes:
     numbers = pose_numbers(program.position, program.rotation).tolist()
     out = [small, "/MN\r\n   1:  !one remark ;\r\n   2:  UFRAME_NUM=0 ;\r\n   3:  UTOOL_NUM=1 ;\r\n"]
     out.append("   4:J P[1] 10% FINE    ;\r\n")
-    for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist(), strict=True), 2):
+    for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist(), strict=False), 2):
         out.append(f"{n + 3:4d}:L P[{n}] {speed_text(speed)} {'FINE' if fine else 'CNT100'}    ;\r\n")
     out.append("/POS\r\n")
     posture = config_letters(program.posture)
-    for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist(), strict=True), 1):
+    for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist(), strict=False), 1):
         x, y, z, w, p, r = (f"{v:9.3f}" for v in row)
         out.append(
             f"P[{n}]{{\r\n   GP1:\r\n\tUF : 0, UT : 1,\t\tCONFIG : '{posture}, {a}, {b}, {c}',"

@@ -47,7 +47,7 @@ def runs(cache: Path, workers: int, points: int) -> tuple[float, ...]:
         call = [sys.executable, "-c", SCRIPT, str(cache), str(workers), folder, PATH, str(ROUNDS)]
         done = subprocess.run([*call, ",".join(overrides_of(points))], stdout=subprocess.PIPE, text=True, check=True)
     rows = [[float(v) for v in line.split()] for line in done.stdout.splitlines()]
-    return tuple(statistics.median(column) for column in zip(*rows, strict=True))
+    return tuple(statistics.median(column) for column in zip(*rows, strict=False))
 
 
 def cold_start(cache: Path, starts: int) -> tuple[float, float]:
@@ -75,6 +75,6 @@ def cold_start(cache: Path, starts: int) -> tuple[float, float]:
             bases.append(base)
     processor, elapsed = (
         statistics.median(a) / statistics.median(b)
-        for a, b in zip(zip(*jobs, strict=True), zip(*bases, strict=True), strict=True)
+        for a, b in zip(zip(*jobs, strict=False), zip(*bases, strict=False), strict=True)
     )
     return processor, elapsed

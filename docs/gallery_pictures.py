@@ -252,7 +252,7 @@ def offsets(folder: Path) -> Drawn:
         ]
     keys = ("nothing", "offset", "full")
     return svg(900, 200, "What one offset leaves", body), {
-        key: number(value) for key, (_, value) in zip(keys, shown, strict=True)
+        key: number(value) for key, (_, value) in zip(keys, shown, strict=False)
     }  # fmt: skip
 
 
@@ -283,7 +283,7 @@ def anchor(folder: Path) -> Drawn:
     }
     time = [float(p["time_s"]) for p in ways["truth"]][::20]
     off = {
-        name: [math.dist(x, y) for x, y in zip(place[name], place["truth"], strict=True)]
+        name: [math.dist(x, y) for x, y in zip(place[name], place["truth"], strict=False)]
         for name in ("planned", "anchored")
     }
     curves = [("by the plan", time, off["planned"][::20]), ("by eight touches", time, off["anchored"][::20])]

@@ -39,7 +39,7 @@ def touches() -> str:
     noise = np.random.default_rng(SEED).normal(0, NOISE_UM * 1e-6, centre.shape)
     rows = [
         f'{sphere["name"]},{x:.3f},{y:.3f},{z:.3f},180.000,0.000,0.000,"N U T, 0, 0, 0"'
-        for sphere, (x, y, z) in zip(artefact["sphere"] * 2, (centre - error + noise) / MM, strict=True)
+        for sphere, (x, y, z) in zip(artefact["sphere"] * 2, (centre - error + noise) / MM, strict=False)
     ]
     words = " ".join((__doc__ or "").split("\n\n")[-1].split())
     return "\n".join([f"# simulated by docs/gallery_touches.py. {words}", HEADER, *rows, ""])

@@ -51,12 +51,14 @@ def _tables(schema: Schema, table: Schema, path: tuple[str, ...]) -> Iterator[st
             yield from _patterns(schema, *uses[0])
             continue
         names = [".".join((*path, key)) for key, _ in uses]
-        headings = [f"`[[{n}]]`" if "items" in value else f"`[{n}]`" for n, (_, value) in zip(names, uses, strict=True)]
+        headings = [
+            f"`[[{n}]]`" if "items" in value else f"`[{n}]`" for n, (_, value) in zip(names, uses, strict=False)
+        ]
         inner = schema["$defs"][reference]
         yield from (f"### {', '.join(headings)}", "", inner["description"], "")
         if len(uses) > 1:
             yield from (
-                f"- {heading}: {value['description']}" for heading, (_, value) in zip(headings, uses, strict=True)
+                f"- {heading}: {value['description']}" for heading, (_, value) in zip(headings, uses, strict=False)
             )
             yield ""
         if names == ["sources"]:
@@ -76,7 +78,7 @@ def _patterns(schema: Schema, key: str, value: Schema) -> Iterator[str]:
     pattern = {"enum": names, "description": "Shape of the path."}
     shared = {"properties": {"pattern": pattern, **common}, "required": ["pattern", *common]}
     yield from (f"### `[{key}]`", "", value["description"], "", *_rows(shared))
-    for name, choice in zip(names, choices, strict=True):
+    for name, choice in zip(names, choices, strict=False):
         own = {k: v for k, v in choice["properties"].items() if k not in (*common, "pattern")}
         yield from (f'### `[{key}]` with `pattern = "{name}"`', "", choice["description"], "")
         yield from _rows({**choice, "properties": own})

@@ -87,7 +87,7 @@ def day_of(whole, written, breaks=BREAKS, door=DOOR) -> Day:
             rows = np.arange(len(motion.time))
             states = states_at(true, z, motion, rows, air, begin)
             rise[first : first + len(rows)] = states
-            course += [(begin + t, s) for t, s in zip(motion.time.tolist(), states, strict=True)]
+            course += [(begin + t, s) for t, s in zip(motion.time.tolist(), states, strict=False)]
             z = states[-1]
         else:
             for t in np.linspace(begin, end, 20)[1:]:
@@ -105,7 +105,7 @@ def _log(course, air, end, names, sensors) -> str:
     columns = {"ambient_degC": 20 + air.at(time) + 0.3 * noise[:, -1]}
     for k, (part, node) in enumerate(sensors.items()):
         columns[f"{part}_degC"] = 20 + np.interp(time, t, z[:, names.index(node)]) + OFFSET_K + noise[:, k]
-    rows = zip(time.tolist(), *(column.tolist() for column in columns.values()), strict=True)
+    rows = zip(time.tolist(), *(column.tolist() for column in columns.values()), strict=False)
     lines = [f"{row[0]:g}," + ",".join(f"{value:.2f}" for value in row[1:]) for row in rows]
     return "\n".join([f"time_s,{','.join(columns)}", *lines]) + "\n"
 
@@ -288,7 +288,7 @@ def picture(day: Day, runs) -> str:
     ]
     for k, (run, (error, length, page, _)) in enumerate(runs.items()):
         points = []
-        for start, span in zip(day.times.starts, day.times.duration, strict=True):
+        for start, span in zip(day.times.starts, day.times.duration, strict=False):
             rows = np.flatnonzero(page == start.page)
             if not len(rows):
                 continue

@@ -84,12 +84,12 @@ def maps(x: list[float], y: list[float], sizes: dict[str, list[float]], alt: str
     x, y = y, [-value for value in x]
     scale = min(330 / (max(x) - min(x)), 250 / (max(y) - min(y)))
     body, bottom = [], 60 + scale * (max(y) - min(y))
-    for left, (side, size) in zip((30, 470), sizes.items(), strict=True):
+    for left, (side, size) in zip((30, 470), sizes.items(), strict=False):
         top = max(size)
         places = 1 if top >= 10 else 2
         body.append(text(left, 28, f"{side}: up to {top:.{places}f} µm", colour=INK, size=17))
         body.append(f'<g fill="none" stroke-width="{width}">')
-        flat = [(left + (a - min(x)) * scale, bottom - (b - min(y)) * scale) for a, b in zip(x, y, strict=True)]
+        flat = [(left + (a - min(x)) * scale, bottom - (b - min(y)) * scale) for a, b in zip(x, y, strict=False)]
         shades = [round(LEVELS * value / top) for value in size]
         for shade, way in stretches(flat, shades):
             line = " ".join(f"{a:.1f},{b:.1f}" for a, b in way)
@@ -142,7 +142,7 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
         body.append(text(right + 8, y + 5, limit[0], colour=INK))
     heights: list[float] = []
     for (name, x, y), (tint, dashes) in zip(curves, CURVES, strict=False):
-        line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y, strict=True))
+        line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y, strict=False))
         body.append(
             f'<polyline points="{line}" fill="none" stroke="{tint}" stroke-width="2.5" stroke-dasharray="{dashes}"/>'
         )

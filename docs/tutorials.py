@@ -91,7 +91,7 @@ def same_line(shown: str, now: str) -> bool:
     shown, now = (" ".join(line.split()) for line in (shown, now))  # columns are as wide as lines left out make them
     if NUMBER.sub("#", shown) != NUMBER.sub("#", now):
         return False
-    for a, b in zip(NUMBER.findall(shown), NUMBER.findall(now), strict=True):
+    for a, b in zip(NUMBER.findall(shown), NUMBER.findall(now), strict=False):
         places = max(len(n.partition(".")[2]) for n in (a, b))
         if abs(float(a) - float(b)) > 1.01 * 10.0**-places * ("." in a + b):
             return False

@@ -267,7 +267,7 @@ def rates() -> str:
         ours = heat.rise_after([Duty("moving", feed, spent)])
         loss = network_fit.loss(network.drives, motion, feed)
         theirs = network.outputs @ state_after(network, [Duty("moving", feed, spent, loss=loss)])
-        for (part, node), value in zip(parts.items(), quoted, strict=True):
+        for (part, node), value in zip(parts.items(), quoted, strict=False):
             told = "not linear" if value is None else f"{value:g}"
             told += f" (printed {printed[part]})" if part in printed else ""
             found = [f"{r[h.names.index(node)] / minutes:.4f}" for r, h in ((ours, heat), (theirs, network))]
@@ -298,7 +298,7 @@ def warming() -> str:
         ]
         straight.append(max(np.abs(r - np.polyval(np.polyfit(part, r, 1), part)).max() for r in rise.T))
     double = network_fit.doubling(network)
-    p = dict(zip(nodes.names, nodes.exponent, strict=True))
+    p = dict(zip(nodes.names, nodes.exponent, strict=False))
     rows = [
         ["24 quoted temperatures, rms / worst", "0.55 / 1.15 K asked", f"{np.sqrt(np.mean(off**2)):.2f} / "
          f"{np.abs(off).max():.2f} K", f"{np.sqrt(np.mean(noff**2)):.2f} / {np.abs(noff).max():.2f} K"],

@@ -26,7 +26,7 @@ def curve_rows() -> list[list[str]]:
     nodes, network = bend_fit.sizes(bend_fit.curves()), bend_fit.sizes(bend_fit.curves(NETWORK))
     rows = []
     for curve, row, a, b, sigma in zip(
-        bend_fit.CURVES, bend_fit.measured(), nodes, network, bend_fit.sigma(), strict=True
+        bend_fit.CURVES, bend_fit.measured(), nodes, network, bend_fit.sigma(), strict=False
     ):
         lines = row["source"].removeprefix("study lines ")
         goal = float(row["measured_um"])
@@ -65,7 +65,7 @@ def _sizes(causes: tuple[str, ...], size: np.ndarray) -> str:
         return ""
     units = {"cte": (100.0, " %"), "a1": (1.0, " um"), "a3": (1.0, " um")}
     shown = (
-        (s * units.get(c, (1.0, ""))[0], units.get(c, (1.0, " arcsec"))[1]) for c, s in zip(causes, size, strict=True)
+        (s * units.get(c, (1.0, ""))[0], units.get(c, (1.0, " arcsec"))[1]) for c, s in zip(causes, size, strict=False)
     )
     return ", ".join(f"{value:+.1f}{unit}" for value, unit in shown)
 

@@ -29,7 +29,7 @@ def left_out_rows() -> list[list[str]]:
 def body_rows() -> list[list[str]]:
     """How far the network's bodies are from what their material allows."""
     rows = []
-    for body, entry in zip(network_fit.base().bodies, _network()["body"], strict=True):
+    for body, entry in zip(network_fit.base().bodies, _network()["body"], strict=False):
         diffusivity, most = body.conductance * body.length / body.capacity, MATERIALS[entry["material"]].diffusivity
         sizes = (f"{1e6 * diffusivity:.1f} mm2/s", f"{1e6 * most:.1f} mm2/s")
         rows.append([body.name, entry["material"], f"{entry['mass_kg']:g} kg", *sizes])

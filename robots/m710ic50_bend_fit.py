@@ -90,7 +90,7 @@ def curves(*overrides: str) -> Array:
 
 def sizes(six: Array) -> Array:
     """One number for each curve, (6, 11) to (6,) [um]: its end along the line, its range across."""
-    return np.array([y[-1] if line == error else np.ptp(y) for (line, error), y in zip(CURVES, six, strict=True)])
+    return np.array([y[-1] if line == error else np.ptp(y) for (line, error), y in zip(CURVES, six, strict=False)])
 
 
 @cache
@@ -154,7 +154,7 @@ def main() -> None:
         print(f"\nY positioning {goal(turned)[3]:g} um; six curves: chi-square, with each left out, sizes")
         for causes in ((), *((c,) for c in CAUSES), best_pair(turned), CAUSES):
             size, chi2, out = scores(causes, turned)
-            named = ", ".join(f"{c} {s:.3g}" for c, s in zip(causes, size, strict=True))
+            named = ", ".join(f"{c} {s:.3g}" for c, s in zip(causes, size, strict=False))
             print(f"{chi2:6.2f} {out:6.1f}  {named or 'the shipped robot'}")
 
 

@@ -107,7 +107,7 @@ def shipped() -> NodeModel:
 
 def main() -> None:
     heat = fit(shipped())
-    for name, exponent, tau in zip(heat.names, heat.exponent, heat.tau, strict=True):
+    for name, exponent, tau in zip(heat.names, heat.exponent, heat.tau, strict=False):
         print(f"{name:6s} exponent = {exponent:.3f}  tau_h = {tau / HOUR:.2f}")
     off = misses(heat)
     print(f"rms {np.sqrt(np.mean(off**2)):.3f} K, worst {np.abs(off).max():.2f} K over {len(off)} temperatures")

@@ -184,7 +184,7 @@ def fit(heat: NetworkModel, rows: Rows | None = None) -> tuple[NetworkModel, dic
 
 def values_of(x: np.ndarray) -> dict[str, float]:
     """Parameters of the fit's unknowns: positive ones by their logarithm, shares below one by their logit."""
-    return {n: float(expit(value) if n in SHARES else np.exp(value)) for n, value in zip(PRIOR, x, strict=True)}
+    return {n: float(expit(value) if n in SHARES else np.exp(value)) for n, value in zip(PRIOR, x, strict=False)}
 
 
 def doubling(heat: NetworkModel) -> dict[str, float]:
@@ -193,7 +193,7 @@ def doubling(heat: NetworkModel) -> dict[str, float]:
         heat.outputs @ heat.steady_state(Duty("moving", v, 1.0, loss=loss(heat.drives, "circle", v)))
         for v in (0.1, 0.2)
     )
-    return {name: float(f / s) for name, f, s in zip(heat.names, fast, slow, strict=True)}
+    return {name: float(f / s) for name, f, s in zip(heat.names, fast, slow, strict=False)}
 
 
 def main() -> None:

@@ -44,7 +44,7 @@ for name, step, damp in (("example", 0.1, 1e-12), ("whole steps", 1.0, 1e-12)):
 
     def every(step=step, damp=damp):
         """Joints of every pose."""
-        return [solved(T, q, step, damp) for T, q in zip(poses, theta, strict=True)]
+        return [solved(T, q, step, damp) for T, q in zip(poses, theta, strict=False)]
 
     answer[name] = median(every) / len(theta)
     answer[f"{name} off"] = off(hot, every(), poses)

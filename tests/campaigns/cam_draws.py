@@ -105,7 +105,7 @@ def gcode_text(rng: random.Random, steps: list[Step], trap: str) -> str:
         said = step.kind
         values = []
         turning = step.centre is not None
-        for axis, value, before in zip("XYZ", step.end, at or (None, None, None), strict=True):
+        for axis, value, before in zip("XYZ", step.end, at or (None, None, None), strict=False):
             left_out = before is not None and value == before and modal and rng.random() < 0.9
             if not left_out:
                 values.append(axis + number(value if absolute or before is None else value - before))
@@ -224,7 +224,7 @@ def apt_text(rng: random.Random, steps: list[Step], trap: str, normals: bool) ->
             out.append(f"CIRCLE/{numbers((*step.centre, at[2]))},0,0,{k_axis},{radius:.4f}")
             out.append(goto(step.end))
         elif delta and at is not None and rng.random() < 0.4:
-            out.append("GODLTA/" + ",".join(f"{e - a:.{DIGITS}f}" for e, a in zip(step.end, at, strict=True)))
+            out.append("GODLTA/" + ",".join(f"{e - a:.{DIGITS}f}" for e, a in zip(step.end, at, strict=False)))
         else:
             out.append(goto(step.end))
         at = step.end
@@ -250,8 +250,8 @@ def csv_text(rng: random.Random, steps: list[Step], trap: str, normals: bool) ->
     for step in steps:
         x, y, _ = step.end
         a = 0.1 * math.sin(x / 60), 0.1 * math.cos(y / 70)
-        values = dict(zip("ijk", (f"{v:.7f}" for v in (*a, math.sqrt(1 - a[0] ** 2 - a[1] ** 2))), strict=True))
-        values |= {c: f"{v:.{DIGITS}f}" for c, v in zip(("x_mm", "y_mm", "z_mm"), step.end, strict=True)}
+        values = dict(zip("ijk", (f"{v:.7f}" for v in (*a, math.sqrt(1 - a[0] ** 2 - a[1] ** 2))), strict=False))
+        values |= {c: f"{v:.{DIGITS}f}" for c, v in zip(("x_mm", "y_mm", "z_mm"), step.end, strict=False)}
         values["feed_mm_s"] = f"{step.feed / 60:.3f}" if step.feed else ""
         values["contact"] = "0" if step.kind == "rapid" else "1"
         values["stop"] = "1" if rng.random() < 0.05 else "0"
@@ -310,7 +310,7 @@ def drawn(seed: int) -> Case:
     number = rng.uniform
     place = number(950, 1250), number(-250, 250), number(0, 350), number(-2, 2), number(-2, 2), number(-180, 180)
     names = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
-    keys["frame"] = {k: round(v, 3) for k, v in zip(names, place, strict=True)}
+    keys["frame"] = {k: round(v, 3) for k, v in zip(names, place, strict=False)}
     keys["process"] = {
         "feed_mm_s": round(number(20, 120), 1),
         "lift_mm": rng.choice([0, 5, 20]),

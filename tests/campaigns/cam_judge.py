@@ -63,7 +63,7 @@ def wanted(read: naive_cam.Reading, keys: dict, left_um: float) -> Wanted:
     places = np.array([first.start, *(m.end for m in read.moves)])
     bulge = [0.0, *explained_mm(places), 0.0] if curve else [0.0] * (len(read.moves) + 2)
     starts, ends, rows = [], [], []
-    for move, out in zip([before, *read.moves, behind], bulge, strict=True):
+    for move, out in zip([before, *read.moves, behind], bulge, strict=False):
         way = cut(move)
         lowest = min(move.start[2], move.end[2]) - may
         unsure = move.unsure if isinstance(move, naive_cam.Arc) else 0.0
@@ -75,7 +75,7 @@ def wanted(read: naive_cam.Reading, keys: dict, left_um: float) -> Wanted:
         rows += [row] * (len(way) - 1)
     table = np.array(rows)
     loose = [
-        a.rapid and b.rapid and not curve for a, b in zip([before, *read.moves], [*read.moves, behind], strict=True)
+        a.rapid and b.rapid and not curve for a, b in zip([before, *read.moves], [*read.moves, behind], strict=False)
     ]
     near = np.where(loose, RAPID_UM / 1000, may)
     normals = [read.normal, *(m.normal for m in read.moves)]
@@ -153,7 +153,7 @@ def between(start: np.ndarray, targets: list[np.ndarray]) -> list[np.ndarray]:
     shares = [0.5, 1.0] if len(targets) == 1 else np.linspace(0, 1, 17)[1:]
     turned = [targets[-1][:3, :3] * s + start[:3, :3] * (1 - s) for s in shares]
     out = []
-    for share, turn in zip(shares, turned, strict=True):
+    for share, turn in zip(shares, turned, strict=False):
         u, _, v = np.linalg.svd(turn)
         here = np.eye(4)
         here[:3, :3] = u @ v
@@ -214,7 +214,7 @@ def tilt_mdeg(want: Wanted, drive: Flown) -> float:
     place, axis, largest = drive.pose[:, :3, 3], -drive.pose[:, :3, 2], 0.0
     way = np.diff(place, axis=0)
     square = np.maximum((way**2).sum(axis=1), 1e-18)
-    for corner, normal, near in zip(want.corner, want.normal, want.near, strict=True):
+    for corner, normal, near in zip(want.corner, want.normal, want.near, strict=False):
         passed = from_pieces(corner, place[:-1], way, square) <= near
         share = np.clip(((corner - place[:-1]) * way).sum(axis=1) / square, 0, 1)[passed, None]
         here = axis[:-1][passed] * (1 - share) + axis[1:][passed] * share
@@ -229,7 +229,7 @@ def too_fast(want: Wanted, drive: Flown) -> str:
     half = 0.5 * (place[1:] + place[:-1])
     way = want.end - want.start
     square = np.maximum((way**2).sum(axis=1), 1e-18)
-    for p, motion in zip(half, drive.motion, strict=True):
+    for p, motion in zip(half, drive.motion, strict=False):
         apart = from_pieces(p, want.start, way, square)
         here = apart <= np.maximum(2 * want.may, apart.min())
         if drive.speed[motion] > FASTER * want.feed[here].max(initial=0.0) + SPEED_STEP:

@@ -131,7 +131,7 @@ def wandering(rng: random.Random) -> list[Step]:
         z = z0 + (far * rng.uniform(-0.5, 0.5) if rng.random() < 0.3 else 0)
         steps.append(Step("line", rounded(x, y, max(-10.0, min(20.0, z)))))
     return with_ends(
-        rng, [s for s, before in zip(steps, [None, *steps], strict=True) if before is None or s.end != before.end]
+        rng, [s for s, before in zip(steps, [None, *steps], strict=False) if before is None or s.end != before.end]
     )
 
 
@@ -150,7 +150,7 @@ def short_blocks(rng: random.Random) -> list[Step]:
         steps.append(Step("line", rounded(x, y, 0)))
     if rng.random() < 0.3:
         steps.append(Step("line", rounded(x * 0.3, y * 0.3 + 20, 0)))
-    return with_ends(rng, [s for s, b in zip(steps, [None, *steps], strict=True) if b is None or s.end != b.end])
+    return with_ends(rng, [s for s, b in zip(steps, [None, *steps], strict=False) if b is None or s.end != b.end])
 
 
 def with_ends(rng: random.Random, steps: list[Step]) -> list[Step]:

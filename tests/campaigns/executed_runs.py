@@ -149,7 +149,7 @@ def one_controller(seed, situation, course, text):
         "accepted": identified.accepted,
         "right": right and kind.count == len(true),
         "errors": 1e3 * (np.array(times) - true) if right and kind.count == len(true) else np.zeros(0),
-        "inside": [a <= t <= b for t, (a, b) in zip(true, identified.intervals, strict=True)] if right else [],
+        "inside": [a <= t <= b for t, (a, b) in zip(true, identified.intervals, strict=False)] if right else [],
         "excess": identified.held_out / max(identified.noise, 1e-9),
         "words": f"{'wrong kind ' if wrong else ''}{'joint ' if joint else ''}{true_words(means, lags)} -> "
         f"{kind.words} {[round(1e3 * t, 1) for t in times]}, held out {identified.held_out / UM:.2f} "

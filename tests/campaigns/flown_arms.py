@@ -114,7 +114,7 @@ def log_file(arm, folder, name, hours, rng):
     minute = np.arange(0, hours * 3600 + 1, 60.0)
     degC = 22 + arm.rises(minute) + rng.normal(0, 0.05, (len(minute), 5))
     rows = ["time_s," + ",".join(f"{n}_degC" for n in NODES)]
-    rows += [f"{t:.0f}," + ",".join(f"{v:.3f}" for v in d) for t, d in zip(minute, degC, strict=True)]
+    rows += [f"{t:.0f}," + ",".join(f"{v:.3f}" for v in d) for t, d in zip(minute, degC, strict=False)]
     (folder / name).write_text("\n".join(rows) + "\n")
     return str(folder / name)
 
@@ -139,7 +139,7 @@ def touches_file(arm, robot, place, folder, rng):
         rows.append(f"{clock[n]:.1f},s{n // ORIENTATIONS}," + ",".join(f"{v:.6f}" for v in pendant))
     (folder / "touches.csv").write_text("\n".join(rows) + "\n")
     text = '[artefact]\nframe = "world"\n[probe]\ndiameter_mm = 6\n'
-    text += "".join(f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM, strict=True))
+    text += "".join(f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM, strict=False))
     for k, (x, y, z) in enumerate(SPHERES / MM):
         text += f'[[sphere]]\nname = "s{k}"\ndiameter_mm = 25\nx_mm = {x:g}\ny_mm = {y:g}\nz_mm = {z:g}\n'
     (folder / "artefact.toml").write_text(text)

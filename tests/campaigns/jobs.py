@@ -88,7 +88,7 @@ def drawn(seed: int) -> list[str]:
         tool = [number(-60, 60), number(-60, 60), number(20, 300)]
         tool += [number(-20, 20), number(-20, 20), number(-180, 180)] if rng.random() < 0.5 else [0, 0, 0]
         out += [
-            f"tool.{k}={v:.3f}" for k, v in zip(("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"), tool, strict=True)
+            f"tool.{k}={v:.3f}" for k, v in zip(("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"), tool, strict=False)
         ]
     if not edge and rng.random() < 0.4:
         out.append(f"tool.spin_deg={number(-180, 180):.2f}")
@@ -143,10 +143,10 @@ def at_edge(rng: random.Random, edge: str) -> dict[str, object]:
     place = (pose @ tip)[:3, 3]
     tip[:3, :3] = pose[:3, :3].T @ frame(0, 0, 0, 180, 0, 0)[:3, :3]
     keys: dict[str, object] = dict(
-        zip(("path.x_mm", "path.y_mm", "path.z_mm"), np.round(place, 3).tolist(), strict=True)
+        zip(("path.x_mm", "path.y_mm", "path.z_mm"), np.round(place, 3).tolist(), strict=False)
     )
     names = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
-    keys |= {f"tool.{k}": v for k, v in zip(names, np.round(numbers(tip), 3).tolist(), strict=True)}
+    keys |= {f"tool.{k}": v for k, v in zip(names, np.round(numbers(tip), 3).tolist(), strict=False)}
     out = 150 + 870 * math.sin(j2) + 1016 * math.cos(j3) - 170 * math.sin(j3)
     keys["posture.arm"] = '"front"' if out > 0 else '"back"'
     keys["posture.elbow"] = '"up"' if math.degrees(j2 + j3) < stretched else '"down"'
@@ -195,7 +195,7 @@ def drawn_map(rng: random.Random, axis: str) -> str:
     station = np.linspace(-900, 900, count) + (900 if axis == "x" else 0)
     waves = [[rng.gauss(0, 80), rng.uniform(0, 4), rng.gauss(0, 25)] for _ in range(3)]
     forward = [[round(a * math.sin(s / 900 + p), 3) for a, p, _ in waves] for s in station]
-    reverse = [[round(v + h, 3) for v, (_, _, h) in zip(row, waves, strict=True)] for row in forward]
+    reverse = [[round(v + h, 3) for v, (_, _, h) in zip(row, waves, strict=False)] for row in forward]
     return (
         f'{{axis="{axis}", at_mm=[900, 0, 0], station_mm={station.round(3).tolist()}, forward_um={forward}, '
         f"reverse_um={reverse}, width_mm={rng.uniform(5, 40):.2f}}}"
@@ -263,7 +263,7 @@ def joints_by_config(flange: np.ndarray, config: list[str]) -> np.ndarray:
     j4 = np.arctan2(side * w[:, 1, 0], side * w[:, 2, 0])
     j6 = np.arctan2(side * w[:, 0, 1], -side * w[:, 0, 2])
     q = np.column_stack([j1, j2, j3, j4, j5, j6])
-    for column, digit in zip((0, 3, 5), digits.T, strict=True):
+    for column, digit in zip((0, 3, 5), digits.T, strict=False):
         begins = (q[:, column] * digit > 0) & (np.abs(q[:, column]) > np.pi - 1e-6)  # a turn begins at 180 deg
         q[:, column] += 2 * np.pi * (digit - begins * np.sign(digit))
         over = np.sign(q[:, column]) * ((np.abs(q[:, column]) + np.pi) // (2 * np.pi)) != digit
@@ -300,7 +300,7 @@ def chain(
 def bends(table: dict, rise: dict) -> Behind:
     """Displacements of a bend behind the frames where its link ends, in their axes; a forearm's where it begins."""
     out: Behind = {}
-    for link, plane, node, rate in zip(*(table[k] for k in ("link", "plane", "node", "rate_arcsec_K")), strict=True):
+    for link, plane, node, rate in zip(*(table[k] for k in ("link", "plane", "node", "rate_arcsec_K")), strict=False):
         phi = rate * ARCSEC * np.atleast_1d(rise[node])
         row = {"column": 0, "a1": 1, "a2": 2, "a3": 3, "d4": 3}[link]
         vector = {"column": (0, 0, table.get("column_mm", 0)), "d4": (0, 0, D[3])}.get(link, (A[max(row, 1) - 1], 0, 0))
@@ -327,7 +327,7 @@ def off_by_maps(tables: list[dict], nominal: np.ndarray) -> np.ndarray:
     for table in tables:
         k = "xyz".index(table["axis"])
         travel = [0.0]
-        for way, whole in zip(step[:, k], length, strict=True):
+        for way, whole in zip(step[:, k], length, strict=False):
             keep = math.exp(-whole / table.get("width_mm", 10.0))
             travel.append(keep * travel[-1] + ((1 - keep) * way / whole if whole else 0))
         station = np.array(table["station_mm"])
@@ -359,7 +359,7 @@ def torques(theta: np.ndarray, loads: dict, tool: np.ndarray) -> np.ndarray:
     here, mastered = chain(theta, *nominal), chain(np.tile(OFFSET, (1, 1)), *(x[:1] for x in nominal[:2]), *nominal[2:])
     masses, centres = [], []
     for i, (mass, centre) in enumerate(
-        zip(loads.get("link_kg", 6 * [0]), loads.get("link_centre_mm", 6 * [[0, 0, 0]]), strict=True)
+        zip(loads.get("link_kg", 6 * [0]), loads.get("link_centre_mm", 6 * [[0, 0, 0]]), strict=False)
     ):
         at_zero = mastered[i] @ turned("z", OFFSET[i])
         world = np.append(at_zero[0, :3, 3] + centre, 1.0)
@@ -410,7 +410,7 @@ def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: n
         table = sources.get(name, {})
         for i in range(6 if table else 0):
             per_turn = orders or [n * table["cycles"][i] for n in (1, 2)]
-            for order, s, c in zip(per_turn, table["sine_mdeg"][i], table["cosine_mdeg"][i], strict=True):
+            for order, s, c in zip(per_turn, table["sine_mdeg"][i], table["cosine_mdeg"][i], strict=False):
                 real[:, i] += MDEG * (s * np.sin(order * theta[:, i]) + c * np.cos(order * theta[:, i]))
     if lash := sources.get("hysteresis"):
         half = MDEG * np.array(lash["backlash_mdeg"]) + 1e-6 * np.array(lash["windup_urad_Nm"]) * np.hypot(load, 1)
@@ -420,7 +420,7 @@ def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: n
     poses = displaced(base) @ chain(real, d, a, alpha, beta, bent)[-1] @ displaced(end)
     shift = sources.get("thermal_shift", {"of": [], "node": [], "rate_um_K": []})
     moved = np.zeros((N, 3))
-    for of, node, rate in zip(shift["of"], shift["node"], shift["rate_um_K"], strict=True):
+    for of, node, rate in zip(shift["of"], shift["node"], shift["rate_um_K"], strict=False):
         way = rate * rise[node] / 1000
         if of == "tool":
             poses = poses @ shifted(z=way)
@@ -492,7 +492,7 @@ def rises_along(before: list, seconds: np.ndarray, speed: np.ndarray) -> dict:
         steady = full * (idle + (1 - idle) * (speed / THERMAL["reference_feed_mm_s"]) ** node["exponent"])
         keep = np.exp(-seconds / 3600 / node["tau_h"])
         rise = [start[name]]
-        for s, k in zip(steady, keep, strict=True):
+        for s, k in zip(steady, keep, strict=False):
             rise.append(s + (rise[-1] - s) * k)
         out[name] = np.array(rise)
     return out

@@ -161,7 +161,7 @@ def touched(rng: np.random.Generator, day: LoggedDay) -> str:
         commanded[:, :3, 3] += there - real_tool(joints, rise, PROBE)
     rows = (",".join(f"{v:.6f}" for v in row) for row in np.degrees(joints))
     lines = [
-        f"{t - day.zero:.0f},{n},{row},{1000 * TOUCH_NOISE_MM}" for t, n, row in zip(when, names, rows, strict=True)
+        f"{t - day.zero:.0f},{n},{row},{1000 * TOUCH_NOISE_MM}" for t, n, row in zip(when, names, rows, strict=False)
     ]
     return "\n".join(["time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,sigma_um", *lines]) + "\n"
 
@@ -453,7 +453,7 @@ def table(rows: list[dict]) -> str:
     lines.append(f"pages kept by a lie where the honest log writes them anew: {len(withheld)}, "
                  f"by up to {max(withheld, default=0):.1f} um")  # fmt: skip
     refused = Counter(
-        (r["command"], h["result"], h["words"]) for r, h in zip(rows, honest, strict=True) if h not in used
+        (r["command"], h["result"], h["words"]) for r, h in zip(rows, honest, strict=False) if h not in used
     )
     lines += [f"  {count} {' '.join(key)}" for key, count in refused.most_common()]
     return "\n".join([*lines, *(f"WRONG {r['seed']} {r['command']}, {r['kind']}: {r['wrong']}"

@@ -351,7 +351,7 @@ def measured_poses(count: int) -> str:
     flange = flange_pose(arm, arm.to_theta(pendant * DEG))
     place = flange.act(np.array([0.06, 0, 0.1])) / MM + rng.normal(0, 0.05, (count, 3))
     head = ",".join(f"j{k}_deg" for k in range(1, 7)) + ",x_mm,y_mm,z_mm\n"
-    return head + "".join(",".join(f"{v:.4f}" for v in (*p, *q)) + "\n" for p, q in zip(pendant, place, strict=True))
+    return head + "".join(",".join(f"{v:.4f}" for v in (*p, *q)) + "\n" for p, q in zip(pendant, place, strict=False))
 
 
 def made_bases(folder: Path) -> list[tuple[int, tuple[str, ...], dict[str, str]]]:

@@ -74,7 +74,7 @@ def drawn(seed: int) -> bytes:
     matrices = [arm.flange(q) for q in places]
     letters = [arm.config(q) for q in places]
     points, moves = [], ["J P[1] 30% FINE"]
-    for n, (q, config) in enumerate(zip(places, letters, strict=True), 1):
+    for n, (q, config) in enumerate(zip(places, letters, strict=False), 1):
         if n > 1 and rng.random() < 0.3:  # the other side's letters for the same place
             k = rng.randrange(3)
             words = config.split(",")[0].split()

@@ -199,7 +199,7 @@ def touches(rng, folder):
         place = centre + way * ((ball + sphere) / 2 - pushed) if sided else centre
         place = (np.linalg.inv(uframe) @ [*place, 1])[:3] / grown
         text += f'[[sphere]]\nname = "s{n}"\ndiameter_mm = {sphere!r}\n'
-        text += "".join(f"{axis}_mm = {v!r}\n" for axis, v in zip("xyz", place.tolist(), strict=True))
+        text += "".join(f"{axis}_mm = {v!r}\n" for axis, v in zip("xyz", place.tolist(), strict=False))
         told = np.linalg.inv(uframe) @ wrist
         told[:3, 3] = (np.linalg.inv(uframe) @ [*centre, 1])[:3]
         row = (
@@ -333,7 +333,7 @@ def log(rng, folder):
         rows.append(
             [
                 f"{t:.4f}",
-                *("" if gap and name != "speed" else f"{v:.4f}" for name, v in zip(head[1:], values, strict=True)),
+                *("" if gap and name != "speed" else f"{v:.4f}" for name, v in zip(head[1:], values, strict=False)),
             ]
         )
     change = str(rng.choice(["", "", "half a row", "back", "twice a column"]))
@@ -380,7 +380,7 @@ def state(rng, folder):
     text += f"[rise]\nnode = {json.dumps(list(map(str, nodes)))}\nK = {rise.tolist()}\nsigma_K = {sigma[:K].tolist()}\n"
     text += f"[base]\nshift_um = {rng.normal(0, 50, 3).tolist()}\nturn_mdeg = {rng.normal(0, 5, 3).tolist()}\n"
     text += f"sigma_um = {sigma[K : K + 3].tolist()}\nsigma_mdeg = {sigma[K + 3 : K + 6].tolist()}\n"
-    for name, s in zip(drifting, sigma[K + 6 :].tolist(), strict=True):
+    for name, s in zip(drifting, sigma[K + 6 :].tolist(), strict=False):
         text += f'[[drifting]]\nparameter = "{name}"\nchange = {rng.normal()!r}\nsigma = {s!r}\n'
     text += f'[made_from]\nrobot_file = "{"0" * 64}"\n'
 
@@ -401,7 +401,7 @@ def posterior(rng, folder):
     units = rng.choice([UM, MDEG, 1.0], count)
     known = [KnownParameter("joint_zeros", "offset", (k,), "offset_mdeg", u) for k, u in enumerate(units.tolist())]
     values = [float(f"{v:.9g}") for v in rng.normal(size=count)]
-    numbers = {p.name: (p, v * p.unit) for p, v in zip(known, values, strict=True)}
+    numbers = {p.name: (p, v * p.unit) for p, v in zip(known, values, strict=False)}
     order = rng.permutation(count)
     rows = [{"name": known[k].name, "value": values[k], "sigma": float(rng.uniform(0, 3))} for k in order]
     lower = _correlations(rng, count)

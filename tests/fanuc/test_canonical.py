@@ -174,7 +174,7 @@ def naive_text(program):
     numbers = pose_numbers(program.position, program.rotation).tolist()
     out = [GOLDEN.decode().split("/MN")[0].replace("LINE_COUNT\t= 6", f"LINE_COUNT\t= {3 + len(numbers)}"), "/MN\r\n"]
     out += ["   1:  !one remark ;\r\n   2:  UFRAME_NUM=0 ;\r\n   3:  UTOOL_NUM=1 ;\r\n   4:J P[1] 10% FINE    ;\r\n"]
-    for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist(), strict=True), 2):
+    for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist(), strict=False), 2):
         out.append(f"{n + 3:4d}:L P[{n}] {speed_text(speed)} {'FINE' if fine else 'CNT100'}    ;\r\n")
     out.append("/POS\r\n")
     for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist(), strict=True), 1):

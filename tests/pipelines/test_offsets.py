@@ -106,7 +106,7 @@ def test_a_register_moved_either_way_leaves_more(offsets):
     points = np.vstack(
         [
             a + np.outer(np.arange(0.5, n) / n, d)
-            for a, d, n in zip(places, ways, (np.linalg.norm(ways, axis=1) // 10).astype(int), strict=True)
+            for a, d, n in zip(places, ways, (np.linalg.norm(ways, axis=1) // 10).astype(int), strict=False)
         ]
     )
     targets = [frame(*UF) @ frame(*xyz, 180, 0, 15) for xyz in points]

@@ -152,7 +152,7 @@ def test_pace_and_contact_change_at_the_corner():
     pace, contact = np.array([1, 1, 0.5, 0.5, 1, 1, 1.0]), np.array([1, 0, 0, 1, 1, 1, 1], dtype=bool)
     curve = line_path(local(corner, contact=contact, pace=pace), None, COARSE).curve
     ends = np.column_stack([curve.derivatives(np.arange(len(curve.poly)), np.ones(len(curve.poly)))[0]])
-    for k, (p, c) in enumerate(zip(pace[1:], contact[1:], strict=True)):
+    for k, (p, c) in enumerate(zip(pace[1:], contact[1:], strict=False)):
         along = np.linalg.norm(ends[:, :2] - (corner[k, :2] + corner[k + 1, :2]) / 2, axis=1)
         piece = int(np.argmin(along + 0.02 * (np.abs(np.arange(len(ends)) - 3 * k) > 2)))
         assert (curve.pace[piece], curve.working[piece]) == (p, c)
