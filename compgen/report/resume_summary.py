@@ -42,7 +42,7 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
             "before": statistics(planned.deviation(), on_part=True),
             "after": statistics(resumed.deviation, on_part=True),
         },
-        "band": band_record(resumed.band, with_motion(not_known(job.cell, resumed.band), None)),
+        "band": band_of_resumed(resumed),
         "pages": [
             {
                 "page": page.number,
@@ -63,3 +63,8 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
             "manifest": resumed.written.manifest_file,
         },
     }
+
+
+def band_of_resumed(resumed: Resumed) -> dict[str, Any]:
+    """What files and log leave open on the new pages."""
+    return band_record(resumed.band, with_motion(not_known(resumed.planned.job.cell, resumed.band), None))

@@ -71,5 +71,5 @@ def hidden_at_end(prior: LogPrior, log: TemperatureLog, heat: NodeModel | Networ
 def _shown(log: TemperatureLog, heat: NodeModel | NetworkModel) -> BoolArray:
     """Which rises a sensor has just shown, (K,)."""
     late = log.time >= log.time[-1] - LAST
-    told = {n for n, values in log.readings.items() if np.isfinite(values[late]).any()}
-    return np.array([n in told for n in heat.names])
+    sensed = {n for n, values in log.readings.items() if np.isfinite(values[late]).any()}
+    return np.array([n in sensed for n in heat.names])

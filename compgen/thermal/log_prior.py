@@ -189,6 +189,11 @@ def _level(medians: Medians, heat: NodeModel | NetworkModel, rows: Array, log: T
     return float(np.clip(np.median(sensors), 0.5, 1.5))
 
 
+def rounding_of(readings: Array) -> float:
+    """Standard deviation of what the last digit of readings (M,) hides [K]; one that is rounded stands for hours."""
+    return ROUNDING * float(np.min(np.diff(np.unique(readings)), initial=1.0))
+
+
 def _edges(time: Array) -> Array:
     """Ends of the stretches, rising [s]."""
     span = float(np.ptp(time))
@@ -207,10 +212,10 @@ def _medians(log: TemperatureLog, edges: Array) -> Medians:
         scatter = (
             float(np.median(np.abs(np.diff(v)))) * 1.05 if len(v) > 2 else 0.1
         )  # sqrt(2) * 0.6745, of normal noise
-        digit = float(np.min(np.diff(np.unique(v)), initial=1.0))  # one that is rounded stands for hours
+        rounded = rounding_of(v)
         bins = np.searchsorted(edges, t)
         for b in np.unique(bins):
             here = bins == b
-            sigma = np.hypot(1.25 * scatter / np.sqrt(here.sum()), np.hypot(MISFIT, ROUNDING * digit))
+            sigma = np.hypot(1.25 * scatter / np.sqrt(here.sum()), np.hypot(MISFIT, rounded))
             rows.append((k, float(np.median(t[here])), float(np.median(v[here])), sigma))
     return Medians(*np.array(rows, dtype=float).T)

@@ -9,7 +9,7 @@ from compgen.cli.screen.console import finding_lines, print_table, stdout_consol
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import PageResult, Resumed
 from compgen.report.band_words import band_sentence
-from compgen.report.resume_summary import resume_summary
+from compgen.report.resume_summary import band_of_resumed
 
 
 def pages_table(pages: Sequence[PageResult]) -> Table:
@@ -44,9 +44,8 @@ def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
             f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
             f"{join.beyond / UM:.2f} beyond that; start within {resumed.starts[0].window:.0f} s"
         )
-    summary = resume_summary(resumed)
-    largest = summary["on_part"]["after"]["total"]["max_um"]
-    lines.append(f"with the new pages: {band_sentence(largest, summary['band'])}")
+    largest = resumed.deviation.on_part["total"].max / UM
+    lines.append(f"with the new pages: {band_sentence(largest, band_of_resumed(resumed))}")
     lines += finding_lines(resumed.findings)
     if is_written:
         count = len(resumed.replaced)

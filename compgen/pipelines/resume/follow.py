@@ -25,7 +25,7 @@ from compgen.thermal import Ambient
 from compgen.thermal.growing_log import GrowingLog, readings_in_steps
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_end import hidden_at_end
-from compgen.thermal.log_prior import ROUNDING, Expected, prior_of
+from compgen.thermal.log_prior import Expected, prior_of, rounding_of
 from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, filter_of, misses, steadied
 from compgen.thermal.temperature_log import Reference
 
@@ -241,8 +241,7 @@ def steps_of_readings(names: Sequence[str], readings: Mapping[str, Array], time:
     by_step: dict[int, list[tuple[int, float, float]]] = {}
     for name, values in readings.items():
         steps, medians, count = readings_in_steps(values, time, STEP)
-        digit = float(np.min(np.diff(np.unique(values[np.isfinite(values)])), initial=1.0))
-        sigma = np.hypot(NOISE / np.sqrt(count), np.hypot(FLOOR, ROUNDING * digit))
+        sigma = np.hypot(NOISE / np.sqrt(count), np.hypot(FLOOR, rounding_of(values[np.isfinite(values)])))
         for step, value, s in zip(steps.tolist(), medians.tolist(), sigma.tolist(), strict=True):
             if step >= first:
                 by_step.setdefault(step, []).append((names.index(name), value, s))
