@@ -83,6 +83,12 @@ def log_evidence(model: ArmModel, data: Measurements, fitted: Fit) -> float:
     equations = channel_equations(linear, (~fitted.outlier) / data.sigma**2, unknowns, data, scales.rho)
     precision, mean = frame_prior(data, fitted.frames, free)
     return posterior(
-        equations, group[fitted.active], precision, mean, scales, learn_groups=False, rounds=ROUNDS,
+        equations,
+        group[fitted.active],
+        precision,
+        mean,
+        scales,
+        learn_groups=False,
+        rounds=ROUNDS,
         ceiling=model.ceiling,
-    ).log_evidence  # fmt: skip
+    ).log_evidence

@@ -217,10 +217,12 @@ def _stacked_ends(
         ends = p.ends or plain_ends(len(p.pose))
         parts.append(
             replace(
-                ends, pose=_numbered(ends.pose, first), reflector=reflectors[ends.reflector],
+                ends,
+                pose=_numbered(ends.pose, first),
+                reflector=reflectors[ends.reflector],
                 place=np.append(places, NONE)[ends.place],
             )
-        )  # fmt: skip
+        )
     return FarEnds(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(FarEnds)})
 
 

@@ -98,15 +98,21 @@ def _passes(answer: Answer) -> Figure:
     )
     traces = [
         trace(
-            "scatter", np.round(minutes[rows], 4), np.round(error[rows], 4), mode="markers", name=name,
-            text=text[rows].tolist(), marker={"color": colour, "symbol": symbol, "size": 9},
+            "scatter",
+            np.round(minutes[rows], 4),
+            np.round(error[rows], 4),
+            mode="markers",
+            name=name,
+            text=text[rows].tolist(),
+            marker={"color": colour, "symbol": symbol, "size": 9},
             hovertemplate="%{text}<br>%{x:.1f} min, %{y:.2f} µm<extra></extra>",
         )
         for name, rows, colour, symbol in (
-            ("within the limit", within, COOL, "circle"), ("beyond it", ~within, WARM, "x"),
+            ("within the limit", within, COOL, "circle"),
+            ("beyond it", ~within, WARM, "x"),
         )
         if rows.any()
-    ]  # fmt: skip
+    ]
     best = int(np.argmin(np.where(within, minutes, np.inf))) if within.any() else int(np.argmin(error))
     alt = (
         f"{TITLES[answer.key]}: {np.count_nonzero(within)} of {len(error)} stay within the limit; "

@@ -83,10 +83,16 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     left, right = spans(2, 0.24) if sized else ([0.0, 1.0], [])
     traces = [
         trace(
-            "bar", [size for _, size in sources], [name for name, _ in sources], orientation="h", showlegend=False,
-            marker={"color": FILE}, text=[rounded(size) for _, size in sources], **BESIDE,
+            "bar",
+            [size for _, size in sources],
+            [name for name, _ in sources],
+            orientation="h",
+            showlegend=False,
+            marker={"color": FILE},
+            text=[rounded(size) for _, size in sources],
+            **BESIDE,
         )
-    ]  # fmt: skip
+    ]
     layout: dict[str, Any] = {
         "xaxis": axis("left open by the file [µm], 95 %", domain=left, range=[0, 1.15 * largest]),
         "yaxis": {"automargin": True},
@@ -98,11 +104,19 @@ def budget_figure(record: dict[str, Any]) -> Figure:
         extents = [f"{rounded(a) if a else '0'} to {rounded(b)}" for a, b in zip(low, high, strict=True)]
         traces.append(
             trace(
-                "bar", [b - a for a, b in zip(low, high, strict=True)], [row["what"] for row in sized], base=list(low),
-                orientation="h", showlegend=False, xaxis="x2", yaxis="y2", text=extents,
-                marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}}, **BESIDE,
+                "bar",
+                [b - a for a, b in zip(low, high, strict=True)],
+                [row["what"] for row in sized],
+                base=list(low),
+                orientation="h",
+                showlegend=False,
+                xaxis="x2",
+                yaxis="y2",
+                text=extents,
+                marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}},
+                **BESIDE,
             )
-        )  # fmt: skip
+        )
         layout["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", range=[0, 1.5 * max(high)])
         layout["yaxis2"] = {"anchor": "x2", "automargin": True}
         words += [

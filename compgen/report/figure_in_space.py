@@ -116,10 +116,19 @@ def _scene(view: View) -> dict[str, Any]:
             numbers, title = [middle_tick(low, high)], ""
             words = {"ticktext": [f"{name.upper()} {numbers[0]:g} mm"]}
         axes[f"{name}axis"] = axis(
-            f"<br><br><br>{title}" if name == "z" and title else title, **words,  # off its numbers
-            range=[low, high], tickvals=numbers, tickfont={"size": 11}, tickangle=0, showbackground=False,
-            gridcolor="#c8d4e3", showline=True, linecolor="#94a3b8", showspikes=False, zeroline=False,
-        )  # fmt: skip
+            f"<br><br><br>{title}" if name == "z" and title else title,
+            **words,  # off its numbers
+            range=[low, high],
+            tickvals=numbers,
+            tickfont={"size": 11},
+            tickangle=0,
+            showbackground=False,
+            gridcolor="#c8d4e3",
+            showline=True,
+            linecolor="#94a3b8",
+            showspikes=False,
+            zeroline=False,
+        )
     fit = 0.7 / max(view.extent[1], view.extent[0])  # until figure.js knows how much room there is
     return {
         **axes,

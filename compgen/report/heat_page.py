@@ -149,9 +149,13 @@ def _rises(job: Job, day: Timeline) -> Figure:
         traces.append(trace("scatter", hours, np.round(day.air, 4), name="air", line=line))
     alt = curves_in_words("Temperature over the day", traces, "K")
     return figure(
-        traces, 420, alt, shapes=[vertical_line(day.start / HOUR, WARM)],
-        xaxis=axis("time [h]; dashed: the program starts"), yaxis=axis("rise [K]"),
-    )  # fmt: skip
+        traces,
+        420,
+        alt,
+        shapes=[vertical_line(day.start / HOUR, WARM)],
+        xaxis=axis("time [h]; dashed: the program starts"),
+        yaxis=axis("rise [K]"),
+    )
 
 
 def _file_of(job: Job) -> str:

@@ -177,11 +177,16 @@ def _residuals_over_time(identification: Identification) -> Figure:
             cross = {"color": GREY, "symbol": "x", "size": 9}
             traces.append(
                 trace(
-                    "scatter", time[outliers], np.full(len(outliers), 0.96 * top), mode="markers", marker=cross,
-                    name="set aside, beyond this scale", text=[f"{value:.0f}" for value in size[outliers]],
+                    "scatter",
+                    time[outliers],
+                    np.full(len(outliers), 0.96 * top),
+                    mode="markers",
+                    marker=cross,
+                    name="set aside, beyond this scale",
+                    text=[f"{value:.0f}" for value in size[outliers]],
                     hovertemplate="%{text} µm<extra></extra>",
                 )
-            )  # fmt: skip
+            )
             words.append(f"{len(outliers)} set aside")
         rows.append(Row(f"{name} [µm]", traces, options={"range": [0, top]}))
     return figure_in_rows(rows, "time [h]" if is_long else "time [s], or order", sentence("Residual over time", words))
@@ -230,6 +235,11 @@ def _correlation_map(identification: Identification) -> Figure:
     look = {"colorscale": RED_TO_BLUE, "zmin": -1, "zmax": 1, "colorbar": {"title": {"text": "correlation"}}}
     look |= {"text": signs, "texttemplate": "%{text}"}  # by more than hue
     return figure(
-        [trace("heatmap", names, names, values, **look)], 760, f"{alt}.", narrow,
-        yaxis={**small, "autorange": "reversed"}, xaxis=small, margin={"l": 190, "r": 20, "t": 40, "b": 190},
-    )  # fmt: skip
+        [trace("heatmap", names, names, values, **look)],
+        760,
+        f"{alt}.",
+        narrow,
+        yaxis={**small, "autorange": "reversed"},
+        xaxis=small,
+        margin={"l": 190, "r": 20, "t": 40, "b": 190},
+    )

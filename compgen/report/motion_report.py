@@ -130,8 +130,12 @@ def _kinds(summary: dict[str, Any]) -> Figure:
     label = {"text": f"accepted up to {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
     look = {"showarrow": False, "xanchor": "left", "yanchor": "top", "font": {"color": LIMIT, "size": 11}}
     return figure(
-        traces, 90 + 34 * len(summary["tried"]), alt, {"yaxis": in_two_lines},
+        traces,
+        90 + 34 * len(summary["tried"]),
+        alt,
+        {"yaxis": in_two_lines},
         xaxis=axis("left on stretches held out, rms [µm]", type="log", tickvals=TICKS),
-        yaxis={**order, "automargin": True}, shapes=[vertical_line(limit, LIMIT)],
+        yaxis={**order, "automargin": True},
+        shapes=[vertical_line(limit, LIMIT)],
         annotations=[{**label, **look}],
-    )  # fmt: skip
+    )

@@ -70,9 +70,16 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
         f"Largest error against {words_of(key)}", [t for t in traces if t.get("meta") != "mark"], "µm"
     )
     drawn = figure(
-        traces, 110 + 220 * len(sides), alt, {"legend": {"title": {"side": "top"}}}, shapes=shapes, annotations=words,
-        legend=look, margin={"l": 60, "r": 20, "t": 60 if has_legend else 20, "b": 45}, **axes,
-    )  # fmt: skip
+        traces,
+        110 + 220 * len(sides),
+        alt,
+        {"legend": {"title": {"side": "top"}}},
+        shapes=shapes,
+        annotations=words,
+        legend=look,
+        margin={"l": 60, "r": 20, "t": 60 if has_legend else 20, "b": 45},
+        **axes,
+    )
     return drawn, f"{few}{held}".strip()
 
 
@@ -119,10 +126,15 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
     )
     category: dict[str, Any] = {"type": "category", "showgrid": False}
     drawn = figure(
-        traces, int(min(150 + 44 * len(lines), 620)), alt, xaxis=axis(title_of(x), **category),
-        yaxis=axis(title_of(y), **category, automargin=True), showlegend=bool(failed),
-        narrow={"xaxis": {"tickangle": -45}}, **unread,
-    )  # fmt: skip
+        traces,
+        int(min(150 + 44 * len(lines), 620)),
+        alt,
+        xaxis=axis(title_of(x), **category),
+        yaxis=axis(title_of(y), **category, automargin=True),
+        showlegend=bool(failed),
+        narrow={"xaxis": {"tickangle": -45}},
+        **unread,
+    )
     note = "" if limit is None else f"▲ over {limit.label}. "
     return drawn, f"{note if over else ''}{held}".strip()
 

@@ -43,9 +43,15 @@ def path_places(job: Job, count: int = PLACES) -> PathPlaces:
     plan, tool = job.plan.path, job.tool
     with naming_file(job.source):
         path = toolpath.plan_tool_path(
-            plan.pattern, plan.surface, plan.boundary, spin=tool.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING,
+            plan.pattern,
+            plan.surface,
+            plan.boundary,
+            spin=tool.spin,
+            chord=COARSE,
+            lift=0.0,
+            spacing=MAX_SPACING,
             frame=plan.place,
-        )  # fmt: skip
+        )
         flange = inverse_kinematics.flange_from_tool(path.target, tool.pose)
         theta = joint_path.follow_branch(job.robot, flange, job.posture)
     on = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))

@@ -192,9 +192,12 @@ def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Arr
     tcp = interpolate_poses(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
     ends = plan.drive.pose[ways]
     poses = replace(
-        plan.poses, tcp=tcp, theta=plan.poses.theta[ends],
-        tool=plan.poses.tool[ends], posture=plan.poses.posture[ends],
-    )  # fmt: skip
+        plan.poses,
+        tcp=tcp,
+        theta=plan.poses.theta[ends],
+        tool=plan.poses.tool[ends],
+        posture=plan.poses.posture[ends],
+    )
     rise = (plan.stations.rise[ways] + plan.stations.rise[plan.drive.origin[ways]]) / 2
     row = np.arange(len(ways))
     return cancel_errors(cell, error_models(cell, poses, row), poses, row, rise, plan.stations.midway.at(ways))[0]

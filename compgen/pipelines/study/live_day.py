@@ -87,9 +87,11 @@ class NodeLaw:
         old, new = self.rate, self.rate * np.exp(-lag)
         steady = np.expm1(-reference_time * old) / np.expm1(-reference_time * new)
         return replace(
-            self, rate=new, amplitude=self.amplitude * (1 + scale) * steady,
+            self,
+            rate=new,
+            amplitude=self.amplitude * (1 + scale) * steady,
             reference_feed=self.reference_feed / (1 + feed),
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
