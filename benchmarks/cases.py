@@ -15,7 +15,7 @@ from compgen.compensation.solution import Optimum
 from compgen.core import evaluation
 from compgen.core.rotations import rotation_vector_expr
 from compgen.error_model.model import ErrorModel
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.job_results import Planned
 from compgen.planning import retiming

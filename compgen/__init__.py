@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from compgen.core.exceptions import ShapeError as ShapeError
     from compgen.core.findings import Finding as Finding
     from compgen.fanuc.listing.listing import LsProgram as LsProgram
-    from compgen.pipelines.files.job import Job as Job
+    from compgen.job.job import Job as Job
     from compgen.report.notebook.comparisons import ComparedOutputs as ComparedOutputs
     from compgen.report.notebook.comparisons import compare as compare
     from compgen.report.notebook.jobs import GeneratedProgram as GeneratedProgram
@@ -75,7 +75,7 @@ _SHOWN = {
 }
 #: what else is public: types of arguments and results, exceptions, and where a run's compiler and cores come from
 _MODULES = _SHOWN | {
-    "Job": "compgen.pipelines.files.job",
+    "Job": "compgen.job.job",
     "Robot": "compgen.robot.robot",
     "LsProgram": "compgen.fanuc.listing.listing",
     "Finding": "compgen.core.findings",

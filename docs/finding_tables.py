@@ -31,7 +31,8 @@ ROOMS = {
     "error_model": "The error sources",
     "verification": "The verdict, and logs of a run",
     "identification": "Measurements",
-    "pipelines": "A job as a whole",
+    "job": "A cell and its job",
+    "pipelines": "A run as a whole",
 }
 
 

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 from scipy.special import expit, logit
 
 from compgen.core.units import HOUR, MM
-from compgen.pipelines.files.motion_plan import plan_written_motion
+from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Duty, JointMotion, rise_history, state_after
 from compgen.thermal.drive_losses import Drives, segment_losses

@@ -9,7 +9,7 @@ from shipped import path_file
 
 import compgen
 import compgen.cli.blas_threads  # one thread a matrix product, as under the command; before numpy
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 
 settings.register_profile("same every time", derandomize=True, deadline=None)  # a busy machine is no fault

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from compgen.error_model.anchored_state import BASE, AnchoredState, state_text
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 
 
 def state_of(job: Job, **changes) -> AnchoredState:

@@ -279,21 +279,21 @@ class Code(StrEnum):
     PATH_ARCS = ("path.arcs", "pipelines", "Says how many arcs and lines stand for the waypoints.", "Nothing.", NOTE)
     PATH_ARCS_ORIENTATION = ("path.arcs_orientation", "pipelines", "The tool may tilt at an arc's via.",
         "Try one arc on the robot, or write lines.", WARNING, NOTE)
-    FRAME_TAUGHT = ("frame.taught", "pipelines", "[frame] does not say how it was taught.",
+    FRAME_TAUGHT = ("frame.taught", "job", "[frame] does not say how it was taught.",
         "Teach it with cgen teach-frame, or say frame.taught.", NOTE)
-    FRAME_PENDANT = ("frame.pendant", "pipelines", "The frame was taught on the pendant: the arm's errors are in it.",
+    FRAME_PENDANT = ("frame.pendant", "job", "The frame was taught on the pendant: the arm's errors are in it.",
         "Teach it with cgen teach-frame.", NOTE)
-    FRAME_HOT = ("frame.hot", "pipelines", "The frame was taught by a warm arm: its heat would be corrected twice.",
+    FRAME_HOT = ("frame.hot", "job", "The frame was taught by a warm arm: its heat would be corrected twice.",
         "Teach it with cgen teach-frame, without --nominal.", WARNING)
-    FRAME_MODEL = ("frame.model", "pipelines", "The frame was taught through another or a nominal robot file.",
+    FRAME_MODEL = ("frame.model", "job", "The frame was taught through another or a nominal robot file.",
         "Identify the robot and teach the frame anew.", WARNING)
-    FRAME_UNCERTAINTY = ("frame.uncertainty", "pipelines",
+    FRAME_UNCERTAINTY = ("frame.uncertainty", "job",
         "Says how well the part's place is known; it is in the band and in no bound.", "Nothing.", NOTE)
     FRAME_COLD = ("frame.cold", "pipelines", "The frame counts as taught by a cold arm.",
         "If the arm was warm, give its log with --temperatures.", NOTE)
     FRAME_LENGTH = ("frame.length", "pipelines", "The arm measures a certified length wrongly.",
         "Check the artefact's temperature, or identify the arm with --touches.", WARNING)
-    STATE = ("state", "pipelines", "The robot begins as a state from cgen anchor has it.",
+    STATE = ("state", "job", "The robot begins as a state from cgen anchor has it.",
         "If something moved, find what before it runs.", WARNING, NOTE)
     ANCHOR_VERDICT = ("anchor.verdict", "pipelines", "What the touches say of the robot now.",
         "Do what the message names as the next step.", OUTSIDE, NOTE)

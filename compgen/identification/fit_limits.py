@@ -32,7 +32,7 @@ from compgen.identification.fit import SEEN_TWICE, SETTLED, Fit, frame_prior
 from compgen.identification.linearisation import channel_equations
 from compgen.identification.measurements import NONE, PLACE, Measurements
 from compgen.identification.model import ArmModel
-from compgen.identification.tables import FitLimits
+from compgen.job.tables import FitLimits
 
 KNOWN_FIRST = 1 / 3  # share of the poses that is never foretold
 MOST_BLOCKS = 12

@@ -38,10 +38,10 @@ from compgen.identification.reversals import (
     without_run_interiors,
 )
 from compgen.identification.shared_setup import with_shared_setups
-from compgen.identification.tables import FitLimits
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
 from compgen.identification.unsure_scales import with_unsure_scales
 from compgen.identification.verdict import FittedCandidate, judge
+from compgen.job.tables import FitLimits
 from compgen.robot.robot import Robot
 
 PLAIN_WARMTH = "warmth"  # the state that an arm without a heat model has

@@ -8,8 +8,8 @@ from pathlib import PurePath
 
 from compgen.core.files import PROVENANCE
 from compgen.core.json_text import json_text
+from compgen.job.job import Job
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.files.job import Job
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.correction_page import correction_html

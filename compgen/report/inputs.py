@@ -9,8 +9,8 @@ from compgen import __version__
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
+from compgen.job.job import Cell, Job
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.files.job import Cell, Job
 from compgen.pipelines.planned.averaging_findings import ensemble_words
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient

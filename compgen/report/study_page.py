@@ -3,7 +3,7 @@
 from html import escape
 
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.answer_figures import TITLES, answer_figure, passes_table
 from compgen.report.band_words import rounded

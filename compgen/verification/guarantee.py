@@ -13,8 +13,9 @@ import numpy as np
 from compgen.core.arrays import Array, frozen, own
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
+from compgen.job.bounds import Guarantee
 from compgen.verification.deviation import Extent
-from compgen.verification.verdict import Guarantee, checks, rounded_up, unit_of
+from compgen.verification.verdict import checks, rounded_up, unit_of
 
 
 @dataclass(frozen=True, eq=False, slots=True)

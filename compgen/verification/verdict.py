@@ -1,7 +1,6 @@
 """The verdict: a deviation against the bounds that a path file promises, and the words for it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, floor, isfinite, log10
 
@@ -9,6 +8,7 @@ from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.number_text import beyond_text
 from compgen.core.units import MDEG, UM
+from compgen.job.bounds import Bounds
 from compgen.verification.deviation import COMPONENTS, Deviation, Extent
 
 
@@ -33,32 +33,6 @@ def verdict_of(findings: Sequence[Finding]) -> Verdict:
     if broken <= {Code.CONTROLLER_SIZE, Code.BOUNDS_NONE}:
         return Verdict.NOT_LOADABLE if Code.CONTROLLER_SIZE in broken else Verdict.NO_BOUNDS
     return Verdict.OUTSIDE
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bounds:
-    """The promise of a path: largest allowed values after correction; None asks for nothing."""
-
-    max: float | None = None  # [m]
-    p99: float | None = None  # [m]
-    rms: float | None = None  # [m]
-    feed: float | None = None  # [m] largest along feed
-    cross: float | None = None  # [m]
-    normal: float | None = None  # [m]
-    axis: float | None = None  # [rad]
-    guaranteed: "Guarantee | None" = None  # beside: what holds with a probability
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Guarantee:
-    """Bounds that a share of all arms and days keeps, verified with a confidence by draws of them."""
-
-    bounds: Bounds
-    share: float
-    confidence: float
-    draws: int
-    may_break: int  # of the draws
-    seed: int
 
 
 def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:

@@ -34,8 +34,8 @@ from compgen.core.files import POSTERIOR  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.error_model.direction_memory import DirectionState  # noqa: E402
 from compgen.error_model.model import build_error_model  # noqa: E402
+from compgen.job.uncertainty import JobUncertainty, quantities_of_cell  # noqa: E402
 from compgen.pipelines.files.robot_file import load_cell  # noqa: E402
-from compgen.pipelines.files.uncertainty import JobUncertainty, quantities_of_cell  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts  # noqa: E402
 from compgen.pipelines.uncertainty.band import Places, columns_at  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402

@@ -13,9 +13,9 @@ from compgen.error_model.anchored_state import read_state
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.frames import BaseFrame
+from compgen.job.anchored_start import cell_with_state
 from compgen.pipelines.anchor.path_places import path_places
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.files.state_in_place import cell_with_state
 
 SPHERE = '[[sphere]]\nname = "{}"\nx_mm = {}\ny_mm = {}\nz_mm = 203\n'
 PROBE = "[probe]\ndiameter_mm = 6\nz_mm = 150\n"

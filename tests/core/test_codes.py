@@ -9,8 +9,9 @@ from test_architecture import ROOMS
 
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
+from compgen.job.bounds import Bounds
 from compgen.verification.deviation import COMPONENTS, Extent
-from compgen.verification.verdict import Bounds, checks
+from compgen.verification.verdict import checks
 
 #: keys of files that are spelt as a code is
 KEYS = {

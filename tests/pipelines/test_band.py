@@ -13,8 +13,8 @@ from compgen.error_model.direction_memory import direction_states, reversal_widt
 from compgen.error_model.model import build_error_model
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.quantities import combined
+from compgen.job.uncertainty import amounts, changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.files.uncertainty import amounts, changed_job, quantities_of
 from compgen.pipelines.planned.generate import predict
 from compgen.pipelines.uncertainty import band as band_module
 from compgen.pipelines.uncertainty.band import (

@@ -12,10 +12,11 @@ from shipped import ROOT, path_file, quiet
 from compgen.compensation.solution import Status
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.bounds import Bounds, Guarantee
+from compgen.job.job import Job
+from compgen.job.uncertainty import changed_job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.files.uncertainty import changed_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty import draws as flown
@@ -23,7 +24,7 @@ from compgen.pipelines.uncertainty.band import DrivenProgram, columns_along, row
 from compgen.verification.band import directed_moment
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
-from compgen.verification.verdict import Bounds, Guarantee, Verdict
+from compgen.verification.verdict import Verdict
 
 LINE = path_file("line_x")
 #: a robot that knows everything but what a test adds

@@ -28,8 +28,8 @@ from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.error_model.uncertainty import table_of
 from compgen.fanuc.frames import default_frames
+from compgen.job.motion_plan import plan_motion
 from compgen.pipelines import correct
-from compgen.pipelines.files.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate

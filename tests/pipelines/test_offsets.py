@@ -14,11 +14,11 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.fanuc.frames import Frames, default_frames
+from compgen.job.anchored_start import cell_with_state
+from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.correct.program_offsets import offsets_of_program
-from compgen.pipelines.files.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.pipelines.files.state_in_place import cell_with_state
 from compgen.pipelines.planned.offset_kinds import FRAME, FULL, NOTHING, REGISTER, SHIFT
 from compgen.pipelines.planned.offsets import moved, offsets_of_job
 from compgen.pipelines.planned.program_text import planned_program

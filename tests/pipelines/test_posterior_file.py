@@ -17,8 +17,8 @@ from compgen.core.files import POSTERIOR
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior, posterior_text
 from compgen.identification.identify import identify
 from compgen.identification.measurements import concatenate
+from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.files.robot_file import load_arm, load_cell
-from compgen.pipelines.files.uncertainty import quantities_of_cell
 from compgen.pipelines.measure.identification_files import identified_texts
 
 POINTS = np.array([[0.0, 0, 0.15]])

@@ -10,7 +10,7 @@ from shipped import path_file, quiet
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths, unknown_share
-from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
 from compgen import fanuc
-from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.findings.period_findings import over_periods
 from compgen.pipelines.planned import generate

@@ -15,7 +15,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
-from compgen.pipelines.files.motion_plan import plan_written_motion
+from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
 from compgen.thermal.drive_losses import joint_torques, segment_losses

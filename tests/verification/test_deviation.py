@@ -9,11 +9,12 @@ from numpy.testing import assert_allclose
 from compgen.core.codes import Level
 from compgen.core.pose import Pose
 from compgen.core.units import UM
+from compgen.job.bounds import Bounds
 from compgen.planning import curves, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
 from compgen.verification.deviation import SUBSAMPLE, deviation_from_path, percentile99, statistics
 from compgen.verification.twin import Execution
-from compgen.verification.verdict import Bounds, judge
+from compgen.verification.verdict import judge
 
 
 def executed(path, samples, seed=1):

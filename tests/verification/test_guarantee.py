@@ -5,10 +5,10 @@ import pytest
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, UM
+from compgen.job.bounds import Bounds, Guarantee
+from compgen.job.tables import BoundsTable, bounds_of
 from compgen.verification.deviation import COMPONENTS, Extent
 from compgen.verification.guarantee import drawn_bounds, judge_draws
-from compgen.verification.tables import BoundsTable, bounds_of
-from compgen.verification.verdict import Bounds, Guarantee
 
 
 def guarantee_of(**keys: object) -> Guarantee:

@@ -75,6 +75,7 @@ def correct(
     from compgen.cli.screen.correction_table import show_correction
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
     from compgen.fanuc.editing.lift import DRY, renamed
+    from compgen.job.anchored_start import begin
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.program_file import (
         read_frames,
@@ -87,7 +88,6 @@ def correct(
     from compgen.pipelines.files.history_words import load_before
     from compgen.pipelines.files.robot_choice import robot_of_program
     from compgen.pipelines.files.robot_file import load_cell
-    from compgen.pipelines.files.state_in_place import begin
     from compgen.report.files import correction_files
 
     use_cores(workers)

@@ -70,7 +70,7 @@ def follow(
     """Follow a running job by its log: forecast the pages to come, and write the next one anew when it is due."""
     from compgen.cli.machine import use_machine
     from compgen.cli.output_files.replace_together import finish_replacing
-    from compgen.pipelines.files.state_in_place import load_state
+    from compgen.job.anchored_start import load_state
     from compgen.pipelines.resume.follow import durations, look_at
     from compgen.pipelines.resume.page_times import planned_times, read_page_times
     from compgen.pipelines.resume.pages_anew import read_written

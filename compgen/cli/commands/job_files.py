@@ -9,7 +9,7 @@ from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.stages import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.planned.planned_delivery import COMMENT, planned_name_of
 from compgen.pipelines.planned.program_text import program_name_of
 

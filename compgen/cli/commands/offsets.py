@@ -98,6 +98,7 @@ def _of_program(
     progress: Any,
 ) -> Any:
     """Offsets of a program that exists."""
+    from compgen.job.anchored_start import begin
     from compgen.pipelines.correct.program_file import (
         read_frames,
         read_program,
@@ -109,7 +110,6 @@ def _of_program(
     from compgen.pipelines.files.history_words import load_before
     from compgen.pipelines.files.robot_choice import robot_of_program
     from compgen.pipelines.files.robot_file import load_cell
-    from compgen.pipelines.files.state_in_place import begin
 
     source, content = Path(program), read_program(program)
     with naming_file(program):

@@ -19,7 +19,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import first_message
 
 if TYPE_CHECKING:
-    from compgen.pipelines.files.job import Job
+    from compgen.job.job import Job
 
 PagesFolder = Annotated[
     str,
@@ -67,7 +67,7 @@ def resume(
     from compgen.cli.output_files.replace_together import finish_replacing
     from compgen.cli.screen.progress_bar import RESUME, show_progress
     from compgen.cli.screen.resume_table import show_resumed
-    from compgen.pipelines.files.state_in_place import seconds_of_age
+    from compgen.job.anchored_start import seconds_of_age
     from compgen.pipelines.resume.beginning import Beginning, Known, begin_late
     from compgen.pipelines.resume.from_log import begin_with_log
     from compgen.pipelines.resume.from_state import begin_with_state

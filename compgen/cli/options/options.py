@@ -130,7 +130,7 @@ def position_log(log: str | None) -> str:
 
 def with_state(path: str, overrides: list[str] | None, state: str | None, age: str | None) -> list[str]:
     """The overrides of a path file, with those that a state comes to."""
-    from compgen.pipelines.files.state_in_place import seconds_of_age, state_overrides
+    from compgen.job.anchored_start import seconds_of_age, state_overrides
 
     return [*(overrides or ()), *state_overrides(path, state, seconds_of_age(age) if age is not None else 0.0)]
 

@@ -12,6 +12,8 @@ from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.model import build_error_model
 from compgen.identification.touches import Artefact, Touches
+from compgen.job.job import Job
+from compgen.job.start_window import Course, windows
 from compgen.pipelines.anchor import refusals
 from compgen.pipelines.anchor.estimate import Estimate, PathColumns, estimate, path_columns
 from compgen.pipelines.anchor.findings import anchor_findings
@@ -32,8 +34,6 @@ from compgen.pipelines.anchor.result import Anchored
 from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
 from compgen.pipelines.anchor.verdict import APART, RIVAL, Moved, verdict_of
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.start_window import Course, windows
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.rises_to_state import state_with_rises
 

@@ -19,12 +19,12 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import build_error_model
+from compgen.job.job import Job
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
 from compgen.pipelines.anchor.path_places import PathPlaces
 from compgen.pipelines.anchor.touching import Touched, missing_of, smooth
 from compgen.pipelines.anchor.unknowns import Unknowns
-from compgen.pipelines.files.job import Job
 
 
 @dataclass(frozen=True, eq=False, slots=True)

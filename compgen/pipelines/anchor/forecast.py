@@ -20,8 +20,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.quantities import Quantity
 from compgen.identification.touches import Touches
-from compgen.pipelines.files.job import Cell, Job
-from compgen.pipelines.files.motion_plan import plan_written_motion
+from compgen.job.job import Cell, Job
+from compgen.job.motion_plan import plan_written_motion
 from compgen.thermal import Ambient, Duty, rise_history, state_after
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.history import History

@@ -8,11 +8,11 @@ from compgen.core.arrays import Array
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState
 from compgen.identification.touches import Artefact
+from compgen.job.job import Job
 from compgen.pipelines.anchor.estimate import Estimate, PathColumns
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.touching import Touched
 from compgen.pipelines.anchor.unknowns import Unknowns
-from compgen.pipelines.files.job import Job
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import naming_file
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.motion_plan import COARSE
+from compgen.job.job import Job
+from compgen.job.motion_plan import COARSE
 from compgen.planning import toolpath
 from compgen.planning.exact_path import MAX_SPACING
 from compgen.robot import inverse_kinematics, joint_path

@@ -9,12 +9,12 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import MINUTE, UM
 from compgen.identification.touches import Artefact, Touches
+from compgen.job.job import Cell
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Innovation, Judged, Prior, judge
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns
 from compgen.pipelines.anchor.verdict import probability
-from compgen.pipelines.files.job import Cell
 
 MUCH = 10.0  # difference of the logarithms of two evidences
 STEP = 15 * MINUTE  # of the hours that are tried

@@ -6,6 +6,7 @@ from compgen.core.arrays import Array, rms
 from compgen.core.findings import Finding
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.identification.touches import Artefact
+from compgen.job.job import Job
 from compgen.pipelines.anchor.estimate import Estimate
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Innovation, Judged, LeftOut
@@ -14,7 +15,6 @@ from compgen.pipelines.anchor.path_places import PathPlaces
 from compgen.pipelines.anchor.touching import Touched
 from compgen.pipelines.anchor.unknowns import Unknowns
 from compgen.pipelines.anchor.verdict import Moved
-from compgen.pipelines.files.job import Job
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -19,13 +19,13 @@ from compgen.error_model.model import build_error_model
 from compgen.identification.touch_candidates import Probe, Targets, Ways
 from compgen.identification.touch_planning import PathDrift, path_weight
 from compgen.identification.touches import Artefact, Touches
+from compgen.job.job import Job
 from compgen.pipelines.anchor.estimate import estimate, path_columns
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
 from compgen.pipelines.anchor.path_places import PathPlaces
 from compgen.pipelines.anchor.touching import innovation_of, missing_of, smooth, taught_rises, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
-from compgen.pipelines.files.job import Job
 
 RIDGE = 1e-9  # of the field's variance
 TINY = 1e-18  # [m^2] of a field that is none

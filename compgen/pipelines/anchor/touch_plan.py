@@ -16,11 +16,11 @@ from compgen.core.units import MM, UM
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
 from compgen.identification.touch_planning import TouchPlan, plan_touches
 from compgen.identification.touches import Artefact
+from compgen.job.job import Job
 from compgen.pipelines.anchor.mistakes import LEAST_COORDINATES
 from compgen.pipelines.anchor.path_places import path_places
 from compgen.pipelines.anchor.touch_model import TouchModel, left_by_anchoring, touch_model
 from compgen.pipelines.anchor.touch_targets import targets_of, unreached
-from compgen.pipelines.files.job import Job
 
 MOST_TOUCHES = 100
 PLACES = 400  # of the path, evenly along the part

@@ -11,7 +11,7 @@ from compgen.core.units import MM
 from compgen.fanuc.frames import load_frames
 from compgen.identification.touch_candidates import Targets, Ways
 from compgen.identification.touches import Artefact
-from compgen.pipelines.files.part_frame import PartFrame
+from compgen.job.part_frame import PartFrame
 
 MOST_TARGETS = 60
 LEAST_DIAMETER = 1 * MM

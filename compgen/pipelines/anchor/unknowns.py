@@ -20,11 +20,11 @@ from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.knowledge import SourceParameters, build_slopes
 from compgen.error_model.posterior import numbers_of
 from compgen.error_model.quantities import Quantity
+from compgen.job.anchored_start import base_rows, drifting_row
+from compgen.job.job import Job
+from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Prior
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.state_in_place import base_rows, drifting_row
-from compgen.pipelines.files.uncertainty import quantities_of_cell
 
 BASE_SHIFT = 10 * UM  # standard deviation from day to day where the robot file says none [assumed]
 MOVED_SHIFT, MOVED_TURN = 1 * MM, 50 * MDEG  # of a base that was hit [assumed]

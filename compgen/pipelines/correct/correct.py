@@ -28,6 +28,7 @@ from compgen.fanuc.editing.remark import insert_remark, marking_remark, says_ove
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
+from compgen.job.job import Cell
 from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.proof import execute_program, pose_errors, unexplained_turns
@@ -36,7 +37,6 @@ from compgen.pipelines.correct.sample_lengths import sample_lengths
 from compgen.pipelines.correct.served_starts import ServedProof
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
-from compgen.pipelines.files.job import Cell
 from compgen.pipelines.planned.dry_run import raised_findings
 from compgen.pipelines.planned.program_text import running_override
 from compgen.thermal import Duty

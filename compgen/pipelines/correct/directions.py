@@ -7,7 +7,7 @@ from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, d
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import chains, commanded_joints, interpolate_poses, path_samples
 from compgen.fanuc.analysis.traversal import Traversal
-from compgen.pipelines.files.job import Cell
+from compgen.job.job import Cell
 
 SUBDIVISIONS = 16  # of each straight way; even, so that its middle is a sample
 

@@ -21,10 +21,10 @@ from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
+from compgen.job.job import Cell
 from compgen.pipelines.correct.correct import correct
 from compgen.pipelines.correct.proof import PoseErrors, execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, Options
-from compgen.pipelines.files.job import Cell
 from compgen.pipelines.planned.offset_kinds import (
     FRAME,
     FULL,

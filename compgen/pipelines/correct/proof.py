@@ -13,9 +13,9 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import chains, commanded_joints, interpolate_poses, path_samples
 from compgen.fanuc.analysis.traversal import Traversal
+from compgen.job.job import Cell
 from compgen.pipelines.correct.starts import PLANNED, Weighted, duties_until, slowed
 from compgen.pipelines.correct.station_corrections import LARGEST_TURN, explained_turns, heat_motion
-from compgen.pipelines.files.job import Cell
 from compgen.thermal import Duty, initial_state
 from compgen.thermal.network import with_losses
 from compgen.verification.sources_to_faults import faults_of

@@ -14,10 +14,10 @@ from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
+from compgen.job.job import Cell
 from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution
 from compgen.pipelines.correct.starts import ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
-from compgen.pipelines.files.job import Cell
 from compgen.pipelines.planned.dry_run import check_height
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble

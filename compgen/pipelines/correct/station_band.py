@@ -6,11 +6,11 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.error_model.model import build_error_model
+from compgen.job.job import Cell
+from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.result import CorrectionPlan
 from compgen.pipelines.correct.station_corrections import heat_motion
-from compgen.pipelines.files.job import Cell
-from compgen.pipelines.files.uncertainty import quantities_of_cell
 from compgen.pipelines.uncertainty.band import Places, columns_at
 from compgen.thermal import Duty
 from compgen.thermal.history import History

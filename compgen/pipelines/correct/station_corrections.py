@@ -20,9 +20,9 @@ from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.configuration import postures_of, turn_digits
+from compgen.job.job import Cell
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.starts import slowed
-from compgen.pipelines.files.job import Cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.thermal import Duty, JointMotion, rises_during, state_after

@@ -24,14 +24,16 @@ from compgen.core.toml import TomlText, check, override, read_toml, read_toml_te
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.unlikely import unlikely_values
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.pipelines.files.day_plan import Programs, plan_history
-from compgen.pipelines.files.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
-from compgen.pipelines.files.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
-from compgen.pipelines.files.part_frame import frame_of
+from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
+from compgen.job.day_plan import Programs, plan_history
+from compgen.job.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
+from compgen.job.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
+from compgen.job.own_file import OwnFile
+from compgen.job.part_frame import frame_of
+from compgen.job.tables import bounds_of
+from compgen.job.uncertainty import refuse_without_uncertainty
 from compgen.pipelines.files.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.files.schema import PathFile
-from compgen.pipelines.files.state_in_place import cell_with_state, history_from_state, load_state, state_note
-from compgen.pipelines.files.uncertainty import refuse_without_uncertainty
 from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.own_points.mesh_tables import mesh_of, pattern_on_mesh
@@ -51,8 +53,7 @@ from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.ensemble import started
 from compgen.thermal.log_end import end_of
 from compgen.thermal.network import NetworkModel
-from compgen.verification.own_file.second_reading import OwnFile, read_own_file
-from compgen.verification.tables import bounds_of
+from compgen.verification.own_file.second_reading import read_own_file
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
 HISTORY = ("before", "cycle", "after", "shift", "start", "ambient", "log", "state")

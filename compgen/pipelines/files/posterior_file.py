@@ -9,7 +9,7 @@ from compgen.core.files import read_regular
 from compgen.core.findings import Finding
 from compgen.error_model.posterior import ParameterPosterior, numbers_of, posterior_hash, read_posterior
 from compgen.error_model.uncertainty import UncertainSource
-from compgen.identification.tables import IdentifiedTable
+from compgen.job.tables import IdentifiedTable
 from compgen.thermal import NodeModel
 from compgen.thermal.network import NetworkModel
 

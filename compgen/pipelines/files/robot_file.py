@@ -23,9 +23,8 @@ from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import OF_WARMTH, unknown_of
-from compgen.identification.tables import IdentifiedTable, fit_limits_of
-from compgen.pipelines.files.anchor_schema import drifting_of
-from compgen.pipelines.files.job import Cell
+from compgen.job.job import Cell
+from compgen.job.tables import IdentifiedTable, drifting_of, fit_limits_of
 from compgen.pipelines.files.posterior_file import posterior_beside
 from compgen.pipelines.files.schema import RobotFile
 from compgen.robot.inverse_kinematics import check_arm_class

@@ -9,8 +9,7 @@ from compgen.core.quantities import Positive
 from compgen.core.toml import Table
 from compgen.error_model.schema import SourcesTable
 from compgen.error_model.unknown import UnknownTable
-from compgen.identification.tables import IdentifiedTable
-from compgen.pipelines.files.anchor_schema import AnchorTable
+from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable
 from compgen.planning.frame_schema import FrameTable
 from compgen.planning.tables import AnyPattern, BoundaryTable, ProcessTable, SurfaceTable
 from compgen.robot.motion_schema import MotionTable
@@ -32,7 +31,6 @@ from compgen.thermal.tables.schema import (
     StepTable,
     ThermalTable,
 )
-from compgen.verification.tables import BoundsTable
 
 
 class BeforeFile(Table):

@@ -1,6 +1,6 @@
 """The twin of a job: the real arm that its files describe."""
 
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
 

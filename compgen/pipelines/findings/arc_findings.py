@@ -8,7 +8,7 @@ from compgen.core.findings import Finding
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import MDEG
 from compgen.fanuc import Program
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 
 SAME_TURN = 1 * MDEG  # a digit of W, P and R
 

@@ -16,7 +16,7 @@ from compgen.core.units import MM, MS, UM
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unknown import OF_WARMTH
 from compgen.fanuc import Program
-from compgen.pipelines.files.job import Cell, Job
+from compgen.job.job import Cell, Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.written_motion import WrittenMotion

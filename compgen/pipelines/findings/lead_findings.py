@@ -22,7 +22,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import motion_words
 from compgen.planning.tables import MAX_LEAD
 from compgen.planning.toolpath import ToolPath

@@ -10,10 +10,10 @@ from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
+from compgen.job.bounds import Bounds
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.motion_effect import HALF, MotionEffect
-from compgen.verification.verdict import Bounds
 
 WHAT = "the controller's motion"  # as a robot file's [[unknown]] calls it
 LEAST = 0.05 * UM  # below, the words say nothing

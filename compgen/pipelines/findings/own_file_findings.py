@@ -5,7 +5,7 @@ import numpy as np
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import Deviation
 from compgen.verification.own_file.distance import distance_from_file

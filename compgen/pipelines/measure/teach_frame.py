@@ -22,7 +22,7 @@ from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
 from compgen.identification.touches import Artefact, Touches, probing_directions, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
-from compgen.pipelines.files.part_frame import WARM
+from compgen.job.part_frame import WARM
 from compgen.pipelines.files.robot_file import Arm
 from compgen.thermal.logged_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference

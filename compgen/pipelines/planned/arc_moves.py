@@ -18,7 +18,7 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.stages import Progress
 from compgen.core.units import UM
-from compgen.pipelines.files.statement_fit import fit_planned_moves, without_period
+from compgen.job.moves_in_arcs import fit_planned_moves, without_period
 from compgen.pipelines.planned.job_results import DenseCorrection, Planned
 from compgen.pipelines.planned.kept_waypoints import at_waypoints
 from compgen.pipelines.planned.program_text import printed_in_world

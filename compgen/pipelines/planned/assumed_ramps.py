@@ -13,7 +13,7 @@ from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding, first_message
 from compgen.core.units import UM
 from compgen.fanuc.program import Program
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty.draws import RAMPS

@@ -23,7 +23,7 @@ from compgen.core.arrays import Array, IntArray, own
 from compgen.core.dates import DEFAULT_DATE
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.planning.retiming import Trajectory

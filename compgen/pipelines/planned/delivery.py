@@ -19,7 +19,7 @@ from compgen.fanuc.paging.join_check import JoinError, interpret_pages
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
 from compgen.fanuc.paging.split import Page, PagedProgram
 from compgen.fanuc.paging.stops import PageStops, canonical_size, controller_capacity, head_line_count
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks
 
 BLOCK_ROWS = 16384  # positions compared at a time

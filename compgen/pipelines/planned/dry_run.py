@@ -18,7 +18,7 @@ from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.planning.toolpath import ToolPath
 
 HIGHEST = 1.0  # [m] of a lift

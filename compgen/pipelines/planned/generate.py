@@ -23,11 +23,11 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.motion_plan import plan_motion
-from compgen.pipelines.files.part_frame import frame_findings
-from compgen.pipelines.files.start_window import Course, windows
-from compgen.pipelines.files.statement_fit import flown_at_waypoints
+from compgen.job.job import Job
+from compgen.job.motion_plan import plan_motion
+from compgen.job.moves_in_arcs import flown_at_waypoints
+from compgen.job.part_frame import frame_findings
+from compgen.job.start_window import Course, windows
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.findings import arc_findings, job_findings
 from compgen.pipelines.findings.lead_findings import lead_findings

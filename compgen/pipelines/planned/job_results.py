@@ -11,7 +11,7 @@ from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.planned.averaging import Averaged
 from compgen.pipelines.planned.delivery import Delivery
 from compgen.pipelines.uncertainty.band import DrivenProgram, band_along

@@ -17,7 +17,7 @@ from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import pose_numbers
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Planned

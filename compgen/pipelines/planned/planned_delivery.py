@@ -15,7 +15,7 @@ from compgen.fanuc.paging.canonical_split import split_canonical
 from compgen.fanuc.paging.join_check import interpret_pages
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
 from compgen.fanuc.paging.stops import controller_capacity, head_line_count
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import Delivery, deliver_file, require_equal, size_findings
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import REMARK_WIDTH, compose_program

@@ -11,7 +11,7 @@ from compgen.core.dates import DEFAULT_DATE
 from compgen.core.pose import Pose
 from compgen.fanuc import Program
 from compgen.fanuc.configuration import turn_digits
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.planned.dry_run import dry_run_words
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath

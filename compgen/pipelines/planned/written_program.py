@@ -15,7 +15,7 @@ from compgen.core.rotations import relative_rotation
 from compgen.core.stages import Progress
 from compgen.core.units import MM
 from compgen.fanuc.program import Program
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.program_course import canonical_program
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.findings.own_file_findings import own_file_findings

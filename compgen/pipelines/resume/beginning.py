@@ -16,9 +16,9 @@ from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY
 from compgen.error_model.anchored_state import parse_state
-from compgen.pipelines.files.job import Cell, Job
+from compgen.job.anchored_start import cell_with_state
+from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.pipelines.files.state_in_place import cell_with_state
 from compgen.pipelines.resume.whole import Whole
 from compgen.thermal import Ambient, state_after, states_at
 

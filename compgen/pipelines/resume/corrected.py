@@ -38,12 +38,12 @@ from compgen.fanuc.frames import Frames, default_frames
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.manifest import with_checksum
 from compgen.fanuc.paging.split import split_program
+from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution, execute_program, pose_errors
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.correct.station_corrections import heat_motion
-from compgen.pipelines.files.job import Cell
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited

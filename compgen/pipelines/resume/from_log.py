@@ -8,7 +8,7 @@ from typing import Any
 from compgen.core.files import read_regular
 from compgen.core.toml import check, override, read_toml
 from compgen.core.units import MINUTE
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at
 from compgen.pipelines.resume.whole import Whole

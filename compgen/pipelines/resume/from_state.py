@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.exceptions import InputError
 from compgen.core.units import MINUTE
 from compgen.error_model.anchored_state import state_text
-from compgen.pipelines.files.state_in_place import cell_with_state, load_state
+from compgen.job.anchored_start import cell_with_state, load_state
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at, unmoved
 from compgen.pipelines.resume.from_log import path_tables
 from compgen.pipelines.resume.whole import Whole

@@ -13,8 +13,8 @@ from compgen.core.units import UM
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.error_model.model import build_error_model
 from compgen.fanuc import Program
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.state_in_place import cell_with_state
+from compgen.job.anchored_start import cell_with_state
+from compgen.job.job import Job
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at, known_state, unmoved
 from compgen.pipelines.resume.driven_course import Course, motion_from, page_motion
 from compgen.pipelines.resume.page_times import PageTimes

@@ -8,7 +8,7 @@ from compgen.core.arrays import Array
 from compgen.core.evaluation import run_in_background
 from compgen.error_model.model import build_error_model
 from compgen.fanuc import Program
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning

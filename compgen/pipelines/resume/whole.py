@@ -14,8 +14,8 @@ from compgen.core.stages import Progress
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.fanuc.paging.stops import PageStops
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.job.job import Job
+from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.planned.averaging import planned_rises
 from compgen.pipelines.planned.generate import find_correction
 from compgen.pipelines.planned.job_results import Planned

@@ -11,7 +11,7 @@ from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.strict_json import read_json
 from compgen.core.toml import check
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.resume.manifest_schema import JobManifest, ProgramManifest
 

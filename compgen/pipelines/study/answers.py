@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.units import MM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study.questions import ASKS, Answer, ask, passes
 

@@ -11,7 +11,7 @@ from compgen.core.codes import Level
 from compgen.core.exceptions import CompgenError
 from compgen.core.findings import first_message
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study.geometry import Geometry, execute_with, lay_out

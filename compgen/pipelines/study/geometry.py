@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.pose import Pose
 from compgen.error_model.model import ErrorModel, build_error_model
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program

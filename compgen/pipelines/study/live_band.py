@@ -18,8 +18,8 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.knowledge import build_slopes
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.uncertainty import quantities_of
+from compgen.job.job import Job
+from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of
 from compgen.pipelines.study.live_day import BuildUp, NodeLaw, Stage, after_stages
 from compgen.pipelines.study.live_model import Live, Setting, State, air_since, expansion_factor, state_of

@@ -6,7 +6,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, own, rms
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study.geometry import flown_pose
 from compgen.pipelines.study.live_band import band_at

@@ -6,8 +6,8 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.error_model.direction_memory import direction_states, reversal_widths
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.uncertainty import quantities_of
+from compgen.job.job import Job
+from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of
 from compgen.pipelines.uncertainty.band import Places, columns_at
 from compgen.thermal.history import History

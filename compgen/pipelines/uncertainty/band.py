@@ -15,9 +15,9 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
 from compgen.error_model.unknown import Unknown, still_unknown
-from compgen.pipelines.files.job import Cell, Job
-from compgen.pipelines.files.start_window import late_rise
-from compgen.pipelines.files.uncertainty import JobUncertainty, quantities_of
+from compgen.job.job import Cell, Job
+from compgen.job.start_window import late_rise
+from compgen.job.uncertainty import JobUncertainty, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model

@@ -20,9 +20,10 @@ from compgen.core.evaluation import map_blocks
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.error_model.quantities import combined
-from compgen.pipelines.files.job import Job
+from compgen.job.bounds import Guarantee
+from compgen.job.job import Job
+from compgen.job.uncertainty import JobUncertainty, amounts, changed_job
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.files.uncertainty import JobUncertainty, amounts, changed_job
 from compgen.pipelines.uncertainty.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.ensemble import Ensemble, Start, duties_before
@@ -31,7 +32,6 @@ from compgen.verification.deviation import Deviation, Extent, deviation_from_pat
 from compgen.verification.guarantee import DrawnBound, drawn_bounds, judge_draws
 from compgen.verification.random_field import LENGTH, random_field
 from compgen.verification.twin import Execution, PreparedProgram
-from compgen.verification.verdict import Guarantee
 
 CONFIRMED = 20  # samples of a draw that pinocchio repeats
 FIELD_STEP = LENGTH / 8  # of the path, between which a field is a straight line

@@ -15,7 +15,7 @@ from compgen.core.evaluation import kept_with
 from compgen.core.exceptions import CompgenError
 from compgen.core.findings import Finding
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.thermal import JointMotion, states_at
 from compgen.thermal.network import NetworkModel

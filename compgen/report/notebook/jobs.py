@@ -9,10 +9,10 @@ from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import Finding
 from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
-from compgen.pipelines.files.job import Job
+from compgen.job.anchored_start import seconds_of_age, state_overrides
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job as read_job
 from compgen.pipelines.files.robot_file import load_robot as read_robot
-from compgen.pipelines.files.state_in_place import seconds_of_age, state_overrides
 from compgen.pipelines.planned import generate as pipeline
 from compgen.pipelines.planned.averaging import Averaged
 from compgen.pipelines.planned.job_results import Corrected, Planned

@@ -13,6 +13,7 @@ from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.fanuc import LsProgram, loads
+from compgen.job.anchored_start import begin
 from compgen.pipelines import correct as pipeline
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.program_file import read_frames, read_registers, refuse_corrected
@@ -22,7 +23,6 @@ from compgen.pipelines.correct.result import options_of
 from compgen.pipelines.files.history_words import load_before
 from compgen.pipelines.files.robot_choice import robot_of_program
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.pipelines.files.state_in_place import begin
 from compgen.report.correction_page import FIGURES, correction_figures
 from compgen.report.correction_summary import correction_columns, correction_summary
 from compgen.report.files import correction_files

@@ -12,7 +12,7 @@ from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.study import Answer, Row, Study, build, run
 from compgen.pipelines.study.answers import answer_questions, base_job, check_study
 from compgen.report.answer_figures import TITLES, answer_figure

@@ -7,7 +7,7 @@ from weakref import WeakSet
 import numpy as np
 
 from compgen.core.exceptions import CompgenError, InputError
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 
 _as_read: WeakSet[Job] = WeakSet()  # jobs that are known to be what was read

@@ -16,7 +16,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, row_norms
 from compgen.core.units import MM
-from compgen.verification.own_file.second_reading import OwnFile
+from compgen.job.own_file import OwnFile
 
 GROUPS = 5000  # of a file at most
 GROUP = 10 * MM  # of its way at least

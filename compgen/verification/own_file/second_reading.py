@@ -7,35 +7,21 @@ What this reader does not know is refused: a result that only one of them has re
 
 import csv
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import acos, atan2, ceil, cos, hypot, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
+from compgen.job.own_file import OwnFile
 
 SAG = 1e-4  # mm
 QUIET_G = {17.0, 21.0, 40.0, 43.0, 49.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 61.0, 64.0, 80.0, 91.1, 94.0, 98.0, 99.0}
 ENDS = ("FINI", "END")
 
 Place = tuple[float, float, float]  # mm
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class OwnFile:
-    """V corners in the order they are driven, in the frame of the part."""
-
-    source: str
-    corner: Array  # (V, 3) [m]
-    line: IntArray  # (V,) of the file that each belongs to
-    given: BoolArray  # (V,) a place that the file names; the others stand on its arcs
-    joined: bool  # whether what lies between them is lines; a curve through them is free there
-
-    def __post_init__(self) -> None:
-        own(self, corner=("V", 3), line=("V",), given=("V",))
 
 
 class _Corners:

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.pipelines.files.job import Cell, ProgramPlan
-from compgen.pipelines.files.motion_plan import plan_written_motion
+from compgen.job.job import Cell, ProgramPlan
+from compgen.job.motion_plan import plan_written_motion
 from compgen.thermal import Ambient, Duty, JointMotion
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.history import STANDING, History

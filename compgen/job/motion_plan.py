@@ -21,8 +21,8 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.error_model.validity import joint_halves, settling
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
-from compgen.pipelines.files.job import Cell, Process, ProgramPlan
-from compgen.pipelines.files.statement_fit import page_stops_of_arcs, without_period
+from compgen.job.job import Cell, Process, ProgramPlan
+from compgen.job.moves_in_arcs import page_stops_of_arcs, without_period
 from compgen.planning import retiming, toolpath
 from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
 from compgen.planning.retiming import Trajectory

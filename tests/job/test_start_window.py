@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
 from compgen.compensation.optimise import Solution, Status
-from compgen.pipelines.files import start_window
+from compgen.job import start_window
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.thermal import JointMotion, rises_during, states_at

@@ -13,7 +13,7 @@ from compgen.core.rotations import interpolate_rotation
 from compgen.core.units import MDEG
 from compgen.fanuc.configuration import turn_digits
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
-from compgen.pipelines.files.job import Process
+from compgen.job.job import Process
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.robot import Robot
 

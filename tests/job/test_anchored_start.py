@@ -17,9 +17,9 @@ import compgen
 from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, MINUTE, UM
 from compgen.error_model.anchored_state import read_state, state_text
+from compgen.job.anchored_start import seconds_of_age
+from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.files.state_in_place import seconds_of_age
-from compgen.pipelines.files.uncertainty import quantities_of_cell
 from compgen.pipelines.planned import generate
 
 ATOL_M = 1e-9

@@ -17,7 +17,7 @@ from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
 from compgen.error_model.knowledge import SourceParameters, parameters_of
 from compgen.error_model.posterior import KnownParameter, numbers_of
-from compgen.pipelines.files.job import Cell
+from compgen.job.job import Cell
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.history import STANDING, History

@@ -11,8 +11,8 @@ from compgen.core.units import MDEG, UM
 from compgen.error_model.knowledge import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
-from compgen.pipelines.files.job import Cell, Job
-from compgen.pipelines.files.state_in_place import drifting_rows, state_columns
+from compgen.job.anchored_start import drifting_rows, state_columns
+from compgen.job.job import Cell, Job
 from compgen.thermal.uncertainty import HeatChange
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured

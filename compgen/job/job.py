@@ -16,9 +16,10 @@ from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import Unknown
-from compgen.identification.tables import FitLimits
-from compgen.pipelines.files.anchor_schema import Drifting
-from compgen.pipelines.files.part_frame import PartFrame
+from compgen.job.bounds import Bounds
+from compgen.job.own_file import OwnFile
+from compgen.job.part_frame import PartFrame
+from compgen.job.tables import Drifting, FitLimits
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.surfaces import Quadric
@@ -30,8 +31,6 @@ from compgen.thermal.history import History
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
-from compgen.verification.own_file.second_reading import OwnFile
-from compgen.verification.verdict import Bounds
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
-from compgen.pipelines.files.motion_plan import plan_motion
+from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import generate, predict
 

@@ -8,7 +8,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 
 LONGEST = 16 * HOUR
 SHORTEST = 60.0  # s, that the search begins with

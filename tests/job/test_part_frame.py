@@ -14,7 +14,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
-from compgen.pipelines.files.motion_plan import coarse_motion
+from compgen.job.motion_plan import coarse_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.generate import generate
@@ -101,7 +101,7 @@ def test_a_program_in_world_is_what_a_frame_at_world_says(tmp_path):
 
 
 def codes(job):
-    from compgen.pipelines.files.part_frame import frame_findings
+    from compgen.job.part_frame import frame_findings
 
     return [(f.level.value, f.code) for f in frame_findings(job.frame, job.cell.robot_file_hash)]
 
