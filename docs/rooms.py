@@ -1,4 +1,4 @@
-"""Draws docs/rooms.svg from the code: the thirteen rooms in the order of the data flow, and which rooms each imports.
+"""Draws docs/rooms.svg from the code: the fourteen rooms in the order of the data flow, and which rooms each imports.
 
 python docs/rooms.py
 """
@@ -11,7 +11,7 @@ HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "compgen"
 ROOMS = (
     "core", "robot", "planning", "thermal", "error_model", "compensation",
-    "fanuc", "job", "verification", "identification", "pipelines", "report", "cli",
+    "program", "fanuc", "job", "verification", "identification", "pipelines", "report", "cli",
 )  # fmt: skip
 TOP, ROW, LEFT, GRID, CELL = 62, 46, 20, 640, 24
 INK, FAINT, LINE, DOT = "#1e293b", "#64748b", "#e2e8f0", "#0f766e"
@@ -45,7 +45,7 @@ def main() -> None:
     width, height = GRID + CELL * len(ROOMS) + 10, TOP + ROW * len(ROOMS) + 16
     out = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" role="img" '
-        'aria-label="The thirteen rooms of compgen and which rooms each imports">',
+        'aria-label="The fourteen rooms of compgen and which rooms each imports">',
         f'<rect width="{width}" height="{height}" fill="white"/>',
         text(LEFT, 30, "The rooms, in the order of the data flow", INK, 17),
         text(GRID, 30, "imports", INK, 15),

@@ -15,7 +15,7 @@ from compgen.core.arcs import arcs_through
 from compgen.core.arrays import BoolArray, norm
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 
 LARGEST = np.pi + 1e-9  # rad; "max 180 degrees between the three points" (users of the controller, none of its makers)
 

@@ -1,6 +1,6 @@
 """What programs take of the controller's program store, fitted over real exports."""
 
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 
 #: Bytes of a program, of a single-group position and of a motion line.
 MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28

@@ -13,12 +13,13 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
-from compgen.fanuc.configuration import apply_turns, parse_config
+from compgen.fanuc.configuration import parse_config
 from compgen.identification.artefact_schema import ArtefactFile
 from compgen.identification.pose_files import JOINTS, LIMIT
 from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
+from compgen.robot.turns import apply_turns
 
 PLACE = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 NORMAL = ("nx", "ny", "nz")

@@ -11,11 +11,11 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.core.units import MDEG
-from compgen.fanuc.configuration import turn_digits
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.job.job import Process
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.robot import Robot
+from compgen.robot.turns import turn_digits
 
 AXES = 1 * MDEG  # by which the orientation between two positions may be off: a digit of three decimals
 SPEED_STEP = 1.1  # a statement has one speed: what it covers differs by no more

@@ -8,13 +8,13 @@ from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.commands import Command
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.correct.proof import PoseErrors
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.uncertainty.band import not_known
 from compgen.report.averaged import served_record
 from compgen.report.band_words import band_record
 from compgen.report.provenance import SCHEMA, correction_inputs, provenance
 from compgen.verification.deviation import percentile99
+from compgen.verification.flight import PoseErrors
 
 
 def correction_summary(result: Correction) -> dict[str, Any]:

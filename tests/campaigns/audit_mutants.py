@@ -62,7 +62,7 @@ CHANGES = (
     ),
     in_code(
         "U and D exchanged in reader and writer",
-        "fanuc/configuration",
+        "robot/turns",
         ('elbow == "U"', 'elbow == "D"'),
         ("'U' if posture.up else 'D'", "'D' if posture.up else 'U'"),
     ),

@@ -16,8 +16,9 @@ from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical import reader
 from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
-from compgen.fanuc.configuration import apply_turns, config_letters, postures_of, turn_digits
+from compgen.fanuc.configuration import config_letters
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
+from compgen.robot.turns import apply_turns, postures_of, turn_digits
 
 GOLDEN = """/PROG  DEMO
 /ATTR

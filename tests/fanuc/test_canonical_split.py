@@ -16,8 +16,8 @@ from compgen.fanuc.paging.canonical_split import excerpt, split_canonical
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
 from compgen.fanuc.paging.split import split_program
-from compgen.fanuc.program import Program
 from compgen.pipelines.planned import delivery
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 FIELDS = ("name", "data", "load", "motions", "size", "notes")

@@ -9,8 +9,8 @@ from ls_text import cartesian, program
 from numpy.testing import assert_allclose
 from shipped import ROOT
 
-from compgen.fanuc.analysis.traversal import NONE
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.program.driven import NONE
 
 PLACE = np.array([1300.0, 60.0, 210.0])
 GUESS = (0.0, 20.0, -30.0, 0.0, -60.0, 0.0)

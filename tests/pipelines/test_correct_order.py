@@ -15,10 +15,10 @@ from compgen.core.codes import Level
 from compgen.core.pose import Pose
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
-from compgen.fanuc.analysis.stations import REACH_SUBDIVISIONS, interpolate_poses, measure_reach
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.configuration import parse_config
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.program.ways import REACH_SUBDIVISIONS, interpolate_poses, measure_reach
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 
 DOWN = (180.0, 0.0, 0.0)
@@ -167,11 +167,11 @@ def test_the_quick_way_to_know_that_a_line_stays_in_reach_misses_none(hot):
         loaded = loads(program([f"L P[{n}] 50mm/sec FINE" for n in range(1, 401)], points))
         frames = MANY.__class__(MANY.uframe, {**MANY.utool, 1: Pose(np.array([0.1, 0.05, 0.3]), np.eye(3))})
         poses = read_poses(loaded, robot, frames)
-        drive = measure_reach(robot, poses, read_traversal(loaded, poses, robot))
+        drive = measure_reach(robot, read_traversal(loaded, poses, robot))
         known = np.isfinite(poses.theta).all(axis=1)
         ways = np.flatnonzero(known[1:] & known[:-1]) + 1
         for k in range(1, REACH_SUBDIVISIONS):
-            tcp = interpolate_poses(poses, drive, ways, np.full(len(ways), k / REACH_SUBDIVISIONS))
+            tcp = interpolate_poses(drive, ways, np.full(len(ways), k / REACH_SUBDIVISIONS))
             posture = ALL_POSTURES[int(poses.posture[0])]
             _, margin = solve_flange(robot, flange_from_tool(tcp, poses.tools[1]), posture)
             assert (drive.beyond[ways] >= -margin - 1e-12).all()

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.fanuc.configuration import has_posture
 from compgen.pipelines.files.robot_file import load_any_robot, load_robot
 from compgen.robot.inverse_kinematics import ALL_POSTURES, is_class, solve_flange
 from compgen.robot.kinematics import flange_pose
+from compgen.robot.turns import has_posture
 from tests.shipped import ROOT
 
 RNG = np.random.default_rng(4)

@@ -11,17 +11,17 @@ import numpy as np
 from compgen.core.arrays import IntArray
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.analysis.flow_graph import Node, arrivals, link_nodes, read_nodes
-from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import CALL, FRAME_MENTIONED, FRAME_NUMBER, LABEL, LABEL_ALONE, may_move_arm
+from compgen.program.driven import DrivenProgram
 
 Active = tuple[int, int]  # numbers of the user frame and the tool that are set; NO_NUMBER where it is not known
 _NAMES = ("UFRAME_NUM", "UTOOL_NUM")
 
 
-def contradictions(program: LsProgram, traversal: Traversal, motionless: Collection[str] = ()) -> list[Unsafe]:
+def contradictions(program: LsProgram, traversal: DrivenProgram, motionless: Collection[str] = ()) -> list[Unsafe]:
     """What contradicts itself, in order of line.
 
     Args:

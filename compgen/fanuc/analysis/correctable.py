@@ -7,14 +7,14 @@ import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.core.units import DEG, MM
-from compgen.fanuc.analysis.poses import J1, NONE, Poses
-from compgen.fanuc.analysis.singular_ways import singular_ways
-from compgen.fanuc.analysis.traversal import Traversal
+from compgen.fanuc.analysis.poses import J1, Poses
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.configuration import parse_config
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
+from compgen.program.driven import NONE, DrivenProgram
+from compgen.program.singular_ways import singular_ways
 from compgen.robot.joint_path import elbow_margins, wrist_centre
 from compgen.robot.robot import Robot
 
@@ -34,7 +34,7 @@ class Scope:
     unsafe: tuple[Unsafe, ...]  # every statement or position that is passed through, or casts doubt on others
 
 
-def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Robot | None) -> Scope:
+def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot: Robot | None) -> Scope:
     """Free stations, and the list of all that is passed through untouched.
 
     Args:
@@ -82,7 +82,7 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
             for k in np.flatnonzero(named_here & ~held).tolist()
         ]
         held |= named_here
-    for s, passed in singular_ways(robot, poses, traversal) if robot is not None else []:
+    for s, passed in singular_ways(robot, traversal) if robot is not None else []:
         for k, way in ((s, "there"), (int(traversal.origin[s]), "from there")):
             reason = f"the way {way} passes {passed}: joints may turn round for a small correction"
             if not held[k]:

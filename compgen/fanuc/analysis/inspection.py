@@ -15,7 +15,7 @@ from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, pose_rows, read_traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
@@ -26,6 +26,7 @@ from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.registers import Register
 from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
+from compgen.program.driven import NONE
 from compgen.robot.joint_path import wrist_centre
 from compgen.robot.robot import Robot
 

@@ -22,16 +22,17 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis.placements import Placements
 from compgen.fanuc.analysis.placing import placed_poses
 from compgen.fanuc.analysis.stands import Stands, read_stands
-from compgen.fanuc.configuration import apply_turns, parse_config, posture_indices
+from compgen.fanuc.configuration import parse_config
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
 from compgen.fanuc.pose_table import pose_of
+from compgen.program.driven import NONE, Positions
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_from_tool, solve_flange
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
+from compgen.robot.turns import apply_turns, posture_indices
 
-NONE = -1
 J1 = AXES.index("J1")
 AS_LISTED = Placements()
 
@@ -57,6 +58,20 @@ class Poses:
     placed: Mapping[tuple[int, int], int]  # row of a position's number and a placement that is not plain
     first: IntArray  # (K,) first row of the same position: it stands for the others where numbers are written
     stands: Stands  # where the arm stands
+
+    @property
+    def positions(self) -> Positions:
+        """What any program has of them."""
+        return Positions(
+            number=self.number,
+            tcp=self.tcp,
+            theta=self.theta,
+            margin=self.margin,
+            posture=self.posture,
+            tool=self.tool,
+            tools=self.tools,
+            first=self.first,
+        )
 
     @property
     def extended(self) -> BoolArray:

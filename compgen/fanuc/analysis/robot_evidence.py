@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram
+from compgen.program.driven import DrivenProgram
 from compgen.robot.robot import Robot
 
 _WORD = re.compile(r"[A-Za-z0-9]+")
@@ -45,7 +45,7 @@ def other_models(program: LsProgram, robot: Robot) -> list[str]:
     return sorted({name for name in others if not any(name != other and other.startswith(name) for other in others)})
 
 
-def unattainable(program: LsProgram, poses: Poses, traversal: Traversal, robot: Robot) -> Unattainable:
+def unattainable(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot: Robot) -> Unattainable:
     """Positions out of reach or beyond a joint limit, where the motion drives to the position itself."""
     held = {u.line for u in unsafe_statements(program, poses.placements)}
     plain = (traversal.pose >= 0) & ~np.isin(program.motions.line[traversal.motion], list(held))

@@ -6,9 +6,12 @@ from dataclasses import dataclass, field
 from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms
 from compgen.fanuc.analysis.placements import read_placements
 from compgen.fanuc.analysis.poses import Poses, read_poses
+from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.registers import Register
+from compgen.program.driven import DrivenProgram
+from compgen.program.ways import measure_reach
 from compgen.robot.robot import Robot
 
 
@@ -25,3 +28,8 @@ class Surroundings:
         return read_poses(
             program, robot, self.frames, read_placements(program, self.frames, self.registers, self.called)
         )
+
+    def drive(self, program: LsProgram, robot: Robot) -> tuple[Poses, DrivenProgram]:
+        """Its positions, and the program as the robot drives it, with what its ways keep of the reach."""
+        poses = self.poses(program, robot)
+        return poses, measure_reach(robot, read_traversal(program, poses, robot, self.called.motionless))

@@ -1,4 +1,4 @@
-r"""Traversal of any program in the order listed: where the robot goes, and how long each way takes.
+r"""DrivenProgram of any program in the order listed: where the robot goes, and how long each way takes.
 
 Times are those of one pass in the order listed; ``origin`` says where the robot surely comes from. A way of length l at
 a speed v takes l / v, and each stop at one of its ends half a ramp more, T(v) = v / a + a / j with what the joints
@@ -8,7 +8,6 @@ the longest of its joints' turns over p percent of their speeds; a motion in sec
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,41 +16,21 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.execution_order import station_origins
-from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.extended_axes import SAME_VALUE
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
+from compgen.program.driven import NONE, DrivenProgram
 from compgen.robot.robot import Robot
 
 RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses
 ASSUMED = {"J": 0.25, "L": 0.1}  # share of joint speed, m/s: where a program leaves the speed to run time
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Traversal:
-    """S stations: the targets of all motions that are not disabled, the via point of a C before its end point."""
-
-    motion: IntArray  # (S,) in the program's table of motions
-    pose: IntArray  # (S,) row of ``Poses``, NONE when the target is not in the file
-    joint: BoolArray  # (S,) reached by a joint motion
-    line: BoolArray  # (S,) reached by a straight line
-    via: BoolArray  # (S,) on the way of a C
-    stop: BoolArray  # (S,) the robot stops there
-    length: Array  # (S,) [m] of the way there, NaN when an end is not known
-    duration: Array  # (S,) [s] of the way there
-    pause: Array  # (S,) [s] waited before leaving for it
-    untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
-    flow: tuple[int, ...]  # lines of statements that may change the order
-    origin: IntArray  # (S,) station from which the robot surely comes, NONE when it or its place is not known
-    carried: BoolArray  # (S,) an extended axis may move on the way there
-    circular: BoolArray  # (S,) on an arc of three places that are surely known, to its via or from there
-    beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
-
-
 def read_traversal(
     program: LsProgram, poses: Poses, robot: Robot | None, motionless: Collection[str] = frozenset()
-) -> Traversal:
+) -> DrivenProgram:
     """Stations and times of a program.
 
     Args:
@@ -101,7 +80,8 @@ def read_traversal(
     origin = station_origins(program, motion, motionless, poses.placements.shifted)
     origin = np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin
     carried = _carried(poses, pose, origin)
-    return Traversal(
+    return DrivenProgram(
+        at=poses.positions,
         motion=motion,
         pose=pose,
         joint=letter == "J",

@@ -23,8 +23,9 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.fanuc.analysis.correctable import LONGEST_NUMBER
 from compgen.fanuc.analysis.poses import J1, Poses
-from compgen.fanuc.analysis.traversal import Traversal, position_rows
+from compgen.fanuc.analysis.traversal import position_rows
 from compgen.fanuc.listing.listing import LsProgram
+from compgen.program.driven import DrivenProgram
 
 MARKED_PLACES = 24  # of a program
 MIN_SHARE = 0.75  # of them that fit, with MIN_WEIGHT
@@ -50,7 +51,7 @@ def remark_of(program: LsProgram) -> str | None:
     return remarks[0] if remarks else None
 
 
-def mark_of(program: LsProgram, poses: Poses, traversal: Traversal, free: BoolArray) -> Mark:
+def mark_of(program: LsProgram, poses: Poses, traversal: DrivenProgram, free: BoolArray) -> Mark:
     """Where a program carries the mark.
 
     Args:
@@ -68,7 +69,7 @@ def mark_of(program: LsProgram, poses: Poses, traversal: Traversal, free: BoolAr
     return Mark.NONE
 
 
-def listed_rows(poses: Poses, traversal: Traversal, free: BoolArray) -> IntArray:
+def listed_rows(poses: Poses, traversal: DrivenProgram, free: BoolArray) -> IntArray:
     """Rows in the table of positions that free stations drive to, in the order listed, each once."""
     stations = np.flatnonzero(free)
     stations = stations[np.argsort(traversal.motion[stations], kind="stable")]

@@ -27,7 +27,7 @@ from compgen.fanuc.canonical.writer import acc_text, fill_poses, parse_speed
 from compgen.fanuc.circular import check_circles
 from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import hash_rows, unique_keys, windows
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 _STATEMENT = re.compile(r"\s*\d*:\s*(.*?)\s*;\s*$")

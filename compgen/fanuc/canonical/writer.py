@@ -17,7 +17,7 @@ from compgen.fanuc.canonical.layout import BLOCK, Frame, motions, positions
 from compgen.fanuc.circular import check_circles
 from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import unique_rows
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
 EXACT = 1e-6  # so near, a unit says the speed itself

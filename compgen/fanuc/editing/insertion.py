@@ -10,19 +10,19 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import MM
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.stations import interpolate_poses
-from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import LsProgram, edited
 from compgen.fanuc.motion_options import TIMED_BEFORE_END, options_on_parts
 from compgen.fanuc.vocabulary import SPEED_OF_WHOLE_MOTION
+from compgen.program.driven import DrivenProgram
+from compgen.program.ways import interpolate_poses
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
 
 
-def allowed_pieces(program: LsProgram, poses: Poses, drive: Traversal, pieces: IntArray) -> IntArray:
+def allowed_pieces(program: LsProgram, poses: Poses, drive: DrivenProgram, pieces: IntArray) -> IntArray:
     """Into how many pieces each straight way may be cut, (S,): 1 where its statement does not allow it.
 
     Only where nothing between its ends may move the robot or jump, and where each option of its statement is carried or
@@ -54,7 +54,7 @@ def allowed_pieces(program: LsProgram, poses: Poses, drive: Traversal, pieces: I
 def insert_points(
     program: LsProgram,
     poses: Poses,
-    drive: Traversal,
+    drive: DrivenProgram,
     pieces: IntArray,
     robot: Robot,
     read: Callable[[LsProgram], Poses],
@@ -70,7 +70,7 @@ def insert_points(
     station = np.repeat(ways, pieces[ways] - 1)
     part = np.concatenate([np.arange(1, k) for k in pieces[ways].tolist()])
     fraction = part / pieces[station]
-    tcp = interpolate_poses(poses, drive, station, fraction)
+    tcp = interpolate_poses(drive, station, fraction)
     first = int(program.positions.number.max()) + 1
     numbers = np.arange(first, first + len(station))
     eol = line_end(program.data)
@@ -99,7 +99,7 @@ def insert_points(
 
 
 def split_positions(
-    program: LsProgram, poses: Poses, drive: Traversal, assigned: Sequence[tuple[int, int]]
+    program: LsProgram, poses: Poses, drive: DrivenProgram, assigned: Sequence[tuple[int, int]]
 ) -> LsProgram:
     """The program with some stations on positions of their own, ``assigned`` as pairs of station and new number."""
     edits: Edits = {}
@@ -111,7 +111,7 @@ def split_positions(
     return edited(program, edits)
 
 
-def target_number_span(program: LsProgram, drive: Traversal, station: int) -> tuple[int, int]:
+def target_number_span(program: LsProgram, drive: DrivenProgram, station: int) -> tuple[int, int]:
     """Where the number of a station's P[n] stands in the text.
 
     Raises:
@@ -139,7 +139,7 @@ def _append_positions(program: LsProgram, copies: Sequence[tuple[int, int]], edi
     edits[last, last] = b"".join(eol + text for text in texts)
 
 
-def _joints_between(robot: Robot, poses: Poses, drive: Traversal, station: IntArray, tcp: Pose) -> Array:
+def _joints_between(robot: Robot, poses: Poses, drive: DrivenProgram, station: IntArray, tcp: Pose) -> Array:
     """Joints of n poses on straight ways, on the posture and near the turns of their ends, (n, 6) [rad]."""
     pose = drive.pose[station]
     theta = np.empty((len(station), 6))

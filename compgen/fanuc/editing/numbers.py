@@ -8,14 +8,16 @@ from compgen.core.rotations import from_wpr, rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.placing import placed_numbers, placed_poses
-from compgen.fanuc.analysis.poses import J1, NONE, Poses
+from compgen.fanuc.analysis.poses import J1, Poses
 from compgen.fanuc.analysis.watermark import decimal_places
-from compgen.fanuc.configuration import CONFIG, turn_digits
+from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.listing import LsProgram
+from compgen.program.driven import NONE
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
+from compgen.robot.turns import turn_digits
 
 Edits = dict[tuple[int, int], bytes]
 #: [m] how much an angle counts against a distance when joints are rounded; where the tool is not known

@@ -9,7 +9,7 @@ from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.placing import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.traversal import Traversal
+from compgen.program.driven import DrivenProgram
 
 SAME_POSITION = 0.5e-6  # [m] what three decimals cannot tell apart
 SAME_ANGLE = 1e-5  # [rad]
@@ -27,7 +27,7 @@ class SharedCorrections:
 
 
 def average_shared(
-    poses: Poses, drive: Traversal, free: BoolArray, correction: Array, theta: Array
+    poses: Poses, drive: DrivenProgram, free: BoolArray, correction: Array, theta: Array
 ) -> SharedCorrections:
     """Mean of the corrections of all stations that use a position; where they place it differently, as its first row.
 
@@ -72,7 +72,7 @@ def as_first_row(poses: Poses, pose: IntArray, correction: Array, free: BoolArra
 
 
 def assign_new_positions(
-    poses: Poses, drive: Traversal, free: BoolArray, correction: Array, first: int
+    poses: Poses, drive: DrivenProgram, free: BoolArray, correction: Array, first: int
 ) -> list[tuple[int, int]]:
     """Stations that need a position of their own, and its number, counted from ``first``.
 

@@ -17,7 +17,7 @@ from compgen.fanuc.paging.capacity import Capacity, ProgramSize
 from compgen.fanuc.paging.plan import allocate_pages
 from compgen.fanuc.paging.split import Page, PagedProgram, main_program_text
 from compgen.fanuc.paging.stops import FRAME_LINES
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 
 #: Remarks of all pages, from the numbers of the positions (from 0) that each starts at.
 Headings = Callable[[Sequence[int]], Sequence[Sequence[str]]]

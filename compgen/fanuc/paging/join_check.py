@@ -22,8 +22,8 @@ from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.listing.templates import find_places
 from compgen.fanuc.motion_options import ends_elsewhere
-from compgen.fanuc.program import Program
 from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
+from compgen.program.program import Program
 
 T = TypeVar("T")
 _ONLY_ACC = re.compile(r"\s*(?:ACC\s*\d+\s*)?", re.IGNORECASE)  # options of a motion that only starts a page

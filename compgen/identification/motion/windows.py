@@ -17,10 +17,10 @@ from compgen.core.arrays import Array, IntArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
-from compgen.fanuc.configuration import posture_indices
 from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
+from compgen.robot.turns import posture_indices
 from compgen.verification.executed.course import Course
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.twin.controller.command import run_law

@@ -7,12 +7,12 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.canonical.writer import resolution
-from compgen.fanuc.configuration import turn_digits
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import loads
 from compgen.fanuc.touch_program import Signal, TouchPositions, touch_program
 from compgen.pipelines.anchor.touch_plan import PlannedTouches
 from compgen.robot.inverse_kinematics import ALL_POSTURES
+from compgen.robot.turns import turn_digits
 
 SAME = 0.02 * DEG  # by which the digits of a position may turn a joint
 DRIVEN = (0, 1, 3)  # of the stages of a way: lifted, approach, beyond

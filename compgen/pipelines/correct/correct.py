@@ -16,8 +16,7 @@ from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.poses import NONE, require_frames
-from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach, straight_lines
+from compgen.fanuc.analysis.poses import require_frames
 from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
@@ -31,15 +30,18 @@ from compgen.fanuc.registers import Register
 from compgen.job.job import Cell
 from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
-from compgen.pipelines.correct.proof import execute_program, pose_errors, unexplained_turns
+from compgen.pipelines.correct.proof import ServedProof, unexplained_turns
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
-from compgen.pipelines.correct.sample_lengths import sample_lengths
-from compgen.pipelines.correct.served_starts import ServedProof
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
+from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.planned.dry_run import raised_findings
 from compgen.pipelines.planned.program_text import running_override
+from compgen.program.driven import NONE
+from compgen.program.sample_lengths import sample_lengths
+from compgen.program.ways import interpolate_poses, straight_lines
 from compgen.thermal import Duty
+from compgen.verification.flight import fly, pose_errors
 
 NEGLIGIBLE = 1e-9  # [m], [rad] a correction below this is none
 MAX_PIECES = 1000  # of one straight way
@@ -117,9 +119,8 @@ def _plan_correction(
 ) -> CorrectionPlan:
     """What is known of a program before its numbers change: poses, ways, and the correction of each station."""
     _refuse_unfit(program)
-    poses = around.poses(program, cell.robot)
+    poses, drive = around.drive(program, cell.robot)
     require_frames(program, poses)
-    drive = measure_reach(cell.robot, poses, read_traversal(program, poses, cell.robot, around.called.motionless))
     scope = read_scope(program, poses, drive, cell.robot)
     if options.strict and scope.unsafe:
         first = scope.unsafe[0]
@@ -129,7 +130,6 @@ def _plan_correction(
         )
     stations = correct_stations(
         cell,
-        poses,
         drive,
         free=scope.free,
         before=before,
@@ -189,18 +189,13 @@ def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray
 
 def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:
     """The correction wanted midway on straight ways, (n, 6)."""
-    tcp = interpolate_poses(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
+    tcp = interpolate_poses(plan.drive, ways, np.full(len(ways), 0.5))
     ends = plan.drive.pose[ways]
-    poses = replace(
-        plan.poses,
-        tcp=tcp,
-        theta=plan.poses.theta[ends],
-        tool=plan.poses.tool[ends],
-        posture=plan.poses.posture[ends],
-    )
+    named = plan.drive.at
+    at = replace(named, tcp=tcp, theta=named.theta[ends], tool=named.tool[ends], posture=named.posture[ends])
     rise = (plan.stations.rise[ways] + plan.stations.rise[plan.drive.origin[ways]]) / 2
     row = np.arange(len(ways))
-    return cancel_errors(cell, error_models(cell, poses, row), poses, row, rise, plan.stations.midway.at(ways))[0]
+    return cancel_errors(cell, error_models(cell, at, row), at, row, rise, plan.stations.midway.at(ways))[0]
 
 
 def _write_and_verify(
@@ -245,27 +240,26 @@ def _write_and_verify(
             written, mark = insert_remark(written, marking_remark(__version__)), Mark.REMARK
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress(stages.TWIN_BEFORE, 0.0)
-    new_poses = around.poses(written, cell.robot)
-    still = around.called.motionless
-    new_drive = measure_reach(cell.robot, new_poses, read_traversal(written, new_poses, cell.robot, still))
+    _, new_drive = around.drive(written, cell.robot)
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
     arcs = drive.circular & new_drive.circular
     drives = replace(drive, beyond=beyond, circular=arcs), replace(new_drive, beyond=beyond, circular=arcs)
+    twin = twin_of_cell(cell)
     before_stage, after_stage = (partial(progress, stage) for stage in (stages.TWIN_BEFORE, stages.TWIN_AFTER))
-    planned_execution = execute_program(cell, poses, drives[0], before, before_stage)
+    planned_execution = fly(twin, drives[0], before, before_stage)
     station, fraction = planned_execution.station, planned_execution.fraction
-    target = interpolate_poses(poses, drive, station, fraction)
+    target = interpolate_poses(drive, station, fraction)
     moved = plan.free & shared.changed[poses.first[drive.pose]] if len(poses.row) else plan.free
     judged = moved[station] & np.where(fraction < 1, moved[drive.origin[station]], True)
-    length = sample_lengths(cell.robot, poses, drive, station, fraction, judged)
+    length = sample_lengths(cell.robot, drive, station, fraction, judged)
     progress(stages.TWIN_AFTER, 0.0)
-    fly = partial(execute_program, cell, new_poses, drives[1], before, after_stage)
+    flown = partial(fly, twin, drives[1], before, after_stage)
     if options.ensemble is None:
-        execution, served = fly(), None
+        execution, served = flown(), None
     else:
-        proof = ServedProof(fly, target, judged, length)
+        proof = ServedProof(flown, target, judged, length)
         execution, served = proof.worst_of(options.ensemble)
-        planned_execution = execute_program(cell, poses, drives[0], before, before_stage, ((1.0, served.worst[0]),))
+        planned_execution = fly(twin, drives[0], before, before_stage, ((1.0, served.worst[0]),))
     result = Correction(
         name=program.name,
         cell=cell,
@@ -291,7 +285,7 @@ def _write_and_verify(
         band=station_band(cell, plan, before),
     )
     findings = correction_findings(result, _midway_deviations(plan, cell))
-    of_arcs = [*wide_arcs(drives[1], poses, new_poses), *flat_arcs(drive, poses, new_poses)]
+    of_arcs = [*wide_arcs(*drives), *flat_arcs(drive, new_drive)]
     return replace(result, findings=(*findings, *of_arcs, *raised_findings(options.raised)))
 
 
@@ -327,5 +321,5 @@ def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:
 def _straight_ways(plan: CorrectionPlan) -> IntArray:
     """Stations reached by straight lines between corrected ends."""
     drive, free = plan.drive, plan.free
-    ways = np.flatnonzero(straight_lines(plan.poses, drive) & free)
+    ways = np.flatnonzero(straight_lines(drive) & free)
     return ways[free[drive.origin[ways]]]

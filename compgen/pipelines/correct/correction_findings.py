@@ -12,19 +12,19 @@ from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.contradictions import contradictions
-from compgen.fanuc.analysis.poses import NONE
 from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
-from compgen.fanuc.analysis.stations import chains
 from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.stops import controller_capacity
-from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.motion_findings import motion_of_a_listing
 from compgen.pipelines.planned.averaging_findings import WIDE, ensemble_words, start_words
+from compgen.program.directions import station_directions
+from compgen.program.driven import NONE
+from compgen.program.ways import chains
 
 ROUNDING = 3 * UM  # what rounding alone may add to a corrected station
 MAX_DEVIATION = 2 * UM  # of a straight line between corrected ends, above which it is a finding
@@ -153,8 +153,8 @@ def _source_findings(result: Correction) -> list[Finding]:
     begin, *others = [part for part in parts if plan.free[part].any()]
     at = plan.drive.pose[begin]
     first = plan.drive.pose[plan.free][:1]
-    model = error_models(cell, poses, first)[int(poses.tool[first[0]])]
-    motion = station_directions(cell, poses, plan.drive)[0].at(begin)
+    model = error_models(cell, plan.drive.at, first)[int(poses.tool[first[0]])]
+    motion = station_directions(cell.robot, cell.sources, plan.drive)[0].at(begin)
     start = (poses.theta[at], poses.tcp.position[at], plan.stations.rise[begin], motion, plan.free[begin])
     findings += unknown_start_findings(cell.robot, cell.sources, model, *start)
     if others and reversal_widths(cell.sources) is not None:

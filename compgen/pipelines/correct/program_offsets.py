@@ -14,17 +14,14 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
-from compgen.fanuc.analysis.poses import NONE
-from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach
 from compgen.fanuc.analysis.surroundings import Surroundings
-from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
 from compgen.job.job import Cell
 from compgen.pipelines.correct.correct import correct
-from compgen.pipelines.correct.proof import PoseErrors, execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, Options
+from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.planned.offset_kinds import (
     FRAME,
     FULL,
@@ -36,8 +33,11 @@ from compgen.pipelines.planned.offset_kinds import (
     best_offsets,
     offset_findings,
 )
+from compgen.program.driven import NONE
+from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty
 from compgen.verification.deviation import percentile99
+from compgen.verification.flight import PoseErrors, fly, pose_errors
 
 
 def offsets_of_program(
@@ -66,10 +66,10 @@ def offsets_of_program(
         registers=registers,
     )
     progress(stages.OFFSETS, 0.0)
-    poses, drive = full.plan.poses, full.plan.drive
+    drive = full.plan.drive
     station, fraction = full.execution.station, full.execution.fraction
-    target = interpolate_poses(poses, drive, station, fraction)
-    actual = execute_program(cell, poses, drive, before).actual
+    target = interpolate_poses(drive, station, fraction)
+    actual = fly(twin_of_cell(cell), drive, before).actual
     judged = np.flatnonzero(full.judged & (full.length > 0))
     number, uframe = _frame_of(full, judged)
     in_frame = uframe.inverse() @ target[judged]
@@ -120,9 +120,8 @@ def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array)
         value = np.array(program.positions.value)
         value[:, :6] += numbers
         program = replace(program, positions=replace(program.positions, value=value))
-    poses = around.poses(program, cell.robot)
-    drive = measure_reach(cell.robot, poses, read_traversal(program, poses, cell.robot, around.called.motionless))
-    execution = execute_program(cell, poses, replace(drive, beyond=full.plan.drive.beyond), full.before)
+    _, drive = around.drive(program, cell.robot)
+    execution = fly(twin_of_cell(cell), replace(drive, beyond=full.plan.drive.beyond), full.before)
     return pose_errors(execution, target)
 
 

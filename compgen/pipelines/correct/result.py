@@ -11,17 +11,17 @@ from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.surroundings import Surroundings
-from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.job.job import Cell
-from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution
-from compgen.pipelines.correct.starts import ServedStarts
+from compgen.pipelines.correct.proof import ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.planned.dry_run import check_height
+from compgen.program.driven import DrivenProgram
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
 from compgen.verification.band import Band
+from compgen.verification.flight import Flight, PoseErrors
 from compgen.verification.verdict import Verdict, verdict_of
 
 
@@ -80,7 +80,7 @@ class CorrectionPlan:
 
     program: LsProgram
     poses: Poses
-    drive: Traversal
+    drive: DrivenProgram
     scope: Scope
     stations: StationCorrections
     free: BoolArray  # (S,) stations that take a correction
@@ -101,7 +101,7 @@ class Correction:
     shared: SharedCorrections
     changed: int  # positions that read differently
     added: int  # positions that are new
-    execution: ProgramExecution  # of the written text
+    execution: Flight  # of the written text
     error: PoseErrors  # of the planned and unchanged program, at the same samples
     residual: PoseErrors  # of the written text
     turn: Array  # (M, 6) [rad] of joints from the planned to the written text, beyond what the correction explains

@@ -8,10 +8,9 @@ from compgen.core.arrays import Array
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell
-from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.result import CorrectionPlan
-from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.uncertainty.band import Places, columns_at
+from compgen.program.directions import station_directions
 from compgen.thermal import Duty
 from compgen.thermal.history import History
 from compgen.thermal.network import with_losses
@@ -28,16 +27,16 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
         plan: The program, its stations and their corrections.
         before: What the cell did.
     """
-    stations, poses = plan.stations, plan.poses
+    stations, poses = plan.stations, plan.drive.at
     rows = np.flatnonzero(plan.free & np.isfinite(stations.theta).all(axis=1))
     if not len(rows):
         return None
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).astype(int))]
-    motion = heat_motion(poses, plan.drive)
+    motion = plan.drive.joint_motion()
     history = History(before=tuple(with_losses(cell.heat, before, motion)))
     way = np.diff(motion.time)
     feed = float(motion.driven @ way / way.sum()) if way.sum() > 0 else 0.0
-    uncertainty, directions = quantities_of_cell(cell), station_directions(cell, poses, plan.drive)[0]
+    uncertainty, directions = quantities_of_cell(cell), station_directions(cell.robot, cell.sources, plan.drive)[0]
     tools = poses.tool[plan.drive.pose[rows]]
     parts: list[tuple[Array, Columns]] = []
     for tool in np.unique(tools).tolist():

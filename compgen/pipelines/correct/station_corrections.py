@@ -17,15 +17,13 @@ from compgen.core.arrays import Array, BoolArray, IntArray, norm
 from compgen.core.units import DEG
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
-from compgen.fanuc.analysis.poses import NONE, Poses
-from compgen.fanuc.analysis.traversal import Traversal
-from compgen.fanuc.configuration import postures_of, turn_digits
 from compgen.job.job import Cell
-from compgen.pipelines.correct.directions import station_directions
-from compgen.pipelines.correct.starts import slowed
+from compgen.program.directions import station_directions
+from compgen.program.driven import DrivenProgram, Positions
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
-from compgen.thermal import Duty, JointMotion, rises_during, state_after
+from compgen.robot.turns import postures_of, turn_digits
+from compgen.thermal import Duty, rises_during, state_after
 from compgen.thermal.ensemble import Ensemble, mean_rises
 from compgen.thermal.history import STANDING, History
 from compgen.thermal.network import with_losses
@@ -60,49 +58,27 @@ class StationRises(NamedTuple):
 
 
 def rise_at_stations(
-    cell: Cell, poses: Poses, drive: Traversal, before: Sequence[Duty], ensemble: Ensemble | None = None
+    cell: Cell, drive: DrivenProgram, before: Sequence[Duty], ensemble: Ensemble | None = None
 ) -> StationRises:
     """Times and rises of all stations, these averaged over an ensemble of starts.
 
     During a pause the robot stands with its servo on.
     """
-    motion = heat_motion(poses, drive)
+    motion = drive.joint_motion()
     if ensemble is None:
         start = state_after(cell.heat, with_losses(cell.heat, before, motion))
         rise = rises_during(cell.heat, start, motion).rise
     else:
         *duties, standing = with_losses(cell.heat, [*before, STANDING], motion)
         history, delays = History(before=tuple(duties), standing=standing), Ensemble(ensemble.delay)
-        motions = [heat_motion(poses, slowed(drive, share)) for share in ensemble.overrides]
+        motions = [drive.at_override(share).joint_motion() for share in ensemble.overrides]
         rise = np.mean([mean_rises(cell.heat, history, delays, slow) for slow in motions], axis=0)
     return StationRises(motion.time[2::2], rise[2::2], rise[0])
 
 
-def heat_motion(poses: Poses, drive: Traversal) -> JointMotion:
-    """A program as the heat model takes it: a pause and a way to each station, (2 S + 1) places."""
-    durations = np.column_stack([drive.pause, drive.duration]).ravel()
-    with np.errstate(invalid="ignore", divide="ignore"):
-        speed = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
-    speeds = np.column_stack([np.zeros(len(speed)), speed]).ravel()
-    return JointMotion(np.concatenate([[0.0], np.cumsum(durations)]), _joint_sequence(poses, drive), speeds)
-
-
-def _joint_sequence(poses: Poses, drive: Traversal) -> Array:
-    """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""
-    if not len(drive.pose):
-        return np.zeros((1, 6))
-    theta = np.full((len(drive.pose), 6), np.nan)
-    defined = drive.pose != NONE
-    theta[defined] = poses.theta[drive.pose[defined]]
-    last_known = np.maximum.accumulate(np.where(np.isnan(theta).any(axis=1), 0, np.arange(len(theta))))
-    theta = np.nan_to_num(theta[last_known])  # a position without joints: as if the robot stayed
-    return np.vstack([theta[:1], np.repeat(np.vstack([theta[:1], theta]), 2, axis=0)[1:-1]])
-
-
 def correct_stations(
     cell: Cell,
-    poses: Poses,
-    drive: Traversal,
+    drive: DrivenProgram,
     free: BoolArray,
     before: Sequence[Duty],
     settings: Settings,
@@ -110,7 +86,7 @@ def correct_stations(
     ensemble: Ensemble | None = None,
 ) -> StationCorrections:
     """Corrections of all free stations, for one start or for the mean of the rises over an ensemble of them."""
-    time, rise, start = rise_at_stations(cell, poses, drive, before, ensemble)
+    time, rise, start = rise_at_stations(cell, drive, before, ensemble)
     S = len(free)
     correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
     limited: list[tuple[int, str]] = []
@@ -126,17 +102,17 @@ def correct_stations(
             start=start,
             midway=NO_DIRECTION,
         )
-    models = error_models(cell, poses, drive.pose[rows])
-    motion, midway = station_directions(cell, poses, drive)
-    correction[rows], theta[rows] = cancel_errors(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
-    runs = dense_runs(poses, drive, free, settings.curvature_period)
+    models = error_models(cell, drive.at, drive.pose[rows])
+    motion, midway = station_directions(cell.robot, cell.sources, drive)
+    correction[rows], theta[rows] = cancel_errors(cell, models, drive.at, drive.pose[rows], rise[rows], motion.at(rows))
+    runs = dense_runs(drive, free, settings.curvature_period)
     for i, (first, last) in enumerate(runs):
         rows = np.arange(first, last + 1)
         arc = np.concatenate([[0.0], np.cumsum(drive.length[first + 1 : last + 1])])
         run = _build_problem(
             cell,
             models,
-            poses,
+            drive.at,
             pose=drive.pose[rows],
             rise=rise[rows],
             motion=motion.at(rows),
@@ -149,10 +125,10 @@ def correct_stations(
             correction[rows] = np.nan  # none is legal
         limited += [(first + n - 1, limit) for n, limit in solution.active_limits]
         progress((i + 1) / len(runs))
-    illegal = _illegal_corrections(cell, poses, correction, theta, drive.pose, free, settings)
+    illegal = _illegal_corrections(cell, drive.at, correction, theta, drive.pose, free, settings)
     for station, _ in illegal:
         correction[station] = 0.0
-        theta[station] = poses.theta[drive.pose[station]]
+        theta[station] = drive.at.theta[drive.pose[station]]
     return StationCorrections(
         correction=correction,
         theta=theta,
@@ -165,7 +141,7 @@ def correct_stations(
     )
 
 
-def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorModel]:
+def error_models(cell: Cell, poses: Positions, pose: IntArray) -> dict[int, ErrorModel]:
     """The error model of each tool that the positions in rows ``pose`` use, by the tool's row."""
     return {
         t: build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[t])
@@ -174,7 +150,7 @@ def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorMod
 
 
 def cancel_errors(
-    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array, motion: DirectionState
+    cell: Cell, models: dict[int, ErrorModel], poses: Positions, pose: IntArray, rise: Array, motion: DirectionState
 ) -> tuple[Array, Array]:
     """The correction that cancels each position's own error (n, 6), and the joints it leads to (n, 6) [rad]."""
     correction, theta = np.zeros((len(pose), 6)), np.empty((len(pose), 6))
@@ -202,7 +178,7 @@ def cancel_errors(
 def _build_problem(
     cell: Cell,
     models: dict[int, ErrorModel],
-    poses: Poses,
+    poses: Positions,
     pose: IntArray,
     rise: Array,
     motion: DirectionState,
@@ -225,9 +201,9 @@ def _build_problem(
     )
 
 
-def dense_runs(poses: Poses, drive: Traversal, free: BoolArray, period: float) -> list[tuple[int, int]]:
+def dense_runs(drive: DrivenProgram, free: BoolArray, period: float) -> list[tuple[int, int]]:
     """First and last station of runs of straight lines, three or more, some shorter than the smoothing period."""
-    tool, posture = poses.tool[drive.pose], poses.posture[drive.pose]
+    tool, posture = drive.at.tool[drive.pose], drive.at.posture[drive.pose]
     joined = drive.line[1:] & free[1:] & free[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
     joined &= (drive.origin[1:] == np.arange(len(free) - 1)) & (drive.beyond[1:] <= 0)
     with np.errstate(invalid="ignore"):
@@ -239,7 +215,7 @@ def dense_runs(poses: Poses, drive: Traversal, free: BoolArray, period: float) -
 
 
 def _illegal_corrections(
-    cell: Cell, poses: Poses, correction: Array, theta: Array, pose: IntArray, free: BoolArray, settings: Settings
+    cell: Cell, poses: Positions, correction: Array, theta: Array, pose: IntArray, free: BoolArray, settings: Settings
 ) -> list[tuple[int, str]]:
     """Stations whose correction is not legal, and why."""
     illegal = []
@@ -254,7 +230,7 @@ def _illegal_corrections(
         turn = np.abs(nearest_turns(q, planned) - planned)
         swing = turn.max(axis=1) > explained_turns(norm(c[:, :3]), norm(c[:, 3:]))
     letters = postures_of(robot, np.nan_to_num(q))
-    several = np.bincount(poses.first, minlength=len(poses.row))[poses.first[pose[rows]]] > 1
+    several = np.bincount(poses.first, minlength=len(poses.first))[poses.first[pose[rows]]] > 1
     turned = several & (turn_digits(robot, np.nan_to_num(q)) != turn_digits(robot, planned)).any(axis=1)
     margin = _margins_after(cell, poses, pose[rows], np.nan_to_num(c))
     for k, station in enumerate(rows.tolist()):
@@ -287,7 +263,7 @@ def explained_turns(moved: Array, turned: Array) -> Array:
     return np.asarray(np.minimum(TURN_OF_MOVE * (moved + turned), LARGEST_TURN) + SAME_ANGLE)
 
 
-def _margins_after(cell: Cell, poses: Poses, pose: IntArray, correction: Array) -> Array:
+def _margins_after(cell: Cell, poses: Positions, pose: IntArray, correction: Array) -> Array:
     """How far corrected positions, (n,) rows of poses, lie inside the reach in their postures, (n,) [m]."""
     margin = np.empty(len(pose))
     commanded = poses.tcp[pose].moved(correction)

@@ -14,20 +14,21 @@ from compgen.core.arrays import Array, BoolArray, IntArray, step_lengths
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import IDENTITY, Pose
 from compgen.fanuc.analysis.called_programs import called_programs
-from compgen.fanuc.analysis.poses import NONE, Poses, require_frames
+from compgen.fanuc.analysis.poses import Poses, require_frames
 from compgen.fanuc.analysis.surroundings import Surroundings
-from compgen.fanuc.analysis.traversal import ASSUMED, Traversal, parse_speeds, read_traversal
+from compgen.fanuc.analysis.traversal import ASSUMED, parse_speeds, read_traversal
 from compgen.fanuc.canonical.reader import interpret
-from compgen.fanuc.configuration import apply_turns
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.paging.join_check import called_programs as called_pages
 from compgen.fanuc.paging.join_check import interpret_pages
-from compgen.fanuc.program import Program
 from compgen.fanuc.registers import Register
 from compgen.fanuc.vocabulary import RATES
+from compgen.program.driven import NONE, DrivenProgram
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
+from compgen.robot.turns import apply_turns
 from compgen.verification.executed.course import Course, arc_lengths_of, at_numbers, divided, speed_clock
 from compgen.verification.twin.timing import time_program
 
@@ -189,7 +190,7 @@ def _listed_course(
     return _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers)
 
 
-def _surely_driven(drive: Traversal, station: IntArray) -> BoolArray:
+def _surely_driven(drive: DrivenProgram, station: IntArray) -> BoolArray:
     """Stations reached on a straight or circular way from the one that is listed before."""
     sure = (drive.origin[station] == station - 1) | drive.via[station - 1]
     return np.asarray(sure & ~drive.joint[station])
@@ -199,7 +200,7 @@ def _written_clocks(
     program: LsProgram,
     robot: Robot,
     poses: Poses,
-    drive: Traversal,
+    drive: DrivenProgram,
     at: IntArray,
     length: Array,
     total: Array,

@@ -11,11 +11,12 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
 from compgen.fanuc.canonical.writer import pose_numbers
-from compgen.fanuc.configuration import config_letters, postures_of, turn_digits
+from compgen.fanuc.configuration import config_letters
 from compgen.pipelines.files.robot_file import Arm
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.kinematics import flange_pose, frames_at_zero, joint_places
 from compgen.robot.robot import Robot
+from compgen.robot.turns import postures_of, turn_digits
 
 STEPS = 121  # of each joint's range, where reach is looked for
 TURN = 30.0  # deg by which each joint is turned for the table

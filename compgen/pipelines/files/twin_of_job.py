@@ -1,8 +1,20 @@
-"""The twin of a job: the real arm that its files describe."""
+"""The twin of a cell and of a job: the real arm that their files describe."""
 
-from compgen.job.job import Job
+from compgen.core.pose import IDENTITY
+from compgen.job.job import Cell, Job
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
+
+
+def twin_of_cell(cell: Cell) -> Twin:
+    """The real arm of a cell, to its flange: programs that exist name their tools themselves."""
+    return Twin(
+        robot=cell.robot,
+        heat=cell.heat,
+        profiles=cell.profiles,
+        tool=IDENTITY,
+        faults=faults_of(cell.sources),
+    )
 
 
 def twin_of(job: Job) -> Twin:

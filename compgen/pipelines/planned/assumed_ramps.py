@@ -12,12 +12,12 @@ from compgen.core.arrays import row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding, first_message
 from compgen.core.units import UM
-from compgen.fanuc.program import Program
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty.draws import RAMPS
 from compgen.planning.toolpath import ToolPath
+from compgen.program.program import Program
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 from compgen.verification.verdict import judge

@@ -10,12 +10,12 @@ from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.pose import Pose
 from compgen.fanuc import Program
-from compgen.fanuc.configuration import turn_digits
 from compgen.job.job import Job
 from compgen.pipelines.planned.dry_run import dry_run_words
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path
+from compgen.robot.turns import turn_digits
 
 REMARK_WIDTH = 32
 FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override

@@ -14,7 +14,6 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
 from compgen.core.stages import Progress
 from compgen.core.units import MM
-from compgen.fanuc.program import Program
 from compgen.job.job import Job
 from compgen.pipelines.files.program_course import canonical_program
 from compgen.pipelines.files.twin_of_job import twin_of
@@ -25,6 +24,7 @@ from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.uncertainty.band import DrivenProgram
 from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
 from compgen.planning.toolpath import ToolPath
+from compgen.program.program import Program
 from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.ensemble_starts import starts_to_fly
 from compgen.verification.deviation import Deviation, deviation_from_path

@@ -31,8 +31,6 @@ from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, KB, MM, UM
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked
-from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach
-from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.editing.remark import marking_remark
 from compgen.fanuc.frames import Frames, default_frames
 from compgen.fanuc.paging.capacity import Capacity
@@ -41,19 +39,20 @@ from compgen.fanuc.paging.split import split_program
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
-from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution, execute_program, pose_errors
 from compgen.pipelines.correct.result import Options, options_of
-from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
+from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.history import STANDING
 from compgen.thermal.log_end import end_of
 from compgen.thermal.network import NetworkModel, with_losses
 from compgen.thermal.tables.schema import AmbientTable, LogTable
+from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 from compgen.verification.verdict import Verdict
 
 FORGOTTEN = 20.0  # time constants
@@ -174,8 +173,7 @@ def resume_corrected(
     first = _corrected(job, job.cell, job.before, progress)
     if sha256(first.text).hexdigest() != job.corrected_sha256:
         raise InputError(f"{written.manifest_file}: another version or input corrected this program; {_ANEW}")
-    poses, drive = first.plan.poses, first.plan.drive
-    motion = heat_motion(poses, drive)
+    motion = first.plan.drive.joint_motion()
     start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
     cell, old = job.cell, first
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
@@ -292,20 +290,19 @@ def _pages_of(job: CorrectedJob, text: bytes) -> dict[str, bytes]:
     return pages
 
 
-def _fly(new: Correction, text: bytes) -> tuple[ProgramExecution, PoseErrors]:
+def _fly(new: Correction, text: bytes) -> tuple[Flight, PoseErrors]:
     """What the twin does with another text of the same program, as warm as with the new one."""
     robot, program = new.cell.robot, loads(text)
-    poses = new.around.poses(program, robot)
-    drive = measure_reach(robot, poses, read_traversal(program, poses, robot, new.around.called.motionless))
+    _, drive = new.around.drive(program, robot)
     drive = replace(drive, beyond=np.maximum(new.plan.drive.beyond, drive.beyond))
-    execution = execute_program(new.cell, poses, drive, ())
-    target = interpolate_poses(new.plan.poses, new.plan.drive, execution.station, execution.fraction)
+    execution = fly(twin_of_cell(new.cell), drive, ())
+    target = interpolate_poses(new.plan.drive, execution.station, execution.fraction)
     return execution, pose_errors(execution, target)
 
 
 def _results(
     written: WrittenJob, from_page: int, stations: list[int], pages: dict[str, bytes], new: Correction,
-    before: tuple[ProgramExecution, PoseErrors],
+    before: tuple[Flight, PoseErrors],
 ) -> tuple[PageResult, ...]:  # fmt: skip
     """Each page's error at and between corrected stations, with the old text and with the new one."""
     edges, results = [*stations, len(new.plan.drive.pose)], []
@@ -332,7 +329,7 @@ def _results(
 
 def _join(
     written: WrittenJob, from_page: int, station: int, new: Correction,
-    before: tuple[ProgramExecution, PoseErrors], old_text: bytes,
+    before: tuple[Flight, PoseErrors], old_text: bytes,
 ) -> Join | None:  # fmt: skip
     """What the tool does at the stop before the first new page; whether that is on a part nobody knows."""
     places, sizes = [], []

@@ -22,7 +22,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.rotations import interpolate_rotation
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 
 CHORD_LENGTH = 3e-3  # [m] of the short chords, at most
 

@@ -16,10 +16,10 @@ from compgen.core.arrays import Array, IntArray, column_extremes, frozen, own
 from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
-from compgen.fanuc.configuration import apply_turns, has_posture
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
+from compgen.robot.turns import apply_turns, has_posture
 from compgen.thermal import Ambient, Duty, JointMotion, NodeModel, initial_state, still_air
 from compgen.verification.twin.circular_motion import Chords, Sweeps, as_chords, sweeps
 from compgen.verification.twin.controller.command import WrittenPath

@@ -38,6 +38,12 @@ class Twin:
     uframe: Pose | None = None  # the controller's register that programs are read in; None: World
     confirmed: int = CONFIRMED  # samples of a motion that pinocchio repeats
 
+    @property
+    def remembers_direction(self) -> bool:
+        """Whether where the tool is hangs on the way it came."""
+        f = self.faults
+        return f is not None and bool(f.backlash.any() or f.windup.any() or f.axis_deviations)
+
     def actual_pose(
         self, theta: Array, rise: Array, progress: Callable[[float], None], tools: Pose | None = None
     ) -> Pose:

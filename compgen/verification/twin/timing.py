@@ -23,7 +23,7 @@ import numpy as np
 
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 from compgen.robot.robot import Controller, Robot
 
 SAME_POSITION = 1e-9  # m; two positions whose texts are the same

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.circular_motion import sweeps

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion

@@ -20,7 +20,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, relative_rotation
-from compgen.fanuc.program import Program
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import SAME_PERIOD, Robot

@@ -13,23 +13,19 @@ counts for nothing; where nothing is left that counts, all judged samples count 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.fanuc.analysis.poses import NONE, Poses
-from compgen.fanuc.analysis.traversal import Traversal
+from compgen.program.driven import NONE, DrivenProgram
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 JOINT_PIECES = 8  # chords of the tool's way on a joint motion: 0.2 % short for a quarter turn
 
 
-def sample_lengths(
-    robot: Robot, poses: Poses, traversal: Traversal, station: IntArray, fraction: Array, judged: BoolArray
-) -> Array:
+def sample_lengths(robot: Robot, driven: DrivenProgram, station: IntArray, fraction: Array, judged: BoolArray) -> Array:
     """Length of path that each sample stands for, (M,) [m].
 
     Args:
         robot: The nominal arm.
-        poses: Of the program's positions.
-        traversal: Of the program.
+        driven: The program.
         station: Of each sample, rising, (M,).
         fraction: Of the way to it, rising within a station, (M,).
         judged: Samples that are averaged, (M,); the others get 0.
@@ -37,32 +33,32 @@ def sample_lengths(
     Returns:
         Lengths of which at least one is above 0, or 1 for every judged sample.
     """
-    sample = np.full(len(traversal.pose) + 1, NONE)  # of each station itself; the last belongs to NONE
+    sample = np.full(len(driven.pose) + 1, NONE)  # of each station itself; the last belongs to NONE
     sample[station[fraction == 1]] = np.flatnonzero(fraction == 1)
     follows = np.concatenate([[False], station[1:] == station[:-1]])[: len(station)]
-    before = np.where(follows, np.arange(len(station)) - 1, sample[traversal.origin[station]])
+    before = np.where(follows, np.arange(len(station)) - 1, sample[driven.origin[station]])
     rows = np.flatnonzero(judged & (before != NONE))
     rows = rows[judged[before[rows]]]
     share = fraction[rows] - np.where(follows[rows], fraction[before[rows]], 0.0)
     ways, of_way = np.unique(station[rows], return_inverse=True)
-    half = _way_lengths(robot, poses, traversal, ways)[of_way] * share / 2
+    half = _way_lengths(robot, driven, ways)[of_way] * share / 2
     lengths = np.zeros(len(station))
     np.add.at(lengths, rows, half)
     np.add.at(lengths, before[rows], half)
     return lengths if lengths.any() else judged.astype(float)
 
 
-def _way_lengths(robot: Robot, poses: Poses, traversal: Traversal, ways: IntArray) -> Array:
+def _way_lengths(robot: Robot, driven: DrivenProgram, ways: IntArray) -> Array:
     """Length of the tool's way to stations from their origins, (n,) [m]."""
-    start, end = traversal.pose[traversal.origin[ways]], traversal.pose[ways]
-    lengths = np.asarray(np.linalg.norm(poses.tcp.position[end] - poses.tcp.position[start], axis=1))
-    arcs = ~traversal.line[ways] & ~traversal.joint[ways] & (traversal.origin[ways] == ways - 1)
-    lengths[arcs] = traversal.length[ways[arcs]]
-    turned = np.flatnonzero(traversal.joint[ways])
+    start, end = driven.pose[driven.origin[ways]], driven.pose[ways]
+    lengths = np.asarray(np.linalg.norm(driven.at.tcp.position[end] - driven.at.tcp.position[start], axis=1))
+    arcs = ~driven.line[ways] & ~driven.joint[ways] & (driven.origin[ways] == ways - 1)
+    lengths[arcs] = driven.length[ways[arcs]]
+    turned = np.flatnonzero(driven.joint[ways])
     if len(turned):
         at = np.linspace(0, 1, JOINT_PIECES + 1)[:, None]
-        theta = poses.theta[start[turned], None] * (1 - at) + poses.theta[end[turned], None] * at
-        tools = np.repeat(poses.tools.position[poses.tool[end[turned]]], len(at), axis=0)
+        theta = driven.at.theta[start[turned], None] * (1 - at) + driven.at.theta[end[turned], None] * at
+        tools = np.repeat(driven.at.tools.position[driven.at.tool[end[turned]]], len(at), axis=0)
         place = flange_pose(robot, theta.reshape(-1, 6)).act(tools)
         chords = np.diff(place.reshape(len(turned), len(at), 3), axis=1)
         lengths[turned] = np.linalg.norm(chords, axis=2).sum(axis=1)

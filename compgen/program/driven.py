@@ -1,0 +1,70 @@
+"""A program as it is driven: the positions it names, the stations it drives to in order, and the ways there."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.pose import Pose
+from compgen.thermal import JointMotion
+
+NONE = -1
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Positions:
+    """K positions, NaN and ``NONE`` where something is not known."""
+
+    number: IntArray  # (K,) by which the program names it
+    tcp: Pose  # K of them, in the arm's World
+    theta: Array  # (K, 6) [rad]
+    margin: Array  # (K,) [m] inside reach; NaN where joints are given
+    posture: IntArray  # (K,) in ``ALL_POSTURES``
+    tool: IntArray  # (K,) in ``tools``
+    tools: Pose  # TCP in the flange; the last, which NONE picks, is the flange itself
+    first: IntArray  # (K,) first row of the same position: it stands for the others where numbers are written
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class DrivenProgram:
+    """S stations in the order listed, the via point of an arc before its end point."""
+
+    at: Positions  # that it names
+    motion: IntArray  # (S,) statement that leads there
+    pose: IntArray  # (S,) row of ``at``, NONE when the target is not known
+    joint: BoolArray  # (S,) reached by a joint motion
+    line: BoolArray  # (S,) reached by a straight line
+    via: BoolArray  # (S,) on the way of an arc
+    stop: BoolArray  # (S,) the robot stops there
+    length: Array  # (S,) [m] of the way there, NaN when an end is not known
+    duration: Array  # (S,) [s] of the way there
+    pause: Array  # (S,) [s] waited before leaving for it
+    untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
+    flow: tuple[int, ...]  # lines of statements that may change the order
+    origin: IntArray  # (S,) station from which the robot surely comes, NONE when it or its place is not known
+    carried: BoolArray  # (S,) an extended axis may move on the way there
+    circular: BoolArray  # (S,) on an arc of three places that are surely known, to its via or from there
+    beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
+
+    def at_override(self, share: float) -> "DrivenProgram":
+        """The same ways at a share of their speeds; what the program waits for, it waits for as long."""
+        return self if share == 1 else replace(self, duration=self.duration / share)
+
+    def joint_motion(self) -> JointMotion:
+        """What the drives do, for heat: a pause and a way to each station, (2 S + 1) places."""
+        durations = np.column_stack([self.pause, self.duration]).ravel()
+        with np.errstate(invalid="ignore", divide="ignore"):
+            speed = np.nan_to_num(self.length / self.duration, nan=0.0, posinf=0.0)
+        speeds = np.column_stack([np.zeros(len(speed)), speed]).ravel()
+        return JointMotion(np.concatenate([[0.0], np.cumsum(durations)]), self._joint_sequence(), speeds)
+
+    def _joint_sequence(self) -> Array:
+        """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""
+        if not len(self.pose):
+            return np.zeros((1, 6))
+        theta = np.full((len(self.pose), 6), np.nan)
+        defined = self.pose != NONE
+        theta[defined] = self.at.theta[self.pose[defined]]
+        last_known = np.maximum.accumulate(np.where(np.isnan(theta).any(axis=1), 0, np.arange(len(theta))))
+        theta = np.nan_to_num(theta[last_known])  # a position without joints: as if the robot stayed
+        return np.vstack([theta[:1], np.repeat(np.vstack([theta[:1], theta]), 2, axis=0)[1:-1]])

@@ -1,0 +1,123 @@
+"""Where the twin takes the tool on a driven program: at its stations, and between them on ways that are sure."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, dot
+from compgen.core.pose import Pose
+from compgen.core.rotations import rotation_vector
+from compgen.program.driven import DrivenProgram
+from compgen.program.ways import chains, commanded_joints, interpolate_poses, path_samples
+from compgen.thermal import Duty, initial_state
+from compgen.thermal.ensemble import Start, duties_before
+from compgen.thermal.history import History
+from compgen.thermal.network import with_losses
+from compgen.verification.twin import Twin
+
+#: starts, and how much each counts in the mean of the rises
+Weighted = Sequence[tuple[float, Start]]
+PLANNED: Weighted = ((1.0, Start()),)
+SUBDIVISIONS = 4  # of each straight line, where it is judged
+FINE_SUBDIVISIONS = 32  # for an arm whose errors depend on the direction of motion
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Flight:
+    """Where the actual tool is, at M samples: each station with known joints, and places on each straight line."""
+
+    station: IntArray  # (M,) the next one, or the one reached
+    fraction: Array  # (M,) of the way to it; 1 is the station itself
+    time: Array  # (M,) [s]
+    rise: Array  # (M, K) [K]
+    actual: Pose  # M of the TCP
+    commanded: Pose  # M of the TCP
+    theta: Array  # (M, 6) [rad] that the controller commands
+
+
+def fly(
+    twin: Twin,
+    driven: DrivenProgram,
+    before: Sequence[Duty],
+    progress: Callable[[float], None] = lambda share: None,
+    starts: Weighted = PLANNED,
+) -> Flight:
+    """A program as read from its text, executed on the twin.
+
+    The twin steps its own heat through the program's times, commands the joints that CONFIG or the joint form name,
+    and confirms each with pinocchio's nominal arm. Of several starts it has the times of the first and the weighted
+    mean of their rises.
+
+    Args:
+        twin: The real arm, to its flange: each position has its own tool.
+        driven: As read from the text.
+        before: What the cell did.
+        progress: Called with the share done.
+        starts: Of the program, and how much each counts.
+
+    Raises:
+        TwinError: The controller's inverse and pinocchio disagree.
+    """
+    subdivisions = SUBDIVISIONS if twin.faults is None else FINE_SUBDIVISIONS
+    station, fraction = path_samples(driven, np.arange(1, subdivisions) / subdivisions)
+    history = History(before=tuple(before))
+    heat = [
+        _rise_at_samples(twin, driven.at_override(s.override), duties_before(history, s), station, fraction)
+        for _, s in starts
+    ]
+    time, rise = heat[0][0], np.asarray(sum(weight * rise for (weight, _), (_, rise) in zip(starts, heat, strict=True)))
+    tcp = interpolate_poses(driven, station, fraction)
+    pose = driven.pose[station]
+    theta, flange = commanded_joints(twin.robot, driven, station, fraction, tcp)
+    twin.confirm_inverse(theta, flange, driven.at.number[pose] - 1, lambda share: progress(share / 2))
+    tools = driven.at.tools[driven.at.tool[pose]]
+    # an arm that remembers its direction knows it from where a chain of sure neighbours begins
+    pieces = [slice(0, len(theta))] if not twin.remembers_direction else chains(driven, station)
+    parts = [tcp[:0]]
+    for some in pieces:
+        its_tools = None if twin.faults is None else tools[some]
+        parts.append(twin.actual_pose(theta[some], rise[some], lambda share: None, its_tools))
+        progress(0.5 + some.stop / max(len(theta), 1) / 2)
+    actual = Pose.concatenate(parts)
+    actual = actual @ tools if twin.faults is None else actual
+    return Flight(station=station, fraction=fraction, time=time, rise=rise, actual=actual, commanded=tcp, theta=theta)
+
+
+class PoseErrors(NamedTuple):
+    """How far the tool is from its target at M samples."""
+
+    distance: Array  # (M,) [m]
+    angle: Array  # (M,) [rad]
+
+
+def pose_errors(execution: Flight, target: Pose) -> PoseErrors:
+    """How far the actual tool is from its target at each sample."""
+    error = execution.actual.position - target.position
+    turn = rotation_vector((target.inverse() @ execution.actual).rotation)
+    return PoseErrors(np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn)))
+
+
+def _rise_at_samples(
+    twin: Twin, drive: DrivenProgram, before: Sequence[Duty], station: IntArray, fraction: Array
+) -> tuple[Array, Array]:
+    """Time (M,) [s] and rise (M, K) [K] of samples, stepping each mode through every pause and way."""
+    rate, motion = twin.heat.rate, drive.joint_motion()
+    goals = twin.heat.steady_states(motion)
+    pause_goals, way_goals = goals[0::2], goals[1::2]
+    time, state = 0.0, initial_state(twin.heat)
+    for duty in with_losses(twin.heat, before, motion):
+        goal = twin.heat.steady_state(duty)
+        state = goal - (goal - state) * np.exp(-duty.duration * rate)
+    begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
+    for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist(), strict=True)):
+        if pause:
+            state = pause_goals[s] + (state - pause_goals[s]) * np.exp(-pause * rate)
+        begin[s], start[s] = time + pause, state
+        state = way_goals[s] + (state - way_goals[s]) * np.exp(-way * rate)
+        time += pause + way
+    elapsed = fraction * drive.duration[station]
+    decay = np.exp(-elapsed[:, None] * rate)
+    states = way_goals[station] + (start[station] - way_goals[station]) * decay
+    return begin[station] + elapsed, states @ twin.heat.outputs.T
