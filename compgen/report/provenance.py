@@ -13,6 +13,7 @@ from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MM, UM
+from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.pipelines.correct import Correction
 from compgen.thermal.ensemble import Ensemble
@@ -37,7 +38,7 @@ def provenance(result: Correction) -> dict[str, Any]:
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
             for d in result.before
         ],
-        **({} if result.cell.state is None else {"state_sha256": result.cell.state.digest}),
+        **_state(result.cell.state),
         "start_K": dict(zip(result.cell.heat.names, result.plan.stations.start.tolist(), strict=True)),
         "options": {
             "split": options.split,
@@ -63,6 +64,11 @@ def correction_inputs(result: Correction) -> dict[str, Any]:
     return {"program": program, **given, **state, "robot": dict(result.cell.inputs)}
 
 
+def _state(state: AnchoredState | None) -> dict[str, str]:
+    """The state that the robot began with, whole: the pages of the program are resumed from it."""
+    return {} if state is None else {"state_sha256": state.digest, "state_toml": state_text(state)}
+
+
 def _starts(ensemble: Ensemble) -> dict[str, list[float]]:
     """The starts that one file serves."""
     return {"delay_s": list(ensemble.delay), "override_percent": [100 * share for share in ensemble.overrides]}
@@ -75,7 +81,11 @@ def _surroundings(around: Surroundings) -> dict[str, Any]:
         "frames": {
             **{kind: {str(n): _numbers(pose) for n, pose in getattr(frames, kind).items() if n} for kind in FRAMES},
             "extended": {
-                name: {"kind": axis.kind, "base": [[at, *_numbers(pose)] for at, pose in axis.base]}
+                name: {
+                    "kind": axis.kind,
+                    "unit": axis.unit,
+                    "base": [[at, *_numbers(pose)] for at, pose in axis.base],
+                }
                 for name, axis in frames.extended.items()
             },
         },

@@ -7,22 +7,25 @@ import numpy as np
 import pytest
 from command_line import refused, run
 from ls_text import cartesian, program
+from states import state_of, written
 
 from compgen import fanuc as ls
 from compgen.fanuc.paging.manifest import with_checksum
+from compgen.pipelines.files.path_file import load_job
 
 SHIFT = ("--before", "moving 200mm/s 5h")
 PAGES = ("--robot", "m710ic50", "--set", "controller.max_lines=40", "-q")
 RESUME = ("--late", "35min", "--max-um", "5", "--date", "2026-01-31")
 
 
-def pages_of(folder, name, *before):
+def pages_of(folder, name, *given, motion="", history=SHIFT):
     points = [cartesian(n, (1300 + n, 20, 200, 180, 0, 0)) for n in range(1, 100)]
     folder.mkdir(exist_ok=True)
     source = folder / "LONG.LS"
-    source.write_bytes(program([f"L P[{n}] 100mm/sec FINE" for n in range(1, 100)], points, name="LONG"))
+    motions = [f"L P[{n}] 100mm/sec FINE{motion}" for n in range(1, 100)]
+    source.write_bytes(program(motions, points, name="LONG"))
     made, out = folder / f"{name}_made", folder / name
-    arguments = ("correct", source, "--robot", "m710ic50", *SHIFT, *before, "--max-um", "5", "-q", "-o", made)
+    arguments = ("correct", source, "--robot", "m710ic50", *history, *given, "--max-um", "5", "-q", "-o", made)
     assert run(*arguments).returncode == 0
     assert run("pages", made / "LONG.LS", *PAGES, "-o", out).returncode == 0
     return out
@@ -98,6 +101,57 @@ def test_a_page_edited_by_hand_and_a_record_that_is_none_are_refused(job):
     record["corrected_from"]["planned_zlib_b85"] = "x"
     (job / "LONG.pages.json").write_bytes(with_checksum(record))
     refused(run("resume", job, "--from-page", "2", *RESUME), 2, "cgen correct")
+
+
+def numbers_of(folder, pages):
+    return [ls.loads((folder / f"LONG_0{n}.LS").read_bytes()).positions.value for n in pages]
+
+
+def state_file(folder, **changes):
+    """A state of the shipped robot after other hours than the pages were made for, its base moved."""
+    job = load_job("paths/spiral_1300.toml")
+    base = np.array([4e-5, -2e-5, 1e-5, 0, 0, 0])
+    return written(state_of(job, rise=job.start_rise() * 0.6, base=base, **changes), folder)
+
+
+@pytest.mark.parametrize("age", [(), ("--state-age", "20min")])
+def test_a_state_is_what_correct_makes_of_it(job, tmp_path, age):
+    state = ("--state", state_file(tmp_path), *age)
+    anchored = pages_of(tmp_path / "anchored", "pages", *state, history=())
+    result = run("resume", job, "--from-page", "1", *state, *RESUME[2:], "--json")
+    assert result.returncode == 0, result.stderr
+    for ours, oracle in zip(numbers_of(job, (1, 2, 3)), numbers_of(anchored, (1, 2, 3)), strict=True):
+        assert np.array_equal(ours, oracle, equal_nan=True)
+    entry = json.loads((job / "LONG.pages.json").read_bytes())["resumed"][0]
+    assert entry["verdict"] == "anchored"
+    # pages after it go on from the state, not from the robot file
+    late = json.loads(run("resume", job, "--from-page", "3", *RESUME, "--json").stdout)
+    assert late["pages"][0]["before"]["max_um"] < 10
+    refused(run("resume", job, "--from-page", "3", "--state", state_file(tmp_path, time=10.0)), 2, "a later one")
+
+
+def test_pages_of_a_program_that_began_with_a_state_are_resumed_from_it(tmp_path):
+    state = ("--state", state_file(tmp_path))
+    made = pages_of(tmp_path / "made", "pages", *state, history=())
+    result = run("resume", made, "--from-page", "1", *RESUME)
+    assert result.returncode == 0, result.stderr
+    waited = pages_of(tmp_path / "waited", "pages", *state, "--state-age", "29min", history=())
+    after = run("resume", made, "--from-page", "1", "--late", "29min", *RESUME[2:])
+    assert after.returncode == 0, after.stderr
+    for ours, oracle in zip(numbers_of(made, (1, 2, 3)), numbers_of(waited, (1, 2, 3)), strict=True):
+        assert np.array_equal(ours, oracle, equal_nan=True)
+
+
+def test_registers_frames_and_many_starts_are_taken_from_what_made_the_pages(tmp_path):
+    table = tmp_path / "registers.toml"
+    table.write_text("[pr.5]\nx_mm = 10\ny_mm = 0\nz_mm = 20\nw_deg = 0\np_deg = 0\nr_deg = 0\n")
+    given = ("--registers", table, "--average-over", "delay_s = [0, 1200], override_percent = [50, 100]")
+    made = pages_of(tmp_path / "made", "pages", *given, motion=" Offset,PR[5]")
+    result = run("resume", made, "--from-page", "1", *RESUME)
+    assert result.returncode == 0, result.stderr
+    waited = pages_of(tmp_path / "w", "pages", *given[:2], "--before", "idle 35min", motion=" Offset,PR[5]")
+    for ours, oracle in zip(numbers_of(made, (1, 2, 3)), numbers_of(waited, (1, 2, 3)), strict=True):
+        assert np.array_equal(ours, oracle, equal_nan=True)
 
 
 def test_its_pages_are_not_followed(job):

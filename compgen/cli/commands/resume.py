@@ -101,6 +101,8 @@ def resume(
             written,
             place,
             from_page,
+            state=state,
+            age=age,
             late=waits if late is not None else None,
             log=log,
             date=when,

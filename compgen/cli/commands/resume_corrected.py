@@ -11,7 +11,6 @@ from compgen.cli.screen.messages import print_error, print_record
 from compgen.cli.screen.progress_bar import CORRECT, show_progress
 from compgen.cli.screen.resume_table import pages_table
 from compgen.core.codes import Level
-from compgen.core.exceptions import InputError
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 from compgen.pipelines.resume.written_job import WrittenJob
@@ -22,7 +21,8 @@ if TYPE_CHECKING:
 
 
 def resume_corrected_program(
-    written: WrittenJob, folder: Path, from_page: int, late: float | None, log: str | None, date: str,
+    written: WrittenJob, folder: Path, from_page: int, state: str | None, age: float, late: float | None,
+    log: str | None, date: str,
     loaded: int, done: int, robot: str | None, max_um: float | None, force: bool, as_json: bool, quiet: bool,
     options: "PageOptions", figures: FigureFormat | None,
 ) -> None:  # fmt: skip
@@ -31,15 +31,17 @@ def resume_corrected_program(
     from compgen.pipelines.resume.corrected import (
         begin_late_anew,
         begin_with_log_anew,
+        begin_with_state_anew,
         read_corrected,
         resume_corrected,
     )
     from compgen.report.resume_program import program_html, program_summary
 
-    if late is None and log is None:
-        raise InputError("--state: a corrected program in pages is resumed with --log or --late; give one of them")
     job = read_corrected(written, robot, max_um)
-    begin = begin_late_anew(late) if late is not None else begin_with_log_anew(log or "")
+    if state is not None:
+        begin = begin_with_state_anew(job.plain, state, age)
+    else:
+        begin = begin_late_anew(late) if late is not None else begin_with_log_anew(log or "")
     with show_progress(quiet or as_json, CORRECT) as progress:
         resumed = resume_corrected(job, from_page, begin, date, progress, loaded, done)
         usable = resumed.correction.is_usable

@@ -15,7 +15,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY
-from compgen.error_model.anchored_state import parse_state
+from compgen.error_model.anchored_state import AnchoredState, parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
@@ -38,6 +38,17 @@ class Beginning:
 
     def __post_init__(self) -> None:
         own(self, state=("S",))
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Begun:
+    """A robot as somebody has found it when a page starts, planned or corrected."""
+
+    cell: Cell  # moved as a state says, with how well its log is known
+    state: Array  # (S,) of the thermal model
+    why: str  # in words
+    cause: dict[str, Any]  # the same for a record
+    anchored: AnchoredState | None = None  # that says so
 
 
 @dataclass(frozen=True, eq=False, slots=True)

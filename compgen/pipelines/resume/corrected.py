@@ -12,7 +12,7 @@ pages from that one on are taken; those before stay. Source: superposition, the 
 import base64
 import json
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -29,19 +29,25 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, KB, MM, UM
+from compgen.error_model.anchored_state import parse_state
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked
 from compgen.fanuc.editing.remark import marking_remark
+from compgen.fanuc.extended_axes import ExtendedAxis
 from compgen.fanuc.frames import Frames, default_frames
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.manifest import with_checksum
 from compgen.fanuc.paging.split import split_program
+from compgen.fanuc.registers import CARTESIAN, JOINT, Register
+from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.twin_of_job import twin_of_cell
+from compgen.pipelines.resume.beginning import Begun
+from compgen.pipelines.resume.from_state import begin_anchored
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
@@ -58,8 +64,9 @@ from compgen.verification.verdict import Verdict
 FORGOTTEN = 20.0  # time constants
 _ANEW = "correct the program anew with cgen correct"
 
-#: from the arm, its state by the day so far (S,) and its motion: the cell with the wanted state, why, and a record
-Begin = Callable[[Cell, Array, JointMotion], tuple[Cell, Array, str, dict[str, Any]]]
+Earlier = Sequence[Mapping[str, Any]]  # what was replaced before, as the manifest has it
+#: from the arm, its state by the day so far (S,), its motion and what was replaced before: how it begins
+Begin = Callable[[Cell, Array, JointMotion, Earlier], Begun]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -68,7 +75,9 @@ class CorrectedJob:
 
     written: WrittenJob
     cell: Cell
+    plain: Cell  # as its robot file has it, without the state that the program may begin with
     frames: Frames
+    registers: Mapping[int, Register]  # when the program starts, by number
     before: tuple[Duty, ...]
     options: Options
     planned: bytes
@@ -113,30 +122,41 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
         given, frames = made["options"], made["frames"]
         before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
-        unsupported = [key for key in ("average_over",) if key in given]
-        unsupported += [key for key in ("registers", "state_sha256") if made.get(key)]
-        unsupported += ["extended"] if frames.get("extended") else []
-        options = options_of(bool(given["split"]), given["insert_um"], False, False, given["mark"], max_um)
+        starts = ", ".join(f"{key} = {values}" for key, values in given.get("average_over", {}).items()) or None
+        options = options_of(
+            split=bool(given["split"]),
+            insert_um=given["insert_um"],
+            strict=False,
+            again=False,
+            mark=given["mark"],
+            max_um=max_um,
+            average_over=starts,
+        )
         kinds = {kind: {int(n): _pose(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
+        extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}
+        registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
         corrected_sum = str(made["corrected_sha256"])
+        state_text = made["state_toml"] if "state_sha256" in made else ""
     except (KeyError, TypeError, ValueError, AttributeError, zlib.error):
         raise InputError(f"{where}: {CORRECTED}: not what cgen correct wrote; {_ANEW}") from None
     if sha256(planned).hexdigest() != made["planned_sha256"]:
         raise InputError(f"{where}: {CORRECTED}: the planned program in it is damaged; {_ANEW}")
-    if unsupported:
-        raise InputError(f"{where}: {CORRECTED}.{unsupported[0]}: pages of such a program are not resumed; {_ANEW}")
-    cell = load_cell(robot if robot is not None else name, overrides)
+    cell = plain = load_cell(robot if robot is not None else name, overrides)
     if cell.robot_file_hash != checksum:
         raise InputError(
             f"{cell.robot_file}: this robot file is another than what made {where} (sha256 "
             f"{cell.robot_file_hash[:8]}, not {checksum[:8]}); put the old back, or {_ANEW}"
         )
-    plain = default_frames()
-    both = Frames({**plain.uframe, **kinds["uframe"]}, {**plain.utool, **kinds["utool"]})
+    if state_text:
+        cell = _with_state(plain, state_text, f"{where}: {CORRECTED}.state_toml")
+    fixed = default_frames()
+    tables = {**fixed.uframe, **kinds["uframe"]}, {**fixed.utool, **kinds["utool"]}
     return CorrectedJob(
         written=written,
         cell=cell,
-        frames=both,
+        plain=plain,
+        frames=Frames(*tables, extended=extended),
+        registers=registers,
         before=before,
         options=options,
         planned=planned,
@@ -147,6 +167,19 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
 def _pose(row: list[float]) -> Pose:
     x, y, z, w, p, r = row
     return Pose(np.array([x, y, z]) * MM, from_wpr(*(np.array([a * DEG]) for a in (w, p, r)))[0])
+
+
+def _with_state(plain: Cell, text: str, where: str) -> Cell:
+    return cell_with_state(plain, parse_state(text.encode(), where), where)
+
+
+def _axis(record: Mapping[str, Any]) -> ExtendedAxis:
+    return ExtendedAxis(record["kind"], record["unit"], tuple((row[0], _pose(row[1:])) for row in record["base"]))
+
+
+def _register(values: Sequence[float | None]) -> Register:
+    """As the provenance has it: six numbers that are known or not, or none of a register in joint form."""
+    return Register(CARTESIAN if any(v is not None for v in values) else JOINT, tuple(values))
 
 
 def resume_corrected(
@@ -176,17 +209,22 @@ def resume_corrected(
     motion = first.plan.drive.joint_motion()
     start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
     cell, old = job.cell, first
+    # a start that is known is not averaged over others
+    job = replace(job, options=replace(job.options, ensemble=None))
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
     if earlier:
         start = np.array(earlier[-1]["start_state"])
         if len(start) != len(cell.heat.rate):
             raise InputError(f"{written.manifest_file}: resumed: start_state is of another thermal model; {_ANEW}")
+        if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
+            cell = _with_state(job.plain, anchored, f"{written.manifest_file}: resumed.state_toml")
         old = _corrected(job, _beginning(cell, start), (), progress)
     active = np.flatnonzero(~loads(job.planned).motions.disabled) if old.added == 0 else None
     stations = _page_stations(old, written, active)
     at = stations[from_page - 1]
     state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
-    cell, wanted, why, cause = begin(cell, state, motion)
+    begun = begin(cell, state, motion, earlier)
+    cell, wanted = begun.cell, begun.state
     remembered = cell.heat.rate * motion.time[2 * at] < FORGOTTEN
     growth = np.exp(np.where(remembered, cell.heat.rate * motion.time[2 * at], 0.0))
     started = start + np.where(remembered, (wanted - state) * growth, 0.0)
@@ -203,8 +241,8 @@ def resume_corrected(
     entry = {
         "from_page": from_page,
         "date": date,
-        "why": why,
-        **cause,
+        "why": begun.why,
+        **begun.cause,
         **({"loaded": loaded} if loaded else {}),
         **({"done": done} if done else {}),
         "start_state": started.tolist(),
@@ -219,8 +257,8 @@ def resume_corrected(
         files={**files, written.manifest_file: manifest},
         pages=results,
         join=join,
-        why=why,
-        cause=cause,
+        why=begun.why,
+        cause=begun.cause,
         findings=new.findings,
     )
 
@@ -228,10 +266,20 @@ def resume_corrected(
 def begin_late_anew(late: float) -> Begin:
     """The page starts so much later [s] than the page before stopped; the servo is on."""
 
-    def begin(cell: Cell, state: Array, motion: JointMotion) -> tuple[Cell, Array, str, dict[str, Any]]:
+    def begin(cell: Cell, state: Array, motion: JointMotion, earlier: Earlier) -> Begun:
         standing = with_losses(cell.heat, [replace(STANDING, duration=late)], motion)
         waited = state_after(cell.heat, standing, state)
-        return cell, waited, f"it starts {late:.0f} s late", {"late_s": late}
+        return Begun(cell=cell, state=waited, why=f"it starts {late:.0f} s late", cause={"late_s": late})
+
+    return begin
+
+
+def begin_with_state_anew(plain: Cell, file: str, age: float) -> Begin:
+    """The page starts so long [s] after a state was found, of the robot as its file has it."""
+
+    def begin(cell: Cell, state: Array, motion: JointMotion, earlier: Earlier) -> Begun:
+        (standing,) = with_losses(cell.heat, [STANDING], motion)
+        return begin_anchored(plain, file, age, standing, earlier)
 
     return begin
 
@@ -239,7 +287,7 @@ def begin_late_anew(late: float) -> Begin:
 def begin_with_log_anew(file: str) -> Begin:
     """The page starts when a thermocouple log ends; its readings count from the default reference."""
 
-    def begin(cell: Cell, state: Array, motion: JointMotion) -> tuple[Cell, Array, str, dict[str, Any]]:
+    def begin(cell: Cell, state: Array, motion: JointMotion, earlier: Earlier) -> Begun:
         reference = AmbientTable().reference_degC
         log = tables.log_of(LogTable(file=file), cell.heat, cell.warmth, cell.sensors, reference, "log")
         loss: tuple[float, ...] = ()
@@ -250,7 +298,7 @@ def begin_with_log_anew(file: str) -> Begin:
         checksum = sha256(read_regular(file)).hexdigest()
         cause = {"log": Path(file).name, "log_sha256": checksum, "log_end_s": end}
         why = f"thermocouple log {cause['log']} until {end:.0f} s"
-        return replace(cell, warmth=wanted.warmth), wanted.state, why, cause
+        return Begun(cell=replace(cell, warmth=wanted.warmth), state=wanted.state, why=why, cause=cause)
 
     return begin
 
@@ -260,7 +308,7 @@ def _beginning(cell: Cell, start: Array) -> Cell:
 
 
 def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress: Progress) -> Correction:
-    return correct_program(job.planned, cell, job.frames, before, job.options, progress)
+    return correct_program(job.planned, cell, job.frames, before, job.options, progress, registers=job.registers)
 
 
 def _page_stations(old: Correction, written: WrittenJob, active: Any) -> list[int]:
