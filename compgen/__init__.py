@@ -21,7 +21,7 @@ say what the command line says. What is logged goes to the logger ``compgen``. d
 
 from importlib import import_module
 
-__version__ = "0.1.0"
+from compgen.core.version import __version__ as __version__
 
 TYPE_CHECKING = False  # as type checkers know it; the import of typing would be most of this package's
 

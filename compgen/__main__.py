@@ -4,8 +4,8 @@ import os
 import sys
 import threading
 
-from compgen import __version__
 from compgen.cli.screen.streams import let_readers_leave
+from compgen.core.version import __version__
 
 
 def main() -> None:

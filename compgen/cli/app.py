@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 
-from compgen import __version__
 from compgen.cli.commands.anchor import anchor
 from compgen.cli.commands.check import check
 from compgen.cli.commands.compare import compare
@@ -33,6 +32,7 @@ from compgen.cli.commands.teach_frame import teach_frame
 from compgen.cli.commands.verify_backup import verify_backup
 from compgen.cli.commands.whatif import whatif
 from compgen.cli.options.help_texts import SectionedHelp, example_of
+from compgen.core.version import __version__
 
 #: the help's sections, commands in the order of work
 SECTIONS = {

@@ -3,8 +3,11 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import degrees
+from typing import Any
 
 from compgen.core.units import MM
+
+RESULT = "a result", "make another one"
 
 
 class CompgenError(Exception):
@@ -80,6 +83,21 @@ class SingularityError(ImpossibleError):
             f"waypoint {waypoint}: the path passes the {kind} singularity (joint {joint}) at {distance}, "
             f"closer than {limit}; move the path away from it"
         )
+
+
+def refuse_changes(owner: type[object], what: str, mend: str) -> None:
+    """Let setting or deleting an attribute of a frozen dataclass raise FrozenError, an InputError.
+
+    Args:
+        owner: The class.
+        what: It is, with its article.
+        mend: What to do instead.
+    """
+
+    def refuse(self: Any, name: str, *value: object) -> None:
+        raise FrozenError(f"{type(self).__name__}.{name}: {what} does not change; {mend}")
+
+    owner.__setattr__ = owner.__delattr__ = refuse  # type: ignore[method-assign]
 
 
 @contextmanager

@@ -1,7 +1,8 @@
-"""Files that are read whole: regular ones, of a size that a reader can hold."""
+"""Files that are read whole, regular ones of a size that a reader can hold; and the one that was meant."""
 
 import os
 import stat
+from difflib import get_close_matches
 from errno import EFBIG, EINVAL, EISDIR
 from hashlib import sha256
 from pathlib import Path
@@ -12,6 +13,7 @@ MOST_BYTES = 2_000_000_000
 PROVENANCE = ".compgen.json"  # behind a program's name: what it was corrected from, beside a corrected program
 POSTERIOR = ".posterior.json"  # behind a robot file's name: how well its parameters are known together, beside it
 MOST_TABLE_BYTES = 16_000_000  # of a TOML file or another that people write by hand
+_CLOSE = 0.7  # of the letters of a name
 
 
 def file_hash(source: str | Path) -> str:
@@ -46,3 +48,38 @@ def read_regular(source: str | Path, most: int = MOST_BYTES) -> bytes:
     if len(content) > most:
         raise OSError(EFBIG, f"it is larger than {most / MB:g} MB", str(source))
     return content
+
+
+def near_file(file: Path, *folders: str) -> str | None:
+    """The file that was meant where one is not there: of a similar name and the same kind, in its folder or others.
+
+    None where there is none.
+
+    Args:
+        file: That is not there; without an ending any file of its name is meant.
+        folders: Where its kind is kept, from the current folder.
+    """
+    stems: dict[str, str] = {}
+    for place in dict.fromkeys([file.parent, *map(Path, folders)]):
+        try:
+            names = sorted(os.listdir(place))
+        except (OSError, ValueError):
+            continue
+        for name in names:
+            stem, ending = os.path.splitext(name)
+            if ending and file.suffix.lower() in ("", ending.lower()) and (place / name).is_file():
+                stems.setdefault(stem.lower(), str(place / name))
+    near = get_close_matches(file.stem.lower(), stems, 1, _CLOSE)
+    if near:
+        return stems[near[0]]
+    return _other_ending(file)
+
+
+def _other_ending(file: Path) -> str | None:
+    """A file of the same stem with an ending that is spelt nearly so."""
+    try:
+        names = sorted(name for name in os.listdir(file.parent) if os.path.splitext(name)[0] == file.stem)
+    except (OSError, ValueError):
+        return None
+    near = get_close_matches(file.name, names, 1, _CLOSE)
+    return str(file.with_name(near[0])) if near else None

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from compgen.core.codes import Code, Level
-from compgen.core.one_line import one_line
+from compgen.core.message_text import one_line
 
 
 @dataclass(frozen=True, slots=True)

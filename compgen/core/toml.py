@@ -8,14 +8,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from reprlib import Repr
-from typing import Any, TypeVar, get_args
+from typing import Annotated, Any, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from pydantic_core import ErrorDetails
 
 from compgen.core.exceptions import InputError, TableError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
-from compgen.core.near_files import near_file
+from compgen.core.files import MOST_TABLE_BYTES, near_file, read_regular
 
 DEEPEST = 20  # levels of tables and lists in each other; a thousand of them would exceed Python's own limit
 
@@ -35,6 +34,22 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True)
 
+
+# Bounded values that several tables hold; their ends are far beyond any cell: no slip of the keyboard overflows.
+Number = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
+Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
+NotNegative = Annotated[FiniteFloat, Field(ge=0, le=1e6)]
+Length = Annotated[FiniteFloat, Field(gt=0, le=1e4)]  # mm
+Coordinate = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
+Angle = Annotated[FiniteFloat, Field(ge=-3600, le=3600)]  # deg
+Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=16)]
+Point = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2)]
+SixCoordinates = Annotated[list[Coordinate], Field(min_length=6, max_length=6)]
+SixAngles = Annotated[list[Angle], Field(min_length=6, max_length=6)]
+SixFactors = Annotated[list[Annotated[FiniteFloat, Field(ge=-10, le=10)]], Field(min_length=6, max_length=6)]
+SixRates = Annotated[list[Annotated[FiniteFloat, Field(ge=1e-3, le=1e6)]], Field(min_length=6, max_length=6)]
 
 Model = TypeVar("Model", bound=Table)
 

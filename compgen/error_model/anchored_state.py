@@ -18,8 +18,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
-from compgen.core.quantities import Number
-from compgen.core.toml import Table, check, read_toml_text, toml_value
+from compgen.core.toml import Number, Table, check, read_toml_text, toml_value
 from compgen.core.units import MDEG, UM
 from compgen.error_model.posterior import correlation_matrix, correlation_rows
 

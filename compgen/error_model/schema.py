@@ -4,8 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, FiniteFloat
 
-from compgen.core.quantities import Coordinate, Number, Point
-from compgen.core.toml import Table
+from compgen.core.toml import Coordinate, Number, Point, Table
 
 # Upper ends are far beyond any arm that still works: they keep a slip of the keyboard from becoming a long search.
 Offset = Annotated[FiniteFloat, Field(ge=-5e4, le=5e4)]  # um

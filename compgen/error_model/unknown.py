@@ -7,8 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from compgen.core.exceptions import InputError
-from compgen.core.quantities import NotNegative
-from compgen.core.toml import Table
+from compgen.core.toml import NotNegative, Table
 from compgen.core.units import UM
 
 

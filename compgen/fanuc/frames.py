@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
+from compgen.core.other_units import values_in_other_units
 from compgen.core.pose import IDENTITY, Pose
-from compgen.core.unlikely import unlikely_values
 from compgen.fanuc.extended_axes import ExtendedAxis, extended_axes
 from compgen.fanuc.pose_table import pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
 
@@ -33,7 +33,7 @@ class Frames:
 
     uframe: dict[int, Pose]
     utool: dict[int, Pose]
-    unlikely: tuple[Finding, ...] = ()  # values that look like another unit's
+    input_findings: tuple[Finding, ...] = ()  # values that look like another unit's
     extended: Mapping[str, ExtendedAxis] = field(default_factory=dict)  # by name, E1 to E3
 
 
@@ -52,7 +52,7 @@ def load_frames(path: str) -> Frames:
     base = default_frames()
     loaded = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
     frames = {**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool}
-    return Frames(*frames, loaded.unlikely, loaded.extended)
+    return Frames(*frames, loaded.input_findings, loaded.extended)
 
 
 def _from_toml(text: str, path: str) -> Frames:
@@ -70,7 +70,7 @@ def _from_toml(text: str, path: str) -> Frames:
         for kind in ("uframe", "utool")
     )
     extended = extended_axes(data.get("extended", {}), path)
-    return Frames(uframe, utool, unlikely_values(data, path), extended)
+    return Frames(uframe, utool, values_in_other_units(data, path), extended)
 
 
 def _index(text: str, kind: str, path: str) -> int:

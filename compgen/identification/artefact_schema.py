@@ -4,8 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
-from compgen.core.quantities import Coordinate, Length, NotNegative
-from compgen.core.toml import Table
+from compgen.core.toml import Coordinate, Length, NotNegative, Table
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=32)]
 

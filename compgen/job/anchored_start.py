@@ -206,7 +206,7 @@ def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | Non
         raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
     state = load_state(source, cell, since)
     cell = cell_with_state(cell, state, source)
-    cell = replace(cell, unlikely=(*cell.unlikely, state_note(state, since, "")))
+    cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "")))
     return cell, ((replace(STANDING, duration=since),) if since > 0 else ())
 
 

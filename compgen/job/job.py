@@ -8,9 +8,9 @@ import numpy as np
 
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array
+from compgen.core.exceptions import refuse_changes
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
-from compgen.core.sealed import seal
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
@@ -51,7 +51,7 @@ class Cell:
     robot_file_hash: str  # sha256 of its bytes
     sensors: Mapping[str, str] = field(default_factory=dict)  # part_<n> of a thermocouple log to the name of a rise
     held_out: float | None = None  # [m] error of the file's prediction at poses that its identification did not see
-    unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's; what is missing
+    input_findings: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's; what is missing
     posterior: ParameterPosterior | None = None  # how well identification knows its parameters together
     fit: FitLimits = field(default_factory=FitLimits)  # what its identification says that it cannot do
     drifting: Drifting = field(default_factory=Drifting)  # what touches shall tell of beside warmth and base
@@ -132,7 +132,7 @@ class Job:
     bounds: Bounds
     overrides: tuple[str, ...]  # on both files
     inputs_hash: str  # of both files, what they name, and the overrides
-    unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
+    input_findings: tuple[Finding, ...] = ()  # values of both files that look like another unit's
     heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
     on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
     log: TemperatureLog | None = None  # that its heat begins with, as it was read
@@ -208,6 +208,6 @@ class Job:
 
 
 ANOTHER = "give overrides to compgen.load_job for another one"
-seal(Job, "a job", ANOTHER)
+refuse_changes(Job, "a job", ANOTHER)
 for _part in (Cell, ProgramPlan, PathPlan, Process, Tool, History, Settings, Bounds):
-    seal(_part, "a part of a job", ANOTHER)
+    refuse_changes(_part, "a part of a job", ANOTHER)

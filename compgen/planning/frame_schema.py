@@ -4,8 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
-from compgen.core.quantities import Angle, Coordinate, NotNegative
-from compgen.core.toml import Table
+from compgen.core.toml import Angle, Coordinate, NotNegative, Table
 
 Rise = Annotated[FiniteFloat, Field(ge=-100, le=200)]
 Three = Annotated[list[NotNegative], Field(min_length=3, max_length=3)]

@@ -6,8 +6,7 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
-from compgen.core.quantities import Angle, Coordinate, Length
-from compgen.core.toml import Table
+from compgen.core.toml import Angle, Coordinate, Length, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
 from compgen.planning.boundaries import Boundary

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM
+from compgen.core.version import __version__
 from compgen.error_model.anchored_state import BASE
 from compgen.pipelines.anchor import Anchored
 from compgen.pipelines.anchor.hypotheses import Judged

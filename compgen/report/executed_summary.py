@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.commands import Command
 from compgen.core.units import MM, MS, UM
+from compgen.core.version import __version__
 from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.figure import rows_to_draw
 from compgen.robot.robot import Robot

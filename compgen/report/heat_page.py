@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 from compgen.core.units import HOUR, UM
 from compgen.job.job import Job
+from compgen.core.version import __version__
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.averaging_findings import ensemble_words
 from compgen.pipelines.study import Timeline
@@ -51,7 +51,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
         "title": job.title,
         "start_s": day.start,
         "duration_s": float(day.time[-1]),
-        "findings": [finding.record() for finding in job.unlikely],
+        "findings": [finding.record() for finding in job.input_findings],
         "rise_K": {
             "start": dict(zip(names, day.run_rise[0].tolist(), strict=True)),
             "end": dict(zip(names, day.rise[-1].tolist(), strict=True)),
@@ -100,7 +100,7 @@ def heat_html(job: Job, day: Timeline, options: PageOptions = PLAIN, max_um: flo
     body = figure_section("Temperature over the day", _rises(job, day), "rises")
     if len(day.run) > 1:
         body += figure_section("Each run of the program", _runs(job, day, max_um), "runs")
-    findings = findings_list(job.unlikely) if job.unlikely else ""
+    findings = findings_list(job.input_findings) if job.input_findings else ""
     return page(f"Heat: {job.title or job.name}", findings + body, opening, day_inputs(job), REMARK, options)
 
 

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.arrays import BoolArray
 from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.units import DEG, MM, UM
+from compgen.core.version import __version__
 from compgen.identification.fit_limits import fit_limits_record
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import KINDS

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__, fanuc
+from compgen import fanuc
 from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.commands import Command
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
+from compgen.core.version import __version__
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty.band import not_known

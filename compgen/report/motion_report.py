@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.codes import Code, Level
 from compgen.core.commands import Command
 from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
+from compgen.core.version import __version__
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
 from compgen.pipelines.executed.executed import ProgramText

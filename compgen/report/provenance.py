@@ -6,7 +6,6 @@ import zlib
 from hashlib import sha256
 from typing import Any
 
-from compgen import __version__
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
@@ -14,6 +13,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.error_model.anchored_state import AnchoredState, state_text
+from compgen.core.version import __version__
 from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.pipelines.correct import Correction
 from compgen.thermal.ensemble import Ensemble

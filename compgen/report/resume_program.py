@@ -3,8 +3,8 @@
 from html import escape
 from typing import Any
 
-from compgen import __version__
 from compgen.core.commands import Command
+from compgen.core.version import __version__
 from compgen.pipelines.resume.corrected import ResumedProgram, words_of
 from compgen.report.inputs import correction_inputs
 from compgen.report.page import PLAIN, PageOptions, findings_list, in_words, page, section, verdict

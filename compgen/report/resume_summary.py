@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.commands import Command
 from compgen.core.units import UM
+from compgen.core.version import __version__
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.resume.result import Resumed
 from compgen.pipelines.uncertainty.band import not_known

@@ -5,8 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
-from compgen.core.quantities import NotNegative
-from compgen.core.toml import Table
+from compgen.core.toml import NotNegative, Table
 from compgen.core.units import MS, PERCENT, UM
 from compgen.robot.motion import ControllerMotion, MotionEvidence
 

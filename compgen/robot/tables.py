@@ -8,7 +8,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.quantities import (
+from compgen.core.toml import (
     Angle,
     AngleRange,
     Coordinate,
@@ -18,8 +18,8 @@ from compgen.core.quantities import (
     SixCoordinates,
     SixFactors,
     SixRates,
+    Table,
 )
-from compgen.core.toml import Table
 from compgen.core.units import DEG, KB, MM, MS
 from compgen.robot.arm_geometry import in_class_rows
 from compgen.robot.interference import Interference, polygon_fault, signed_area

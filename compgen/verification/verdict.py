@@ -6,7 +6,7 @@ from math import ceil, floor, isfinite, log10
 
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.number_text import beyond_text
+from compgen.core.message_text import beyond_text
 from compgen.core.units import MDEG, UM
 from compgen.job.bounds import Bounds
 from compgen.verification.deviation import COMPONENTS, Deviation, Extent

@@ -2,13 +2,14 @@
 
 import os
 from contextlib import nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from command_line import refused, run
 
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import near_file, read_regular
 from compgen.core.toml import read_toml
 from compgen.fanuc.frames import load_frames
 
@@ -107,3 +108,32 @@ def test_keys_and_names_without_end_are_refused_before_any_work(tmp_path):
     refused(varied, 2, "nested more than 20 deep")
     assert not (tmp_path / "out").exists()
     refused(run("check", "paths/line_y.toml", "--robot", "a" * 300), 2, "no robot has such a name")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "paths").mkdir()
+    for name in ("paths/mirror.toml", "paths/lens.toml", "PART.LS", "notes.txt"):
+        (tmp_path / name).write_text("")
+    (tmp_path / "paths" / "mirrors.toml").mkdir()
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("paths/miror.toml", "paths/mirror.toml"),
+        ("mirror.toml", "paths/mirror.toml"),
+        ("mirror", "paths/mirror.toml"),
+        ("paths/Mirror.TOML", "paths/mirror.toml"),
+        ("paths/mirror.tom", "paths/mirror.toml"),
+        ("part.ls", "PART.LS"),
+        ("PART.L", "PART.LS"),
+        ("nowhere/lens.toml", "paths/lens.toml"),
+        ("paths/window.toml", None),
+        ("a\0b.toml", None),
+    ],
+)
+def test_the_nearest_file_of_the_kind(folder, name, near):
+    assert near_file(Path(name), "paths") == near

@@ -7,7 +7,7 @@ from hashlib import sha256
 import pytest
 from shipped import ROOT, path_file, quiet
 
-from compgen.core.resolved import MOST_VALUES, flat_keys
+from compgen.core.input_keys import MOST_VALUES, dotted_keys
 from compgen.core.toml import check, read_toml, read_toml_text
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import cell_of, load_cell
@@ -22,8 +22,8 @@ LINE = path_file("line_y")
 def test_a_report_has_every_value_of_both_files_and_every_default():
     inputs = job_summary(generate.predict(load_job(LINE), quiet), None)["inputs"]
     for kind, file in (("path", LINE), ("robot", ROOT / "robots" / "m710ic50.toml")):
-        written = flat_keys(tomllib.loads(ROOT.joinpath(file).read_text()))
-        used = flat_keys(inputs[kind])
+        written = dotted_keys(tomllib.loads(ROOT.joinpath(file).read_text()))
+        used = dotted_keys(inputs[kind])
         assert {key: used[key] for key in written} == written
     assert inputs["path"]["process"].keys() >= {"feed_mm_s", "chord_um", "lift_mm", "acc_percent"}
     assert inputs["path"]["process"]["acc_percent"] is None  # left open: the robot file decides
@@ -41,8 +41,8 @@ def test_inputs_read_again_are_the_same_job():
 def test_overrides_and_a_chosen_robot_are_in_the_inputs(tmp_path):
     other = tmp_path / "other.toml"
     other.write_bytes((ROOT / "robots" / "m710ic50.toml").read_bytes())
-    plain = flat_keys(load_job(LINE).inputs)
-    changed = flat_keys(load_job(LINE, str(other), ["process.feed_mm_s=73", "robot.thermal.cte_um_m_K=12.5"]).inputs)
+    plain = dotted_keys(load_job(LINE).inputs)
+    changed = dotted_keys(load_job(LINE, str(other), ["process.feed_mm_s=73", "robot.thermal.cte_um_m_K=12.5"]).inputs)
     differ = {key: (plain.get(key), value) for key, value in changed.items() if plain.get(key) != value}
     assert {key: new for key, (_, new) in differ.items()} == {
         "path.process.feed_mm_s": 73.0,
@@ -94,6 +94,6 @@ def test_a_dry_run_says_its_lift():
 
 def test_a_cell_of_an_existing_program_has_its_robot_file():
     cell = load_cell("m710ic50", ["thermal.cte_um_m_K=12.5"])
-    written = flat_keys(read_toml(ROOT / "robots" / "m710ic50.toml", "robots"))
-    used = flat_keys(cell.inputs)
+    written = dotted_keys(read_toml(ROOT / "robots" / "m710ic50.toml", "robots"))
+    used = dotted_keys(cell.inputs)
     assert {key for key in written if used[key] != written[key]} == {"thermal.cte_um_m_K"}

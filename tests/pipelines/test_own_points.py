@@ -108,7 +108,7 @@ def test_normals_beside_a_curved_surface_are_refused(tmp_path):
 
 def test_what_the_curve_makes_of_the_points_is_told(tmp_path):
     square = [(1000 + x, y, 100.0) for x, y in ((0, 0), (50, 0), (100, 0), (100, 50), (100, 100))]
-    note = next(f for f in job_of(tmp_path, np.array(square)).unlikely if f.code == "path.points")
+    note = next(f for f in job_of(tmp_path, np.array(square)).input_findings if f.code == "path.points")
     assert "it stops at 1 corners" in note.message
 
 
@@ -248,7 +248,7 @@ def test_a_curve_far_from_the_lines_is_outside_until_it_is_asked_for(tmp_path):
 
 def test_a_curve_below_the_lowest_point_is_a_finding(tmp_path):
     rows = [(1000, 0, 103), (1040, 0, 101), (1060, 0, 100), (1100, 0, 100), (1120, 0, 101), (1160, 0, 103)]
-    found = code_of(job_of(tmp_path, rows, extra="bulge_um = 1e5").unlikely, "path.below")
+    found = code_of(job_of(tmp_path, rows, extra="bulge_um = 1e5").input_findings, "path.below")
     assert found.level is Level.WARNING
     assert "mm below the lowest point" in found.message
 
@@ -277,12 +277,14 @@ def test_a_written_program_is_judged_by_the_file_too(tmp_path):
 
 def test_the_size_of_a_mesh_and_where_the_tool_meets_it_are_told(tmp_path):
     """A mesh in inches, or upside down, is as good a mesh; only its size tells."""
-    notes = [f for f in mesh_job(tmp_path, grid_mesh(bowl, n=81), RASTER, SKIN).unlikely if f.code == "surface.mesh"]
+    notes = [
+        f for f in mesh_job(tmp_path, grid_mesh(bowl, n=81), RASTER, SKIN).input_findings if f.code == "surface.mesh"
+    ]
     assert "the mesh is 200.0 x 200.0 mm, z 0.0 to" in notes[0].message
     assert "the tool is on it at z 0.0 to" in notes[0].message
     assert [f.level.name for f in notes if "is not over the mesh" in f.message] == []
     job = mesh_job(tmp_path, grid_mesh(bowl, n=81) / 4, RASTER, SKIN)
-    off = next(f for f in job.unlikely if "is not over the mesh" in f.message)
+    off = next(f for f in job.input_findings if "is not over the mesh" in f.message)
     assert off.level.name == "WARNING"
 
 

@@ -115,7 +115,7 @@ def test_robot_file_is_renamed_with_its_posterior_beside_it(copied):
     (copied / "mine.toml").rename(copied / "other.toml")
     cell = load_cell(str(copied / "other.toml"))
     assert cell.posterior is not None
-    assert not [f for f in cell.unlikely if f.code.startswith("posterior")]
+    assert not [f for f in cell.input_findings if f.code.startswith("posterior")]
 
 
 def test_another_comment_or_line_end_keeps_the_posterior(copied):
@@ -129,19 +129,19 @@ def test_without_its_posterior_a_robot_file_says_that_the_band_is_too_wide(copie
     (copied / f"mine{POSTERIOR}").unlink()
     cell = load_cell(str(copied / "mine.toml"))
     assert cell.posterior is None
-    assert any(f.code == "posterior.missing" and "too wide" in f.message for f in cell.unlikely)
+    assert any(f.code == "posterior.missing" and "too wide" in f.message for f in cell.input_findings)
 
 
 def test_a_robot_file_that_was_never_identified_needs_no_posterior():
     cell = load_cell("m710ic50")
     assert cell.posterior is None
-    assert not [f for f in cell.unlikely if f.code.startswith("posterior")]
+    assert not [f for f in cell.input_findings if f.code.startswith("posterior")]
 
 
 def test_overridden_values_have_no_posterior(copied):
     cell = load_cell(str(copied / "mine.toml"), ["sources.joint_zeros.offset_mdeg=[0, 0, 0, 0, 0, 0]"])
     assert cell.posterior is None
-    assert any(f.code == "posterior.overridden" for f in cell.unlikely)
+    assert any(f.code == "posterior.overridden" for f in cell.input_findings)
 
 
 def test_a_posterior_of_another_run_is_refused(copied):

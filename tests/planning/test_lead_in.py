@@ -119,7 +119,7 @@ def test_sweeps_begin_so_early_that_their_reversals_are_over_on_the_part(robot):
     )
     plain = load_job(path_file("raster_1300"), robot, (*short, *small, "process.lead_in=false"))
     job = load_job(path_file("raster_1300"), robot, (*short, *small))
-    assert any(f.code == "path.lead_in" and "not 5 (path.lead_mm)" in f.message for f in job.unlikely)
+    assert any(f.code == "path.lead_in" and "not 5 (path.lead_mm)" in f.message for f in job.input_findings)
     left = []
     for each in (plain, job):
         planned, corrected = generate.generate(each, quiet)

@@ -13,7 +13,7 @@ from compgen.cli.output_files.ownership import HEAT, check_heat_folder
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.console import finding_lines
 from compgen.cli.screen.messages import print_error, print_record
-from compgen.core.number_text import beyond_text
+from compgen.core.message_text import beyond_text
 from compgen.core.units import UM
 
 
@@ -58,7 +58,7 @@ def heat(
         print_record(files[HEAT])
     elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in heat_sentences(job, day)))
-        sys.stdout.write("".join(f"{line}\n" for line in finding_lines(job.unlikely)))
+        sys.stdout.write("".join(f"{line}\n" for line in finding_lines(job.input_findings)))
         sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")
     largest = float(day.residual.max())
     if bound is not None and largest > bound:

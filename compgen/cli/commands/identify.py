@@ -107,7 +107,7 @@ def identify(
             arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress, arm.facts
         )
     identified = replace(
-        identified, findings=(*identified.findings, *of_log, *log_findings(arm, identified), *arm.unlikely)
+        identified, findings=(*identified.findings, *of_log, *log_findings(arm, identified), *arm.input_findings)
     )
     is_written = not identified.refused or force
     # a robot file that stands stays with its own reports

@@ -31,8 +31,9 @@ def pages(
     quiet: opt.Quiet = False,
 ) -> None:
     """Part an existing program into pages that the controller holds, with a main program and a manifest."""
-    from compgen import __version__, fanuc
+    from compgen import fanuc
     from compgen.cli.screen.pages_text import pages_text, unparted_text
+    from compgen.core.version import __version__
     from compgen.fanuc.analysis.marked_program import is_marked
     from compgen.fanuc.editing.remark import marking_remark
     from compgen.fanuc.paging.capacity import program_size

@@ -51,8 +51,8 @@ def plan_poses(
 
     from compgen.cli.commands.pose_plan_files import expected_csv, pose_plan_record, poses_csv, show_pose_plan
     from compgen.cli.screen.progress_bar import show_progress
+    from compgen.core.other_units import lengths_in_other_units
     from compgen.core.units import DEG, MM, UM
-    from compgen.core.unlikely import unlikely_lengths
     from compgen.fanuc import program_name
     from compgen.fanuc.measuring_program import measuring_program
     from compgen.identification import pose_planning
@@ -109,11 +109,11 @@ def plan_poses(
         measuring[f"{turning}.LS"], tables["reversals.csv"] = text, poses_csv(turned, targets)
     files = {**measuring, **tables}
     publish(folder, measuring, tables, (f"{turning}.LS", "reversals.csv"))
-    unlikely = [*arm.unlikely, *(f for given in lengths for f in unlikely_lengths(*given))]
+    input_findings = [*arm.input_findings, *(f for given in lengths for f in lengths_in_other_units(*given))]
     if as_json:
-        print_record(pose_plan_record(model.parameters, plan, len(runs), sorted(files), unlikely))
+        print_record(pose_plan_record(model.parameters, plan, len(runs), sorted(files), input_findings))
     elif not quiet:
-        show_pose_plan(model.parameters, plan, len(runs), folder, sorted(files), unlikely)
+        show_pose_plan(model.parameters, plan, len(runs), folder, sorted(files), input_findings)
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:

@@ -14,7 +14,7 @@ from compgen.cli.output_files.publish import publish
 from compgen.cli.output_files.study_folder import QUESTIONS, RECORD, own_files, study_folder
 from compgen.cli.screen.console import finding_lines
 from compgen.cli.screen.messages import print_error, print_record
-from compgen.core.number_text import beyond_text
+from compgen.core.message_text import beyond_text
 
 
 def whatif(
@@ -100,7 +100,7 @@ def whatif(
     elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
         sys.stdout.write(f"{living.sentence}\n" if living.sentence else "")
-        for line in finding_lines(base.unlikely if base is not None else ()):
+        for line in finding_lines(base.input_findings if base is not None else ()):
             sys.stdout.write(f"{line}\n")
         for row in [row for row in rows if row["state"] == "failed"][:10]:
             sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")

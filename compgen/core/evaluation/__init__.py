@@ -4,7 +4,7 @@ Where there is a compiler and enough rows, the function runs as C (``codegen``, 
 lanes of a vector register and shares of the rows on each core (``threads``). Else numpy runs its list of instructions
 over blocks of rows (``interpreter``). Either way there is no Python call and no ``DM`` a row, and a row's numbers do
 not depend on how many rows or workers there are. What a function becomes, a list of instructions or a loaded library,
-belongs to it and ends with it (``ownership``).
+belongs to it and ends with it (``lifetime``).
 """
 
 import ctypes
@@ -20,7 +20,7 @@ from compgen.core.arrays import Array
 from compgen.core.evaluation.codegen import c_source, identity
 from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
 from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instructions_of, run
-from compgen.core.evaluation.ownership import kept_with
+from compgen.core.evaluation.lifetime import kept_with
 from compgen.core.evaluation.threads import (
     Background,
     map_blocks,

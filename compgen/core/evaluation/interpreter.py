@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.evaluation.ownership import kept_with
+from compgen.core.evaluation.lifetime import kept_with
 
 BLOCK = 4096  # rows at a time: the work arrays stay in cache
 

@@ -107,7 +107,7 @@ def plan_path_touches(
         *_too_few(count, centres),
         *_little_gain(rms, count),
         *_tight_ways(job, probe, targets, chosen),
-        *job.unlikely,
+        *job.input_findings,
     ]
     p99 = _p99(model, model.prior), _p99(model, plan.covariance)
     by_anchoring = None

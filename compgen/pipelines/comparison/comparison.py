@@ -7,8 +7,8 @@ from typing import Any
 
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
-from compgen.core.number_text import beyond_text
-from compgen.core.resolved import flat_keys
+from compgen.core.input_keys import dotted_keys
+from compgen.core.message_text import beyond_text
 from compgen.pipelines.comparison import numbers
 from compgen.pipelines.comparison.agreement import tolerance_of
 from compgen.pipelines.comparison.course import Course, course_of
@@ -156,7 +156,7 @@ def _changed_inputs(a: Output, b: Output) -> tuple[Pair, ...] | None:
             if not inputs:
                 return None
             keys = {**inputs.get("path", {}), **{k: v for k, v in inputs.items() if k not in ("path", "robot")}}
-            named = flat_keys(keys) | flat_keys({"robot": inputs["robot"]})  # as --set takes them
+            named = dotted_keys(keys) | dotted_keys({"robot": inputs["robot"]})  # as --set takes them
             flat.append({key: value for key, value in named.items() if value not in (None, [])})
     return tuple(pair for pair in _pairs(*flat) if pair.a != pair.b)
 

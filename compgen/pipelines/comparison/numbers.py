@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from compgen.core.commands import Command
-from compgen.core.one_line import one_line
+from compgen.core.message_text import one_line
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number
 
 Numbers = dict[str, Any]

@@ -10,7 +10,7 @@ from compgen.core.commands import Command, command_of
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.core.strict_json import read_json
+from compgen.core.json_text import read_json
 
 SCHEMA = 1
 RECORDS = ("report.json", "whatif.json", "heat.json")

@@ -6,12 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core import stages
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
 from compgen.core.units import MM
+from compgen.core.version import __version__
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
@@ -79,7 +79,7 @@ def correct(
         TwinError: The proof cannot be made.
     """
     progress(stages.READING, 0.0)
-    cell = replace(cell, unlikely=(*cell.unlikely, *frames.unlikely))
+    cell = replace(cell, input_findings=(*cell.input_findings, *frames.input_findings))
     planned = program = loads(data)
     around = Surroundings(frames, registers or {}, called_programs(program, find_program))
     if options.raised:

@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.number_text import beyond_text
+from compgen.core.message_text import beyond_text
 from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
@@ -294,7 +294,7 @@ def _text_findings(result: Correction) -> list[Finding]:
 
 def _heat_findings(result: Correction) -> list[Finding]:
     drive, stations, heat = result.plan.drive, result.plan.stations, result.cell.heat
-    findings = list(result.cell.unlikely)
+    findings = list(result.cell.input_findings)
     if not result.before and result.cell.heat.start is None:
         findings.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no --before: the cell starts cold"))
     run = drive.duration > 0

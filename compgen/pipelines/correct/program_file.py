@@ -5,8 +5,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from compgen.core.exceptions import InputError
-from compgen.core.files import PROVENANCE, read_regular
-from compgen.core.near_files import near_file
+from compgen.core.files import PROVENANCE, near_file, read_regular
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked
 from compgen.fanuc.frames import Frames, default_frames, load_frames

@@ -11,18 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.compensation.problem import Settings
 from compgen.compensation.tables import settings_of
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
+from compgen.core.input_keys import input_keys
+from compgen.core.other_units import values_in_other_units
 from compgen.core.pose import Pose
-from compgen.core.resolved import resolved_keys
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
-from compgen.core.unlikely import unlikely_values
+from compgen.core.version import __version__
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
 from compgen.job.day_plan import Programs, plan_history
@@ -166,11 +166,11 @@ def _job_of(files: _JobFiles) -> Job:
         overrides=files.overrides,
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         inputs={
-            "path": {**resolved_keys(path), "robot": files.robot_source.stem},
+            "path": {**input_keys(path), "robot": files.robot_source.stem},
             "files": others,
             "robot": cell.inputs,
         },
-        unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer, *notes),
+        input_findings=(*values_in_other_units(files.path_data, str(source)), *cell.input_findings, *longer, *notes),
         on_other_heat_model=None if other is None else replace(files, robot_text=other),
         log=read,
         own_file=_own_file(path, source),

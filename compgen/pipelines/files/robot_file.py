@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.resolved import resolved_keys
+from compgen.core.input_keys import input_keys
+from compgen.core.other_units import values_in_other_units
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.units import UM
-from compgen.core.unlikely import unlikely_values
+from compgen.core.version import __version__
 from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
@@ -75,7 +75,7 @@ class Arm:
     sensors: Mapping[str, str]  # part_<n> of a temperature log to the name of a rise
     known: tuple[UncertainSource, ...]
     identified: IdentifiedTable | None
-    unlikely: tuple[Finding, ...]  # values that look like another unit's
+    input_findings: tuple[Finding, ...]  # values that look like another unit's
     facts: ArmFacts  # what the arm carries, its nodes, and how it grows
 
 
@@ -106,7 +106,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     sensors = facts.thermal.sensors if facts.thermal else {}
     arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
     known = read_sources(facts.sources, arm, where)
-    unlikely = unlikely_values(data, where)
+    input_findings = values_in_other_units(data, where)
     return Arm(
         source=where,
         text=text,
@@ -116,7 +116,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
         sensors=sensors,
         known=known,
         identified=facts.identified,
-        unlikely=unlikely,
+        input_findings=input_findings,
         facts=arm,
     )
 
@@ -177,11 +177,11 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         robot_file=str(source),
         robot_file_hash=sha256(text.content).hexdigest(),
         held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
-        unlikely=(*unlikely_values(data, where), *of_posterior, *(() if facts.thermal else (COLD,))),
+        input_findings=(*values_in_other_units(data, where), *of_posterior, *(() if facts.thermal else (COLD,))),
         posterior=posterior,
         fit=fit_limits_of(facts.identified),
         drifting=drifting_of(facts.anchor),
-        inputs=resolved_keys(facts),
+        inputs=input_keys(facts),
     )
 
 

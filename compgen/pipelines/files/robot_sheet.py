@@ -66,7 +66,7 @@ def robot_sheet(arm: Arm) -> RobotSheet:
         check_arm_class(robot)
     except InputError as failure:
         obstacle = str(failure)
-    findings = [*arm.unlikely]
+    findings = [*arm.input_findings]
     if not arm.nodes:
         message = "no [thermal]: taken as a cold arm; how it warms, measurements would tell (docs/identify.md)"
         findings.append(Finding(Level.NOTE, Code.THERMAL_NONE, message))

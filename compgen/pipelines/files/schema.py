@@ -5,8 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from compgen.compensation.tables import CompensationTable
-from compgen.core.quantities import Positive
-from compgen.core.toml import Table
+from compgen.core.toml import Positive, Table
 from compgen.error_model.schema import SourcesTable
 from compgen.error_model.unknown import UnknownTable
 from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable

@@ -33,7 +33,7 @@ def asking_units(job: Job) -> Iterator[None]:
     try:
         yield
     except ImpossibleError as failure:
-        questions = [finding.message for finding in job.unlikely if finding.code == Code.UNITS_UNLIKELY]
+        questions = [finding.message for finding in job.input_findings if finding.code == Code.UNITS_UNLIKELY]
         if questions:
             failure.args = (f"{failure}; {questions[0]}",)
         raise

@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen import __version__, fanuc
+from compgen import fanuc
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.codes import Code, Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 from compgen.core.findings import Finding
 from compgen.core.units import KB
+from compgen.core.version import __version__
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import REMARK_LENGTH
 from compgen.fanuc.paging.canonical_split import excerpt, split_canonical

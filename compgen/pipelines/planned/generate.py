@@ -111,7 +111,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += unknown_start_findings(
         job.robot, job.sources, model, theta=theta, position=places, rise=rise, directions=motion, contact=path.contact
     )
-    notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.unlikely]
+    notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.input_findings]
     notes += dry_run_findings(job, path)
     if not job.history.before and job.heat.start is None:
         notes.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no [[before]]: the cell starts cold"))

@@ -7,9 +7,10 @@ read back and is the program that the twin has flown for the prediction, number 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from compgen import __version__, fanuc
+from compgen import fanuc
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE
+from compgen.core.version import __version__
 from compgen.fanuc import Program
 from compgen.fanuc.paging.canonical_split import split_canonical
 from compgen.fanuc.paging.join_check import interpret_pages

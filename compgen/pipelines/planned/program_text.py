@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen import __version__, fanuc
+from compgen import fanuc
 from compgen.core.arcs import segment_lengths, statement_starts
 from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.pose import Pose
+from compgen.core.version import __version__
 from compgen.fanuc import Program
 from compgen.job.job import Job
 from compgen.pipelines.planned.dry_run import dry_run_words

@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
@@ -30,6 +29,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, KB, MM, UM
 from compgen.error_model.anchored_state import parse_state
+from compgen.core.version import __version__
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked
 from compgen.fanuc.editing.remark import marking_remark

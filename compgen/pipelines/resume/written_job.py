@@ -8,7 +8,7 @@ from typing import Any
 
 from compgen.core.exceptions import InputError, TableError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
-from compgen.core.strict_json import read_json
+from compgen.core.json_text import read_json
 from compgen.core.toml import check
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
 from compgen.job.job import Job

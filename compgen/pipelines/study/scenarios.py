@@ -10,11 +10,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from compgen import __version__
 from compgen.core.csv_table import read_csv
 from compgen.core.exceptions import CompgenError, InputError, TableError
 from compgen.core.files import read_regular
 from compgen.core.toml import suggest, toml_value
+from compgen.core.version import __version__
 from compgen.pipelines.files.path_file import load_job
 
 MOST = 100_000

@@ -10,8 +10,7 @@ from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.quantities import NotNegative
-from compgen.core.toml import Table
+from compgen.core.toml import NotNegative, Table
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve

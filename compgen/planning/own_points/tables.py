@@ -10,8 +10,7 @@ from pydantic import Field, FiniteFloat
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.quantities import Coordinate, Length
-from compgen.core.toml import Table
+from compgen.core.toml import Coordinate, Length, Table
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.mesh.mesh import Mesh

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from compgen.core.sealed import RESULT, seal
+from compgen.core.exceptions import RESULT, refuse_changes
 from compgen.pipelines.comparison.comparison import Comparison
 from compgen.pipelines.comparison.comparison import compare as pipeline
 from compgen.report.compare_page import comparison_files, courses_figure
@@ -51,7 +51,7 @@ class ComparedOutputs:
         return f"<ComparedOutputs: {headline(self.result)}>"
 
 
-seal(ComparedOutputs, *RESULT)
+refuse_changes(ComparedOutputs, *RESULT)
 
 
 def compare(first: File, second: File) -> ComparedOutputs:

@@ -6,8 +6,8 @@ from typing import Any
 
 from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import DEFAULT_DATE, checked_date
+from compgen.core.exceptions import RESULT, refuse_changes
 from compgen.core.findings import Finding
-from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
 from compgen.job.anchored_start import seconds_of_age, state_overrides
 from compgen.job.job import Job
@@ -278,8 +278,8 @@ class GeneratedProgram(_OfJob):
         return f"<GeneratedProgram {self.corrected.program.name}: {before}, {after} after correction, {self.verdict}>"
 
 
-seal(Prediction, *RESULT)
-seal(GeneratedProgram, *RESULT)
+refuse_changes(Prediction, *RESULT)
+refuse_changes(GeneratedProgram, *RESULT)
 
 
 def predict(job: Job, progress: Progress | None = None, workers: int | None = None) -> Prediction:

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from compgen.core.arrays import Array, BoolArray
-from compgen.core.exceptions import InputError, naming_file
+from compgen.core.exceptions import RESULT, InputError, naming_file, refuse_changes
 from compgen.core.findings import Finding
-from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.fanuc import LsProgram, loads
@@ -143,7 +142,7 @@ class CorrectedProgram:
         return f"<CorrectedProgram {self.result.name}: {self.result.changed} positions corrected, {self.verdict}>"
 
 
-seal(CorrectedProgram, *RESULT)
+refuse_changes(CorrectedProgram, *RESULT)
 
 
 def correct(

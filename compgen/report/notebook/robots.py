@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from compgen.core.arrays import Array
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import RESULT, InputError, refuse_changes
 from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
-from compgen.core.sealed import RESULT, seal
 from compgen.core.stages import Progress
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
@@ -97,7 +96,7 @@ class IdentifiedRobot:
         return f"<IdentifiedRobot {self.name}: {self.report['verdict']}, {held_out:.1f} um on held-out poses>"
 
 
-seal(IdentifiedRobot, *RESULT)
+refuse_changes(IdentifiedRobot, *RESULT)
 
 
 def identify(
@@ -155,7 +154,7 @@ def identify(
         fitted = pipeline.identify(
             arm.robot, arm.known, measurements, len(arm.nodes), log is not None, report_progress, arm.facts
         )
-        result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.unlikely))
+        result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.input_findings))
         text, posterior = identified_texts(arm, result, files.names, f"{arm.robot.name}{POSTERIOR}")
     report = identification_summary(result)
     inputs = measured_inputs(

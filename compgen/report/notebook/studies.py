@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.exceptions import InputError
-from compgen.core.sealed import RESULT, seal
+from compgen.core.exceptions import RESULT, InputError, refuse_changes
 from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.core.units import UM
@@ -107,7 +106,7 @@ class StudyResult:
         return f"<StudyResult of {self.path}: {'; '.join(self.sentences)}>"
 
 
-seal(StudyResult, *RESULT)
+refuse_changes(StudyResult, *RESULT)
 
 
 def study(

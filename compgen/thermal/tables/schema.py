@@ -4,8 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
-from compgen.core.quantities import Identifier, Length, NotNegative, Point, Positive, Range, SixRates
-from compgen.core.toml import Table
+from compgen.core.toml import Identifier, Length, NotNegative, Point, Positive, Range, SixRates, Table
 from compgen.core.units import MINUTE
 from compgen.robot.dh_lengths import LengthName
 from compgen.thermal.temperature_log import COLD_START

@@ -12,7 +12,7 @@ from shipped import path_file
 from compgen.core import evaluation
 from compgen.core.evaluation import MIN_COMPILED_ROWS, evaluate, kept_with
 from compgen.core.evaluation.compiler import find_compiler
-from compgen.core.evaluation.ownership import KEPT
+from compgen.core.evaluation.lifetime import KEPT
 from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.files.path_file import load_job

@@ -10,7 +10,7 @@ from compgen.core.toml import Table
 MOST_VALUES = 200  # of a list: one with more is named by how many they are and their hash
 
 
-def resolved_keys(table: Table) -> dict[str, Any]:
+def input_keys(table: Table) -> dict[str, Any]:
     """Every key of a checked table with its value, as a file would spell both; None where it was left open.
 
     A list of more than ``MOST_VALUES`` values is ``{"values": how many, "sha256": of their JSON}``.
@@ -18,7 +18,7 @@ def resolved_keys(table: Table) -> dict[str, Any]:
     return {key: _brief(value) for key, value in table.model_dump(mode="json", by_alias=True).items()}
 
 
-def flat_keys(tables: Mapping[str, Any]) -> dict[str, Any]:
+def dotted_keys(tables: Mapping[str, Any]) -> dict[str, Any]:
     """Tables in each other as dotted keys, as ``--set`` takes them; a list of plain values is one value."""
     return dict(_flat(tables, ""))
 

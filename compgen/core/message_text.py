@@ -1,6 +1,7 @@
-"""Messages of one line: what a refusal or a finding may be at most."""
+"""Messages of one line, and the numbers in them: what a refusal or a finding may be at most."""
 
 MOST_CHARACTERS = 300
+MOST_DECIMALS = 12
 _ENDING = 100  # characters kept of the end, where the mend stands
 
 
@@ -18,3 +19,18 @@ def one_line(message: str) -> str:
         return line
     mark = " ... "
     return f"{line[: MOST_CHARACTERS - _ENDING - len(mark)]}{mark}{line[-_ENDING:]}"
+
+
+def beyond_text(value: float, limit: float, decimals: int = 2) -> str:
+    """A value with as many decimals as show on which side of a limit it is: 2.5004, not 2.50, beyond 2.5.
+
+    Args:
+        value: In the unit of the message.
+        limit: In the same.
+        decimals: As many at least.
+    """
+    for places in range(decimals, MOST_DECIMALS):
+        text = f"{value:.{places}f}"
+        if (float(text) > limit) == (value > limit) and (float(text) < limit) == (value < limit):
+            return text
+    return f"{value!r}"

@@ -84,7 +84,7 @@ _AT_AXIS = 100  # mm from the J1 axis: no pattern has its centre there
 _RIGHT = 2e-3  # rad: how near to a multiple of pi/4 three digits come
 
 
-def unlikely_values(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
+def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
     """A warning for each value of a file's tables that was probably given in another unit."""
     values = list(_numbers(data, "", ""))
     findings: dict[str, Finding] = {}
@@ -109,7 +109,7 @@ def unlikely_values(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
     return tuple(findings.values())
 
 
-def unlikely_lengths(option: str, text: str, lengths: Sequence[float]) -> tuple[Finding, ...]:
+def lengths_in_other_units(option: str, text: str, lengths: Sequence[float]) -> tuple[Finding, ...]:
     """A warning where the lengths of an option [mm] were probably given in metres."""
     if not 0 < max(map(abs, lengths)) < _SHORT:
         return ()

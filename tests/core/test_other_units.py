@@ -8,8 +8,8 @@ from ls_text import at, program
 from shipped import ROOT
 
 from compgen.core.codes import Level
+from compgen.core.other_units import lengths_in_other_units, values_in_other_units
 from compgen.core.toml import override
-from compgen.core.unlikely import unlikely_lengths, unlikely_values
 from compgen.fanuc.frames import load_frames
 
 ROBOT = (ROOT / "robots/m710ic50.toml").read_text()
@@ -42,9 +42,9 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
 )
 def test_what_looks_like_another_unit_is_asked_about(text, assignment, meant):
     data = tomllib.loads(text)
-    assert unlikely_values(data, "a.toml") == ()
+    assert values_in_other_units(data, "a.toml") == ()
     override(data, assignment, assignment)
-    (finding,) = unlikely_values(data, "a.toml")
+    (finding,) = values_in_other_units(data, "a.toml")
     assert (finding.level, finding.code) == (Level.WARNING, "units.unlikely")
     assert finding.message.startswith(f"a.toml: {assignment.partition('=')[0].partition('{')[0]}")
     assert meant in finding.message
@@ -58,7 +58,7 @@ def test_what_looks_like_another_unit_is_asked_about(text, assignment, meant):
 def test_small_values_that_are_meant_are_not(assignment):
     data = tomllib.loads(PATH)
     override(data, assignment, assignment)
-    assert unlikely_values(data, "a.toml") == ()
+    assert values_in_other_units(data, "a.toml") == ()
 
 
 FRAMES = """\
@@ -82,11 +82,11 @@ r_deg = 90
 def test_frames_in_metres_and_radians_are_asked_about(tmp_path):
     source = tmp_path / "frames.toml"
     source.write_text(FRAMES)
-    length, angle = (finding.message for finding in load_frames(str(source)).unlikely)
+    length, angle = (finding.message for finding in load_frames(str(source)).input_findings)
     assert "uframe.1.x_mm = 1.2: did you mean 1200?" in length
     assert "uframe.1.r_deg = 1.5708: did you mean 90?" in angle
     source.write_text(FRAMES.replace("x_mm = 1.2", "x_mm = 1200").replace("1.5708", "90"))
-    assert load_frames(str(source)).unlikely == ()
+    assert load_frames(str(source)).input_findings == ()
 
 
 def test_a_correction_reports_it(tmp_path):
@@ -103,9 +103,9 @@ def test_a_correction_reports_it(tmp_path):
 )
 def test_lengths_of_options_in_metres_are_asked_about(option, tmp_path):
     lengths = [float(v) for v in option[1].split()]
-    (finding,) = unlikely_lengths(*option, lengths)
+    (finding,) = lengths_in_other_units(*option, lengths)
     assert finding.message.startswith(f"{option[0]} '{option[1]}': did you mean '{1e3 * lengths[0]:g} ")
-    assert unlikely_lengths(*option, [1e3 * v for v in lengths]) == ()
+    assert lengths_in_other_units(*option, [1e3 * v for v in lengths]) == ()
 
 
 def test_poses_to_measure_report_it(tmp_path):
@@ -128,7 +128,7 @@ def test_the_day_and_a_study_report_it(tmp_path):
 def test_nothing_that_is_shipped_is_asked_about():
     files = [f for kind in ("paths", "robots") for f in (ROOT / kind).glob("*.toml")]
     assert len(files) > 10
-    assert [unlikely_values(tomllib.loads(f.read_text()), f.name) for f in files] == len(files) * [()]
+    assert [values_in_other_units(tomllib.loads(f.read_text()), f.name) for f in files] == len(files) * [()]
 
 
 def test_the_commands_report_it(tmp_path):
