@@ -8,8 +8,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.toml import Angle, NotNegative, Number, Point, Positive
-from compgen.core.toml import Table
+from compgen.core.toml import Angle, NotNegative, Number, Point, Positive, Table
 from compgen.core.units import MDEG, PERCENT, UM
 from compgen.job.bounds import Bounds, Guarantee
 from compgen.job.order_statistics import draws_needed, draws_that_may_break

@@ -8,8 +8,8 @@ import numpy as np
 from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 from compgen.core.units import HOUR, UM
-from compgen.job.job import Job
 from compgen.core.version import __version__
+from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.averaging_findings import ensemble_words
 from compgen.pipelines.study import Timeline

@@ -8,8 +8,8 @@ from typing import Any
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
-from compgen.job.job import Cell, Job
 from compgen.core.version import __version__
+from compgen.job.job import Cell, Job
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.planned.averaging_findings import ensemble_words
 from compgen.thermal import Duty

@@ -10,8 +10,8 @@ import numpy as np
 
 from compgen.core.commands import Command
 from compgen.core.csv_table import text_cell
-from compgen.job.job import Job
 from compgen.core.version import __version__
+from compgen.job.job import Job
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.band_words import NO_BAND, rounded
 from compgen.report.inputs import made_from
