@@ -12,8 +12,8 @@ from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MM, UM
-from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.core.version import __version__
+from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.pipelines.correct import Correction
 from compgen.thermal.ensemble import Ensemble

@@ -32,9 +32,9 @@ def resume_corrected_program(
         begin_late_anew,
         begin_with_log_anew,
         begin_with_state_anew,
-        read_corrected,
         resume_corrected,
     )
+    from compgen.pipelines.resume.corrected_job import read_corrected
     from compgen.report.resume_program import program_html, program_summary
 
     job = read_corrected(written, robot, max_um)

@@ -9,9 +9,7 @@ for every mode that remembers so long (one that has died away over ``FORGOTTEN``
 pages from that one on are taken; those before stay. Source: superposition, the heat models are linear.
 """
 
-import base64
 import json
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -24,33 +22,25 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.findings import Finding
-from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr
 from compgen.core.stages import Progress
-from compgen.core.units import DEG, HOUR, KB, MM, UM
-from compgen.error_model.anchored_state import parse_state
+from compgen.core.units import KB, UM
 from compgen.core.version import __version__
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked
 from compgen.fanuc.editing.remark import marking_remark
-from compgen.fanuc.extended_axes import ExtendedAxis
-from compgen.fanuc.frames import Frames, default_frames
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.manifest import with_checksum
 from compgen.fanuc.paging.split import split_program
-from compgen.fanuc.registers import CARTESIAN, JOINT, Register
-from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
-from compgen.pipelines.correct.result import Options, options_of
-from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.resume.beginning import Begun
+from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.from_state import begin_anchored
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
-from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
+from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
 from compgen.thermal.drive_losses import mean_losses
@@ -62,26 +52,10 @@ from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 from compgen.verification.verdict import Verdict
 
 FORGOTTEN = 20.0  # time constants
-_ANEW = "correct the program anew with cgen correct"
 
 Earlier = Sequence[Mapping[str, Any]]  # what was replaced before, as the manifest has it
 #: from the arm, its state by the day so far (S,), its motion and what was replaced before: how it begins
 Begin = Callable[[Cell, Array, JointMotion, Earlier], Begun]
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class CorrectedJob:
-    """What a corrected program in pages was made from."""
-
-    written: WrittenJob
-    cell: Cell
-    plain: Cell  # as its robot file has it, without the state that the program may begin with
-    frames: Frames
-    registers: Mapping[int, Register]  # when the program starts, by number
-    before: tuple[Duty, ...]
-    options: Options
-    planned: bytes
-    corrected_sha256: str
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -102,84 +76,6 @@ class ResumedProgram(PagesAnew):
     def verdict(self) -> Verdict:
         """Of the correction."""
         return self.correction.verdict
-
-
-def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float | None = None) -> CorrectedJob:
-    """What a folder's pages were made from.
-
-    Args:
-        written: The pages, with their program's provenance.
-        robot: The robot file; default the one that was used.
-        max_um: Largest error allowed after correction [um].
-
-    Raises:
-        InputError: Another robot file, or something that the provenance does not hold whole.
-    """
-    made, where = written.record[CORRECTED], written.manifest_file
-    try:
-        planned = zlib.decompress(base64.b85decode(made["planned_zlib_b85"]))
-        overrides = [str(o) for o in made["overrides"]]
-        name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
-        given, frames = made["options"], made["frames"]
-        before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
-        starts = ", ".join(f"{key} = {values}" for key, values in given.get("average_over", {}).items()) or None
-        options = options_of(
-            split=bool(given["split"]),
-            insert_um=given["insert_um"],
-            strict=False,
-            again=False,
-            mark=given["mark"],
-            max_um=max_um,
-            average_over=starts,
-        )
-        kinds = {kind: {int(n): _pose(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
-        extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}
-        registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
-        corrected_sum = str(made["corrected_sha256"])
-        state_text = made["state_toml"] if "state_sha256" in made else ""
-    except (KeyError, TypeError, ValueError, AttributeError, zlib.error):
-        raise InputError(f"{where}: {CORRECTED}: not what cgen correct wrote; {_ANEW}") from None
-    if sha256(planned).hexdigest() != made["planned_sha256"]:
-        raise InputError(f"{where}: {CORRECTED}: the planned program in it is damaged; {_ANEW}")
-    cell = plain = load_cell(robot if robot is not None else name, overrides)
-    if cell.robot_file_hash != checksum:
-        raise InputError(
-            f"{cell.robot_file}: this robot file is another than what made {where} (sha256 "
-            f"{cell.robot_file_hash[:8]}, not {checksum[:8]}); put the old back, or {_ANEW}"
-        )
-    if state_text:
-        cell = _with_state(plain, state_text, f"{where}: {CORRECTED}.state_toml")
-    fixed = default_frames()
-    tables = {**fixed.uframe, **kinds["uframe"]}, {**fixed.utool, **kinds["utool"]}
-    return CorrectedJob(
-        written=written,
-        cell=cell,
-        plain=plain,
-        frames=Frames(*tables, extended=extended),
-        registers=registers,
-        before=before,
-        options=options,
-        planned=planned,
-        corrected_sha256=corrected_sum,
-    )
-
-
-def _pose(row: list[float]) -> Pose:
-    x, y, z, w, p, r = row
-    return Pose(np.array([x, y, z]) * MM, from_wpr(*(np.array([a * DEG]) for a in (w, p, r)))[0])
-
-
-def _with_state(plain: Cell, text: str, where: str) -> Cell:
-    return cell_with_state(plain, parse_state(text.encode(), where), where)
-
-
-def _axis(record: Mapping[str, Any]) -> ExtendedAxis:
-    return ExtendedAxis(record["kind"], record["unit"], tuple((row[0], _pose(row[1:])) for row in record["base"]))
-
-
-def _register(values: Sequence[float | None]) -> Register:
-    """As the provenance has it: six numbers that are known or not, or none of a register in joint form."""
-    return Register(CARTESIAN if any(v is not None for v in values) else JOINT, tuple(values))
 
 
 def resume_corrected(
@@ -205,7 +101,7 @@ def resume_corrected(
     require_unedited(written)
     first = _corrected(job, job.cell, job.before, progress)
     if sha256(first.text).hexdigest() != job.corrected_sha256:
-        raise InputError(f"{written.manifest_file}: another version or input corrected this program; {_ANEW}")
+        raise InputError(f"{written.manifest_file}: another version or input corrected this program; {ANEW}")
     motion = first.plan.drive.joint_motion()
     start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
     cell, old = job.cell, first
@@ -215,9 +111,9 @@ def resume_corrected(
     if earlier:
         start = np.array(earlier[-1]["start_state"])
         if len(start) != len(cell.heat.rate):
-            raise InputError(f"{written.manifest_file}: resumed: start_state is of another thermal model; {_ANEW}")
+            raise InputError(f"{written.manifest_file}: resumed: start_state is of another thermal model; {ANEW}")
         if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
-            cell = _with_state(job.plain, anchored, f"{written.manifest_file}: resumed.state_toml")
+            cell = with_state_text(job.plain, anchored, f"{written.manifest_file}: resumed.state_toml")
         old = _corrected(job, _beginning(cell, start), (), progress)
     active = np.flatnonzero(~loads(job.planned).motions.disabled) if old.added == 0 else None
     stations = _page_stations(old, written, active)
@@ -232,7 +128,7 @@ def resume_corrected(
     if not np.array_equal(loads(new.text).positions.number, loads(old.text).positions.number):
         raise InputError(
             f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
-            f"--insert); {_ANEW}"
+            f"--insert); {ANEW}"
         )
     pages = _pages_of(job, new.text)
     before = _fly(new, old.text)
@@ -318,7 +214,7 @@ def _page_stations(old: Correction, written: WrittenJob, active: Any) -> list[in
     if written.pages[-1].last >= len(moves):
         raise InputError(
             f"{written.manifest_file}: its pages have {written.pages[-1].last + 1} motions, the corrected program "
-            f"{len(moves)}; {_ANEW}"
+            f"{len(moves)}; {ANEW}"
         )
     return [int(np.searchsorted(drive.motion, moves[page.first])) for page in written.pages]
 
@@ -334,7 +230,7 @@ def _pages_of(job: CorrectedJob, text: bytes) -> dict[str, bytes]:
     common = (marking_remark(__version__),) if is_marked(program, job.cell.robot) or text != job.planned else ()
     pages = {page.name: page.data for page in split_program(program, capacity, (), common=common).pages}
     if list(pages) != [page.name for page in written.pages]:
-        raise InputError(f"{written.manifest_file}: the program is parted in other pages now; {_ANEW}")
+        raise InputError(f"{written.manifest_file}: the program is parted in other pages now; {ANEW}")
     return pages
 
 

@@ -1,0 +1,96 @@
+"""What a corrected program in pages was made from, as its provenance in the manifest has it, whole."""
+
+ANEW = "correct the program anew with cgen correct"
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class CorrectedJob:
+    """What a corrected program in pages was made from."""
+
+    written: WrittenJob
+    cell: Cell
+    plain: Cell  # as its robot file has it, without the state that the program may begin with
+    frames: Frames
+    registers: Mapping[int, Register]  # when the program starts, by number
+    before: tuple[Duty, ...]
+    options: Options
+    planned: bytes
+    corrected_sha256: str
+
+
+def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float | None = None) -> CorrectedJob:
+    """What a folder's pages were made from.
+
+    Args:
+        written: The pages, with their program's provenance.
+        robot: The robot file; default the one that was used.
+        max_um: Largest error allowed after correction [um].
+
+    Raises:
+        InputError: Another robot file, or something that the provenance does not hold whole.
+    """
+    made, where = written.record[CORRECTED], written.manifest_file
+    try:
+        planned = zlib.decompress(base64.b85decode(made["planned_zlib_b85"]))
+        overrides = [str(o) for o in made["overrides"]]
+        name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
+        given, frames = made["options"], made["frames"]
+        before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
+        starts = ", ".join(f"{key} = {values}" for key, values in given.get("average_over", {}).items()) or None
+        options = options_of(
+            split=bool(given["split"]),
+            insert_um=given["insert_um"],
+            strict=False,
+            again=False,
+            mark=given["mark"],
+            max_um=max_um,
+            average_over=starts,
+        )
+        kinds = {kind: {int(n): _pose(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
+        extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}
+        registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
+        corrected_sum = str(made["corrected_sha256"])
+        state_text = made["state_toml"] if "state_sha256" in made else ""
+    except (KeyError, TypeError, ValueError, AttributeError, zlib.error):
+        raise InputError(f"{where}: {CORRECTED}: not what cgen correct wrote; {ANEW}") from None
+    if sha256(planned).hexdigest() != made["planned_sha256"]:
+        raise InputError(f"{where}: {CORRECTED}: the planned program in it is damaged; {ANEW}")
+    cell = plain = load_cell(robot if robot is not None else name, overrides)
+    if cell.robot_file_hash != checksum:
+        raise InputError(
+            f"{cell.robot_file}: this robot file is another than what made {where} (sha256 "
+            f"{cell.robot_file_hash[:8]}, not {checksum[:8]}); put the old back, or {ANEW}"
+        )
+    if state_text:
+        cell = with_state_text(plain, state_text, f"{where}: {CORRECTED}.state_toml")
+    fixed = default_frames()
+    tables = {**fixed.uframe, **kinds["uframe"]}, {**fixed.utool, **kinds["utool"]}
+    return CorrectedJob(
+        written=written,
+        cell=cell,
+        plain=plain,
+        frames=Frames(*tables, extended=extended),
+        registers=registers,
+        before=before,
+        options=options,
+        planned=planned,
+        corrected_sha256=corrected_sum,
+    )
+
+
+def _pose(row: list[float]) -> Pose:
+    x, y, z, w, p, r = row
+    return Pose(np.array([x, y, z]) * MM, from_wpr(*(np.array([a * DEG]) for a in (w, p, r)))[0])
+
+
+def with_state_text(plain: Cell, text: str, where: str) -> Cell:
+    return cellwith_state_text(plain, parse_state(text.encode(), where), where)
+
+
+def _axis(record: Mapping[str, Any]) -> ExtendedAxis:
+    return ExtendedAxis(record["kind"], record["unit"], tuple((row[0], _pose(row[1:])) for row in record["base"]))
+
+
+def _register(values: Sequence[float | None]) -> Register:
+    """As the provenance has it: six numbers that are known or not, or none of a register in joint form."""
+    return Register(CARTESIAN if any(v is not None for v in values) else JOINT, tuple(values))
