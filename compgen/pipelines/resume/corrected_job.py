@@ -1,5 +1,29 @@
 """What a corrected program in pages was made from, as its provenance in the manifest has it, whole."""
 
+import base64
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
+from compgen.core.rotations import from_wpr
+from compgen.core.units import DEG, HOUR, MM
+from compgen.error_model.anchored_state import parse_state
+from compgen.fanuc.extended_axes import ExtendedAxis
+from compgen.fanuc.frames import Frames, default_frames
+from compgen.fanuc.registers import CARTESIAN, JOINT, Register
+from compgen.job.anchored_start import cell_with_state
+from compgen.job.job import Cell
+from compgen.pipelines.correct.result import Options, options_of
+from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
+from compgen.thermal import Duty
+
 ANEW = "correct the program anew with cgen correct"
 
 
@@ -84,7 +108,8 @@ def _pose(row: list[float]) -> Pose:
 
 
 def with_state_text(plain: Cell, text: str, where: str) -> Cell:
-    return cellwith_state_text(plain, parse_state(text.encode(), where), where)
+    """A cell as the text of a state has it; ``where`` the text stands, for messages."""
+    return cell_with_state(plain, parse_state(text.encode(), where), where)
 
 
 def _axis(record: Mapping[str, Any]) -> ExtendedAxis:
