@@ -14,7 +14,7 @@ from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.pipelines.correct import Correction
 from compgen.thermal.ensemble import Ensemble
 
@@ -33,7 +33,7 @@ def provenance(result: Correction) -> dict[str, Any]:
         "robot_sha256": result.cell.inputs_hash,
         "robot_file": {"path": result.cell.robot_file, "sha256": result.cell.robot_file_hash},
         "overrides": list(result.cell.overrides),
-        **_surroundings(result.around),
+        **_context(result.around),
         "before": [
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
             for d in result.before
@@ -74,7 +74,7 @@ def _starts(ensemble: Ensemble) -> dict[str, list[float]]:
     return {"delay_s": list(ensemble.delay), "override_percent": [100 * share for share in ensemble.overrides]}
 
 
-def _surroundings(around: Surroundings) -> dict[str, Any]:
+def _context(around: ProgramContext) -> dict[str, Any]:
     """Frames, registers and called programs that were given, by number and name."""
     frames = around.frames
     return {

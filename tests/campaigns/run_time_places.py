@@ -22,7 +22,7 @@ from compgen.core.units import MM  # noqa: E402
 from compgen.fanuc import loads  # noqa: E402
 from compgen.fanuc.analysis.called_programs import called_programs  # noqa: E402
 from compgen.fanuc.analysis.correctable import read_scope  # noqa: E402
-from compgen.fanuc.analysis.surroundings import Surroundings  # noqa: E402
+from compgen.fanuc.analysis.program_context import ProgramContext  # noqa: E402
 from compgen.fanuc.analysis.traversal import read_traversal  # noqa: E402
 from compgen.fanuc.frames import Frames  # noqa: E402
 from compgen.fanuc.pose_table import pose_of  # noqa: E402
@@ -358,7 +358,7 @@ def judge(seed, robot):
     frames = Frames(*({n: pose_of(v) for n, v in table.items()} for table in (FRAMES, TOOLS)))
     beside = {"QUIET": QUIET.encode(), "WRITER": WRITER.encode()}.get
     registers = {n: Register(CARTESIAN, v) for n, v in start.items()}
-    around = Surroundings(frames, registers, called_programs(read, beside))
+    around = ProgramContext(frames, registers, called_programs(read, beside))
     poses = around.poses(read, robot)
     drive = read_traversal(read, poses, robot, around.called.motionless)
     scope = read_scope(read, poses, drive, robot)

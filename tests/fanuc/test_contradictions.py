@@ -8,7 +8,7 @@ from shipped import ROOT
 from compgen import fanuc
 from compgen.fanuc.analysis import inspection
 from compgen.fanuc.analysis.contradictions import contradictions
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_cell, load_robot
 
@@ -23,7 +23,7 @@ def text(*moves, numbered=(1, 2)):
 
 def found(data):
     read = fanuc.loads(data)
-    poses = Surroundings(MANY).poses(read, None)
+    poses = ProgramContext(MANY).poses(read, None)
     return [(u.line - 3, u.reason) for u in contradictions(read, read_traversal(read, poses, None))]
 
 

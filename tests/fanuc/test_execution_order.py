@@ -8,7 +8,7 @@ from ls_text import joint_form, program
 
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.called_programs import called_programs
-from compgen.fanuc.analysis.execution_order import NO_ORIGIN, station_origins
+from compgen.fanuc.analysis.flow_graph import NO_ORIGIN, station_origins
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import may_move_arm
 

@@ -16,7 +16,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis import inspection
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import read_poses
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
 from compgen.fanuc.frames import default_frames, load_frames
@@ -422,7 +422,7 @@ def test_what_is_wrong_with_a_file_is_said_as_it_is(spoil, words):
 def unlisted(data, robot=None, frames=None):
     """Lines of motions that are held, of which neither the line nor its position is listed."""
     read, arm = fanuc.loads(data), robot or load_robot("m710ic50")
-    poses = Surroundings(frames or MANY).poses(read, arm)
+    poses = ProgramContext(frames or MANY).poses(read, arm)
     drive = read_traversal(read, poses, arm)
     scope = read_scope(read, poses, drive, arm)
     listed = {u.line for u in scope.unsafe}

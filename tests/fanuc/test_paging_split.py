@@ -17,7 +17,7 @@ from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.modal_state import read_modal_state
 from compgen.fanuc.paging.capacity import Capacity, program_size
 from compgen.fanuc.paging.join_check import JoinError, called_programs, check_join
-from compgen.fanuc.paging.names import page_names
+from compgen.fanuc.paging.plan import page_names
 from compgen.fanuc.paging.split import line_count, split_program
 
 

@@ -15,7 +15,7 @@ from compgen.core.rotations import from_wpr
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.frames import BaseFrame
-from compgen.fanuc.touch_program import Signal
+from compgen.fanuc.measuring_programs import Signal
 from compgen.identification.touch_candidates import Search
 from compgen.identification.touches import Touches, read_artefact, read_touches
 from compgen.job.anchored_start import cell_with_state

@@ -36,6 +36,8 @@ def pages(
     from compgen.core.version import __version__
     from compgen.fanuc.analysis.marked_program import is_marked
     from compgen.fanuc.editing.remark import marking_remark
+    from compgen.fanuc.analysis.watermark import carries_mark
+    from compgen.fanuc.editing.insertion import marking_remark
     from compgen.fanuc.paging.capacity import program_size
     from compgen.fanuc.paging.join_check import check_join
     from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
@@ -58,7 +60,7 @@ def pages(
         elif not quiet:
             sys.stdout.write(unparted_text(whole))
         return
-    marked = is_marked(whole, arm) or provenance_beside(Path(program), content) is not None
+    marked = carries_mark(whole, arm) or provenance_beside(Path(program), content) is not None
     with naming_file(program):
         paged = split_program(whole, capacity, taken or (), common=(marking_remark(__version__),) if marked else ())
     check_join(whole, paged.main, {p.name: p.data for p in paged.pages})

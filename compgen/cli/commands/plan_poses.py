@@ -54,7 +54,7 @@ def plan_poses(
     from compgen.core.other_units import lengths_in_other_units
     from compgen.core.units import DEG, MM, UM
     from compgen.fanuc import program_name
-    from compgen.fanuc.measuring_program import measuring_program
+    from compgen.fanuc.measuring_programs import measuring_program
     from compgen.identification import pose_planning
     from compgen.identification.model import build_model
     from compgen.identification.parameters import symbolic_sources

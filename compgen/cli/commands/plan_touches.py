@@ -59,7 +59,7 @@ def plan_touches(
     from compgen.cli.screen.progress_bar import show_progress
     from compgen.core.units import MM, UM
     from compgen.fanuc import program_name
-    from compgen.fanuc.touch_program import Signal
+    from compgen.fanuc.measuring_programs import Signal
     from compgen.identification.touch_candidates import Search
     from compgen.identification.touches import read_artefact
     from compgen.pipelines.anchor.files import log_overrides

@@ -114,7 +114,7 @@ def _half_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
 
 def _unfit(program: LsProgram, poses: Poses, robot: Robot | None) -> list[tuple[int, str]]:
     """Positions that are known but cannot be corrected, and why."""
-    reason_of = {k: poses.stands.reason[poses.stands.which[k]] for k in np.flatnonzero(poses.extended).tolist()}
+    reason_of = {k: poses.arm_bases.reason[poses.arm_bases.which[k]] for k in np.flatnonzero(poses.extended).tolist()}
     tests = [*_arm_tests(poses, robot), *_number_tests(program, poses)] if robot else _number_tests(program, poses)
     for rows, why in tests:
         for k in np.flatnonzero(rows).tolist():

@@ -16,7 +16,7 @@ from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, pose_rows, read_traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.fanuc.analysis.watermark import mark_of
@@ -50,7 +50,7 @@ def inspect(
         registers: Position registers when the program starts, by number.
         find_program: The listing of a program that this one calls, by its name in capitals; None where there is none.
     """
-    around = Surroundings(frames, registers or {}, called_programs(program, find_program))
+    around = ProgramContext(frames, registers or {}, called_programs(program, find_program))
     m, p = program.motions, program.positions
     active = np.flatnonzero(~m.disabled)
     via, goal = _targets(program, active)

@@ -6,8 +6,8 @@ A Cartesian position takes its joints from its CONFIG, a joint-form position its
 known (not taught, frame not known, CONFIG without a posture, out of reach) is NaN. A position that motions place in
 several ways (``placements``: an offset, a frame written at run time) has a row for each of them.
 
-World is the arm's own. Where an extended axis carries the arm (``stands``), it is elsewhere in the cell, and user
-frames are told in it: T_uframe = T_stand^-1 T_cell_uframe.
+World is the arm's own. Where an extended axis carries the arm (``arm_bases``), it is elsewhere in the cell, and user
+frames are told in it: T_uframe = T_base^-1 T_cell_uframe.
 """
 
 from collections.abc import Mapping
@@ -19,10 +19,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import DEG
-from compgen.fanuc.analysis.placements import Placements
-from compgen.fanuc.analysis.placing import placed_poses
-from compgen.fanuc.analysis.stands import Stands, read_stands
+from compgen.fanuc.analysis.placements import Placements, placed_poses
 from compgen.fanuc.configuration import parse_config
+from compgen.fanuc.extended_axes import ArmBases, read_arm_bases
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
@@ -57,7 +56,7 @@ class Poses:
     placements: Placements
     placed: Mapping[tuple[int, int], int]  # row of a position's number and a placement that is not plain
     first: IntArray  # (K,) first row of the same position: it stands for the others where numbers are written
-    stands: Stands  # where the arm stands
+    arm_bases: ArmBases  # the arm's World in the cell's
 
     @property
     def positions(self) -> Positions:
@@ -76,11 +75,11 @@ class Poses:
     @property
     def extended(self) -> BoolArray:
         """Positions of which extended axes leave unknown where the arm stands, (K,)."""
-        return np.asarray(self.stands.which != NONE)
+        return np.asarray(self.arm_bases.which != NONE)
 
     def in_cell(self, rows: IntArray) -> Array:
         """TCP in the cell's World, (n, 3) [m]: the arm's own unless an extended axis carries it."""
-        return self.stands.poses[np.maximum(self.stands.stand[rows], 0)].act(self.tcp.position[rows])
+        return self.arm_bases.poses[np.maximum(self.arm_bases.base[rows], 0)].act(self.tcp.position[rows])
 
 
 def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placements: Placements = AS_LISTED) -> Poses:
@@ -99,13 +98,13 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     value = p.value[row]
     joint_form = p.span[row, J1, 1] > 0
     joints = value[:, J1 : J1 + 6] * DEG
-    stands = read_stands(program, row, frames)
+    arm_bases = read_arm_bases(program, row, frames.extended)
     tool, known_tools = _numbered(p.utool[row], frames.utool)
     base, frames_of_cell = _numbered(p.uframe[row], frames.uframe)
     written = [dict(t.utool) for t in placements.table], [dict(t.uframe) for t in placements.table]
     tool, known_tools = _overridden(tool, known_tools, p.utool[row], placement, written[0])
     base, frames_of_cell = _overridden(base, frames_of_cell, p.uframe[row], placement, written[1])
-    base, frames_of_arm = _in_arm(base, frames_of_cell, stands)
+    base, frames_of_arm = _in_arm(base, frames_of_cell, arm_bases)
     tools, bases = Pose.stack([*known_tools, IDENTITY]), Pose.stack([*frames_of_arm, IDENTITY])
     position, rotation = np.full((K, 3), np.nan), np.full((K, 3, 3), np.nan)
     theta, margin, posture = np.full((K, 6), np.nan), np.full(K, np.nan), np.full(K, NONE)
@@ -155,7 +154,7 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
         placements=placements,
         placed=placed,
         first=begins[same.ravel()],
-        stands=stands,
+        arm_bases=arm_bases,
     )
 
 
@@ -193,13 +192,13 @@ def _overridden(
     return which, (*table, *map(pose_of, more))
 
 
-def _in_arm(which: IntArray, table: tuple[Pose, ...], stands: Stands) -> tuple[IntArray, tuple[Pose, ...]]:
+def _in_arm(which: IntArray, table: tuple[Pose, ...], arm_bases: ArmBases) -> tuple[IntArray, tuple[Pose, ...]]:
     """User frames in the arm's World, wherever it stands; where that is not known, as if no axis carried it."""
-    if len(stands.poses) == 1:
+    if len(arm_bases.poses) == 1:
         return which, table
-    pairs, at = np.unique(np.column_stack([which, np.maximum(stands.stand, 0)]), axis=0, return_inverse=True)
+    pairs, at = np.unique(np.column_stack([which, np.maximum(arm_bases.base, 0)]), axis=0, return_inverse=True)
     frames = [
-        stands.poses[stand].inverse() @ table[frame] if frame != NONE else IDENTITY for frame, stand in pairs.tolist()
+        arm_bases.poses[base].inverse() @ table[frame] if frame != NONE else IDENTITY for frame, base in pairs.tolist()
     ]
     return np.where(which != NONE, at.ravel(), NONE), tuple(frames)
 

@@ -15,7 +15,7 @@ from compgen.core.arcs import arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
-from compgen.fanuc.analysis.execution_order import station_origins
+from compgen.fanuc.analysis.flow_graph import station_origins
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.extended_axes import SAME_VALUE
 from compgen.fanuc.listing.listing import LsProgram, other_statements
@@ -102,7 +102,7 @@ def read_traversal(
 
 def _carried(poses: Poses, pose: IntArray, origin: IntArray) -> BoolArray:
     """Stations on the way to which an extended axis may move, (S,): where that is not sure, if it moves at all."""
-    axes = poses.stands.axes
+    axes = poses.arm_bases.axes
     driven = axes[pose[pose != NONE]]
     if not np.isfinite(driven).any():
         return np.zeros(len(pose), dtype=bool)

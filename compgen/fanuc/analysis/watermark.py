@@ -21,11 +21,14 @@ from zlib import crc32
 import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray
-from compgen.fanuc.analysis.correctable import LONGEST_NUMBER
+from compgen.fanuc.analysis.correctable import LONGEST_NUMBER, read_scope
 from compgen.fanuc.analysis.poses import J1, Poses
-from compgen.fanuc.analysis.traversal import position_rows
+from compgen.fanuc.analysis.program_context import ProgramContext
+from compgen.fanuc.analysis.traversal import position_rows, read_traversal
+from compgen.fanuc.frames import default_frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.program.driven import DrivenProgram
+from compgen.robot.robot import Robot
 
 MARKED_PLACES = 24  # of a program
 MIN_SHARE = 0.75  # of them that fit, with MIN_WEIGHT
@@ -171,3 +174,10 @@ def nudges(units: IntArray) -> IntArray:
     """What to add to W, P, R of each position so that it carries the mark, (n, 6) to (n, 3), each -1, 0 or 1."""
     needed = (-remainder(units) + 13) % 27  # 13 = 111 in base three: digits 0 1 2 stand for -1 0 1
     return np.column_stack([needed // 9, needed % 3, needed // 3 % 3]) - 1
+
+
+def carries_mark(program: LsProgram, robot: Robot) -> bool:
+    """Whether a remark or the digits of a program say that compgen has written or corrected it."""
+    poses = ProgramContext(default_frames()).poses(program, robot)
+    traversal = read_traversal(program, poses, robot)
+    return mark_of(program, poses, traversal, read_scope(program, poses, traversal, robot).free) is not Mark.NONE

@@ -26,7 +26,7 @@ from compgen.fanuc.canonical.layout import (
 from compgen.fanuc.canonical.writer import acc_text, fill_poses, parse_speed
 from compgen.fanuc.circular import check_circles
 from compgen.fanuc.configuration import config_letters
-from compgen.fanuc.listing.byte_tables import hash_rows, unique_keys, windows
+from compgen.fanuc.listing.templates import hash_rows, unique_keys, windows
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 

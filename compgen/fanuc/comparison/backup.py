@@ -1,17 +1,157 @@
-"""A program as a controller gives it back (an ASCII backup), against what was written.
+r"""A program as a controller gives it back (an ASCII backup), against what was written.
 
 Sizes, dates, owner, task data and write protection of the head are the controller's own. Its name, its comment and the
 motion groups are compared, and what a controller adds under /APPL that may change the path is told.
+
+A controller keeps numbers as IEEE singles and prints them with decimals of its own (three, newer ones six). So a number
+a that was written may come back as any b with
+
+    |b - a| <= u / 2 + ulp(a) / 2,     u = 10^-decimals of b,     ulp(a) of a single at a
+
+which for three decimals on both sides and up to 8 m is b = a. One with fewer decimals than were written is another
+number: it says less. So is one in another unit. W, P and R that differ by whole turns turn alike. An
+extended axis that was not written may come back as zero.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from compgen.fanuc.comparison.difference import NOTHING, Difference
-from compgen.fanuc.comparison.positions import compare_positions
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.decimals import Bytes
+from compgen.fanuc.comparison import NOTHING, Difference
 from compgen.fanuc.comparison.statements import compare_statements
 from compgen.fanuc.listing.listing import LsProgram, head_text
+from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
+from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.vocabulary import UNSAFE_HEADERS
+
+_GROUPS = 64  # more than a controller has: (position, group) as one number
+_ANGLES, _EXTENDED = slice(3, 6), slice(15, 18)
+_WHOLE_TURN = 360.0
+_UNITS = {0: "", ord("m"): " mm", ord("d"): " deg"}
+_SLACK = 1e-9  # of decimals as doubles have them
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ComparedPositions:
+    """What came of it."""
+
+    count: int  # positions that both have
+    differences: tuple[Difference, ...]
+    step: float  # mm or deg: the coarser of the last digits
+
+
+def compare_positions(written: LsProgram, backup: LsProgram) -> ComparedPositions:
+    """Differences of all positions, by number, whatever the order in which they stand."""
+    a, b = written.positions, backup.positions
+    keys = [p.number * _GROUPS + p.group.clip(min=1) for p in (a, b)]
+    _, i, j = np.intersect1d(*keys, return_indices=True)
+    differences = _frames(a, b, i, j)
+    wanted, given = _Numbers.of(written, i), _Numbers.of(backup, j)
+    other_unit = (wanted.unit != given.unit) & (wanted.unit > 0) & (given.unit > 0)
+    same = _same(wanted, given) & ~other_unit
+    for k, column in zip(*(~same).nonzero(), strict=True):
+        name = f"{'R' if a.remote[i[k]] and column < 6 else ''}{AXES[column]}"
+        texts = [n.text(p, k, column, other_unit) for n, p in ((wanted, written), (given, backup))]
+        differences.append((int(i[k]), 4 + int(column), Difference(_name(a, int(i[k])), name, *texts)))
+    ordered = [difference for _, _, difference in sorted(differences, key=lambda d: d[:2])]
+    for p, rows, pair in (
+        (a, np.setdiff1d(np.arange(len(a.number)), i), ("there", NOTHING)),
+        (b, np.setdiff1d(np.arange(len(b.number)), j), (NOTHING, "there")),
+    ):
+        ordered += [Difference(_name(p, row), "position", *pair) for row in rows.tolist()]
+    steps = [n.step[n.given].max(initial=0.0) for n in (wanted, given)]
+    return ComparedPositions(len(np.unique(a.number[i])), tuple(ordered), float(max(steps)))
+
+
+def _name(p: Positions, row: int) -> str:
+    group = int(p.group[row])
+    return f"P[{p.number[row]}]" + (f" GP{group}" if group > 1 else "")
+
+
+def _frames(a: Positions, b: Positions, i: IntArray, j: IntArray) -> list[tuple[int, int, Difference]]:
+    """Differences of frame, tool and CONFIG, each with its row and its place in the position."""
+    differences = []
+    columns: Sequence[tuple[str, IntArray, IntArray]] = (("UF", a.uframe, b.uframe), ("UT", a.utool, b.utool))
+    for place, (what, x, y) in enumerate(columns):
+        for k in np.flatnonzero(x[i] != y[j]).tolist():
+            texts = ["F" if v == NO_NUMBER else str(v) for v in (x[i[k]], y[j[k]])]
+            differences.append((int(i[k]), place, Difference(_name(a, int(i[k])), what, *texts)))
+    plain: dict[str | None, str] = {}
+    for row, other in zip(i.tolist(), j.tolist(), strict=True):
+        texts = [a.config[row], b.config[other]]
+        if texts[0] == texts[1]:
+            continue
+        cores = [plain.setdefault(text, "".join((text or "").split()).upper()) for text in texts]
+        if cores[0] != cores[1]:
+            sides = [NOTHING if text is None else f"'{text}'" for text in texts]
+            differences.append((row, 2, Difference(_name(a, row), "CONFIG", *sides)))
+    return differences
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Numbers:
+    """Numbers of n positions, in the columns of ``AXES``."""
+
+    value: Array  # (n, 18) NaN for ****
+    span: IntArray  # (n, 18, 2)
+    given: BoolArray  # (n, 18)
+    step: Array  # (n, 18) one unit of the last digit
+    unit: Bytes  # (n, 18) the letter with which its unit begins, 0 where it has none
+
+    @classmethod
+    def of(cls, program: LsProgram, rows: IntArray) -> "_Numbers":
+        """Those of some rows of a program's table."""
+        span = program.positions.span[rows]
+        given = span[..., 1] > 0
+        step = np.asarray(10.0 ** -_decimals(program.data, span), dtype=float)
+        return cls(program.positions.value[rows], span, given, step, _units(program.data, span))
+
+    def text(self, program: LsProgram, row: int, column: int, with_unit: BoolArray) -> str:
+        """A number as it stands in the file."""
+        if not self.given[row, column]:
+            return NOTHING
+        unit = _UNITS[int(self.unit[row, column])] if with_unit[row, column] else ""
+        return program.text(self.span[row, column]) + unit
+
+
+def _same(a: _Numbers, b: _Numbers) -> BoolArray:
+    """Which numbers are the same, (n, 18)."""
+    apart = np.abs(b.value - a.value)
+    turn = apart[:, _ANGLES] % _WHOLE_TURN
+    apart[:, _ANGLES] = np.minimum(turn, _WHOLE_TURN - turn)
+    ulp = np.spacing(np.abs(np.nan_to_num(a.value)).astype(np.float32)).astype(float)
+    # both on one grid: a step off is a step off, however coarse a single is
+    same = (apart <= b.step / 2 + ulp / 2 + _SLACK) & (b.step <= a.step * (1 + _SLACK))
+    same |= np.isnan(a.value) & np.isnan(b.value) & (a.given == b.given)
+    only_zero = ~a.given & b.given & (b.value == 0)
+    same[:, _EXTENDED] |= only_zero[:, _EXTENDED]
+    return np.asarray(same)
+
+
+def _units(data: bytes, span: IntArray) -> Bytes:
+    """The letter with which the unit behind each number begins, (n, 18); 0 where there is none."""
+    view = np.frombuffer(data, dtype=np.uint8)
+    at = span[..., 1].copy()
+    while (blank := np.isin(view[at], (ord(" "), ord("\t"))) & (at > 0)).any():
+        at += blank
+    letter = view[at] | 0x20  # small
+    return np.where((at > 0) & np.isin(letter, list(_UNITS)), letter, 0).astype(np.uint8)
+
+
+def _decimals(data: bytes, span: IntArray) -> IntArray:
+    """Digits behind the point of each number, (n, 18)."""
+    begin, end = span[..., 0], span[..., 1]
+    view = np.frombuffer(data, dtype=np.uint8)
+    decimals = np.zeros(begin.shape, dtype=np.int64)
+    for k in range(int((end - begin).max(initial=0))):
+        at = begin + k
+        is_point = (at < end) & (view[np.minimum(at, len(view) - 1)] == ord("."))
+        decimals[is_point] = (end - at - 1)[is_point]
+    return decimals
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

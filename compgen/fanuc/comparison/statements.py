@@ -11,7 +11,7 @@ from difflib import SequenceMatcher
 
 import numpy as np
 
-from compgen.fanuc.comparison.difference import NOTHING, Difference
+from compgen.fanuc.comparison import NOTHING, Difference
 from compgen.fanuc.listing.lines import end_of_line
 from compgen.fanuc.listing.listing import LsProgram
 

@@ -1,4 +1,5 @@
-"""New positions in a program that keep its meaning: points in long straight lines, own numbers for shared positions."""
+"""What is put into a program and keeps its meaning: points in long straight lines, own numbers for shared positions, a
+remark."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -10,6 +11,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import MM
 from compgen.fanuc.analysis.poses import Poses
+from compgen.fanuc.analysis.watermark import CORRECTED
 from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import LsProgram, edited
@@ -149,3 +151,22 @@ def _joints_between(robot: Robot, poses: Poses, drive: DrivenProgram, station: I
         solved = solve_flange(robot, flange_from_tool(tcp[rows], poses.tools[tool]), ALL_POSTURES[posture]).theta
         theta[rows] = nearest_turns(solved, poses.theta[pose[rows]])
     return theta
+
+
+def marking_remark(version: str) -> str:
+    """What a remark says that stands for the mark."""
+    return f"compgen {version}{CORRECTED}"
+
+
+def insert_remark(program: LsProgram, words: str) -> LsProgram:
+    """The program with a remark as its first line; as all new lines it carries no number."""
+    at = int(program.place[0])
+    number = re.sub(rb"\d", b" ", program.data[at : program.data.index(b":", at)])
+    remark = f":  !{words} ;".encode("ascii")
+    return edited(program, {(at, at): number + remark + line_end(program.data)})
+
+
+def says_override(program: LsProgram) -> bool:
+    """Whether a remark or a statement of a program says an override already."""
+    at = int(program.place[0]) if len(program.place) else len(program.data)
+    return b"OVERRIDE" in program.data[at:].upper()

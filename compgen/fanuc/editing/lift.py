@@ -10,8 +10,8 @@ from collections.abc import Collection
 import numpy as np
 
 from compgen.core.exceptions import InputError
+from compgen.fanuc.editing.insertion import insert_remark
 from compgen.fanuc.editing.numbers import Edits, format_like
-from compgen.fanuc.editing.remark import insert_remark
 from compgen.fanuc.listing.listing import LsProgram, edited, loads, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import ends_elsewhere

@@ -7,7 +7,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import watermark
-from compgen.fanuc.analysis.placing import placed_numbers, placed_poses
+from compgen.fanuc.analysis.placements import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import J1, Poses
 from compgen.fanuc.analysis.watermark import decimal_places
 from compgen.fanuc.configuration import CONFIG

@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG
-from compgen.fanuc.analysis.placing import placed_numbers, placed_poses
+from compgen.fanuc.analysis.placements import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import Poses
 from compgen.program.driven import DrivenProgram
 

@@ -7,16 +7,24 @@ from typing import TypeVar
 import numpy as np
 
 from compgen.core.arrays import IntArray
-from compgen.core.exceptions import ImpossibleError
+from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.units import KB
 from compgen.fanuc.analysis.control_flow import Flow
 from compgen.fanuc.analysis.modal_state import ModalState, read_modal_state
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
 from compgen.fanuc.motion_options import ends_elsewhere
-from compgen.fanuc.paging.capacity import Capacity, ProgramSize, UnitSizes, unit_sizes
-from compgen.fanuc.paging.names import page_names
+from compgen.fanuc.paging.capacity import (
+    MEMORY_CALL,
+    MEMORY_MOTION,
+    MEMORY_POSITION,
+    MEMORY_PROGRAM,
+    MEMORY_REMARK,
+    Capacity,
+    ProgramSize,
+    UnitSizes,
+    unit_sizes,
+)
 from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER, PALLETIZING
 
 RangeT = TypeVar("RangeT")
@@ -238,3 +246,25 @@ def _position_counts(program: LsProgram, flow: Flow, first: int, end: int, entry
     if np.any(number == NO_NUMBER):  # a position that is found at run time may be any of them
         count[int(unit[number == NO_NUMBER][0]) - first :] = len(np.unique(program.positions.number))
     return np.asarray(count, dtype=np.int64)
+
+
+def page_names(name: str, count: int, length: int, taken: Collection[str] = ()) -> tuple[str, ...]:
+    """NAME_01, NAME_02, ...: as much of the name as keeps them apart from each other and from all taken ones.
+
+    Args:
+        name: The program's.
+        count: Number of pages.
+        length: Characters of a name that the controller takes.
+        taken: Names of other programs, in any case.
+
+    Raises:
+        InputError: No name is left.
+    """
+    digits = max(2, len(str(count)))
+    used = {n.upper() for n in taken} | {name.upper(), name[:length].upper()}
+    for keep in range(min(len(name), length - digits - 1), 0, -1):
+        stem = name[:keep].rstrip("_") or name[:keep]
+        names = tuple(f"{stem}_{n:0{digits}d}" for n in range(1, count + 1))
+        if not used & {n.upper() for n in names}:
+            return names
+    raise InputError(f"program {name}: {count} pages get no name of their own within {length} characters; rename it")

@@ -10,8 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own
-from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
-from compgen.fanuc.paging.capacity import Capacity, ProgramSize
+from compgen.fanuc.paging.capacity import (
+    MEMORY_CALL,
+    MEMORY_MOTION,
+    MEMORY_POSITION,
+    MEMORY_PROGRAM,
+    MEMORY_REMARK,
+    Capacity,
+    ProgramSize,
+)
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.robot import Robot
 

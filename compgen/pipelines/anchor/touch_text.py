@@ -9,7 +9,7 @@ from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.canonical.writer import resolution
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import loads
-from compgen.fanuc.touch_program import Signal, TouchPositions, touch_program
+from compgen.fanuc.measuring_programs import Signal, TouchPositions, touch_program
 from compgen.pipelines.anchor.touch_plan import PlannedTouches
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.turns import turn_digits

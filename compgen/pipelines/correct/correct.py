@@ -17,13 +17,19 @@ from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import require_frames
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
-from compgen.fanuc.editing.insertion import allowed_pieces, insert_points, split_positions
+from compgen.fanuc.editing.insertion import (
+    allowed_pieces,
+    insert_points,
+    insert_remark,
+    marking_remark,
+    says_override,
+    split_positions,
+)
 from compgen.fanuc.editing.lift import lifted_program
 from compgen.fanuc.editing.numbers import number_edits
-from compgen.fanuc.editing.remark import insert_remark, marking_remark, says_override
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
@@ -81,7 +87,7 @@ def correct(
     progress(stages.READING, 0.0)
     cell = replace(cell, input_findings=(*cell.input_findings, *frames.input_findings))
     planned = program = loads(data)
-    around = Surroundings(frames, registers or {}, called_programs(program, find_program))
+    around = ProgramContext(frames, registers or {}, called_programs(program, find_program))
     if options.raised:
         _refuse_marked_before_lift(program, cell, around, options)
         length = cell.robot.controller.name_length
@@ -112,7 +118,7 @@ def correct(
 def _plan_correction(
     program: LsProgram,
     cell: Cell,
-    around: Surroundings,
+    around: ProgramContext,
     before: Sequence[Duty],
     options: Options,
     progress: Progress,
@@ -169,7 +175,7 @@ def _refuse_marked(plan: CorrectionPlan) -> None:
         )
 
 
-def _refuse_marked_before_lift(program: LsProgram, cell: Cell, around: Surroundings, options: Options) -> None:
+def _refuse_marked_before_lift(program: LsProgram, cell: Cell, around: ProgramContext, options: Options) -> None:
     """Raises InputError for a program that carries the mark: lifting would take it out of its digits."""
     if not options.again and _read_mark(program, cell, around) is not Mark.NONE:
         raise InputError(
@@ -202,7 +208,7 @@ def _write_and_verify(
     planned: LsProgram,
     plan: CorrectionPlan,
     cell: Cell,
-    around: Surroundings,
+    around: ProgramContext,
     before: Sequence[Duty],
     options: Options,
     progress: Progress,
@@ -301,7 +307,7 @@ def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tu
     return index[listed[at]], watermark.nudges(units[at]) * ~joint_form[at][:, None]
 
 
-def _read_mark(program: LsProgram, cell: Cell, around: Surroundings) -> Mark:
+def _read_mark(program: LsProgram, cell: Cell, around: ProgramContext) -> Mark:
     """The mark as the next correction of a program would read it."""
     poses = around.poses(program, cell.robot)
     drive = read_traversal(program, poses, cell.robot)

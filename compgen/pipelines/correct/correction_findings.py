@@ -85,8 +85,8 @@ def _placement_findings(result: Correction) -> list[Finding]:
     poses = result.plan.poses
     rows = result.plan.drive.pose[result.plan.free]
     findings = []
-    if len(rows) and (stands := np.unique(poses.stands.stand[rows][poses.stands.stand[rows] > 0])).size:
-        message = f"an extended axis carries the arm: {len(stands)} places of its base are taken from the frames table"
+    if len(rows) and (bases := np.unique(poses.arm_bases.base[rows][poses.arm_bases.base[rows] > 0])).size:
+        message = f"an extended axis carries the arm: {len(bases)} places of its base are taken from the frames table"
         message += "; errors told in World, maps among them, are taken to move along with it"
         findings.append(Finding(Level.NOTE, Code.ROBOT_CARRIED, message))
     if poses.placements.assumed:

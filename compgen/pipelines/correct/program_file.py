@@ -7,7 +7,7 @@ from pathlib import Path
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, near_file, read_regular
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.marked_program import is_marked
+from compgen.fanuc.analysis.watermark import carries_mark
 from compgen.fanuc.frames import Frames, default_frames, load_frames
 from compgen.fanuc.registers import Register, load_registers
 from compgen.robot.robot import Robot
@@ -63,7 +63,7 @@ def refuse_corrected(source: Path, content: bytes) -> None:
 def refuse_any_corrected(source: Path, content: bytes, robot: Robot) -> None:
     """Raises InputError for a corrected program, where nothing may be done to one: an offset would correct it twice."""
     beside = provenance_beside(source, content)
-    if beside is not None or is_marked(loads(content), robot):
+    if beside is not None or carries_mark(loads(content), robot):
         where = f"{beside.name} beside it says so" if beside is not None else "its remark or its digits say so"
         raise InputError(
             f"it is corrected already ({where}): an offset on top would correct it twice; take the planned program "

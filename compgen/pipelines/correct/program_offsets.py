@@ -14,7 +14,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
@@ -115,7 +115,7 @@ def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array)
     if kind == FRAME:
         typed = Pose(numbers[:3] * MM, from_wpr(*(numbers[3:] * DEG)[:, None])[0])
         table = replace(around.frames, uframe={**around.frames.uframe, number: typed})
-        around = Surroundings(table, around.registers, around.called)
+        around = ProgramContext(table, around.registers, around.called)
     else:
         value = np.array(program.positions.value)
         value[:, :6] += numbers

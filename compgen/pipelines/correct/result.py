@@ -10,7 +10,7 @@ from compgen.core.units import MM, UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.job.job import Cell
@@ -92,7 +92,7 @@ class Correction:
 
     name: str  # of the program
     cell: Cell
-    around: Surroundings  # what the program was read with
+    around: ProgramContext  # what the program was read with
     before: tuple[Duty, ...]
     options: Options
     planned: bytes

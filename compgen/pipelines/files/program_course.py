@@ -15,7 +15,7 @@ from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import IDENTITY, Pose
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.poses import Poses, require_frames
-from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import ASSUMED, parse_speeds, read_traversal
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.frames import Frames
@@ -146,7 +146,7 @@ def _listed_course(
     find_program: Callable[[str], bytes | None],
 ) -> Course:
     """The course of anyone's program, its motions as listed."""
-    around = Surroundings(frames, registers, called_programs(program, find_program))
+    around = ProgramContext(frames, registers, called_programs(program, find_program))
     poses = around.poses(program, robot)
     require_frames(program, poses)
     drive = read_traversal(program, poses, robot, around.called.motionless)

@@ -15,10 +15,9 @@ from compgen.core.units import KB
 from compgen.core.version import __version__
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import REMARK_LENGTH
-from compgen.fanuc.paging.canonical_split import excerpt, split_canonical
 from compgen.fanuc.paging.join_check import JoinError, interpret_pages
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
-from compgen.fanuc.paging.split import Page, PagedProgram
+from compgen.fanuc.paging.split import Page, PagedProgram, excerpt, split_canonical
 from compgen.fanuc.paging.stops import PageStops, canonical_size, controller_capacity, head_line_count
 from compgen.job.job import Job
 from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks

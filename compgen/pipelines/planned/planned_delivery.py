@@ -12,9 +12,9 @@ from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.version import __version__
 from compgen.fanuc import Program
-from compgen.fanuc.paging.canonical_split import split_canonical
 from compgen.fanuc.paging.join_check import interpret_pages
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
+from compgen.fanuc.paging.split import split_canonical
 from compgen.fanuc.paging.stops import controller_capacity, head_line_count
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import Delivery, deliver_file, require_equal, size_findings

@@ -28,6 +28,10 @@ from compgen.core.version import __version__
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked
 from compgen.fanuc.editing.remark import marking_remark
+from compgen.fanuc.analysis.watermark import carries_mark
+from compgen.fanuc.editing.insertion import marking_remark
+from compgen.fanuc.extended_axes import ExtendedAxis
+from compgen.fanuc.frames import Frames, default_frames
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.manifest import with_checksum
 from compgen.fanuc.paging.split import split_program
@@ -227,7 +231,7 @@ def _pages_of(job: CorrectedJob, text: bytes) -> dict[str, bytes]:
         int(limits["name_length"]),
     )  # fmt: skip
     program = loads(text)
-    common = (marking_remark(__version__),) if is_marked(program, job.cell.robot) or text != job.planned else ()
+    common = (marking_remark(__version__),) if carries_mark(program, job.cell.robot) or text != job.planned else ()
     pages = {page.name: page.data for page in split_program(program, capacity, (), common=common).pages}
     if list(pages) != [page.name for page in written.pages]:
         raise InputError(f"{written.manifest_file}: the program is parted in other pages now; {ANEW}")

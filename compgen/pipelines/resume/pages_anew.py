@@ -8,8 +8,8 @@ from compgen.core.units import MM
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.canonical.writer import compose
-from compgen.fanuc.paging.canonical_split import excerpt
 from compgen.fanuc.paging.join_check import JoinError, join_programs, read_pages, require_meeting
+from compgen.fanuc.paging.split import excerpt
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import PageStart, page_remarks, require_equal
 from compgen.pipelines.resume.whole import Whole

@@ -26,8 +26,8 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.reader import interpret
-from compgen.fanuc.paging.canonical_split import excerpt
 from compgen.fanuc.paging.join_check import gap_between, join_programs
+from compgen.fanuc.paging.split import excerpt
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.planned.delivery import PageStart
 from compgen.pipelines.planned.generate import find_correction, start_windows

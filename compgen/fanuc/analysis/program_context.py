@@ -16,8 +16,8 @@ from compgen.robot.robot import Robot
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
-    """Of one program."""
+class ProgramContext:
+    """Frames, registers and called programs of one program."""
 
     frames: Frames
     registers: Mapping[int, Register] = field(default_factory=dict)  # by number
