@@ -139,6 +139,7 @@ TIMED_BEFORE_END = _ignoring_case(
     r"\b(?:DB\s*(\d*\.?\d+)\s*mm|T[AB]\s*(\d*\.?\d+)\s*sec)"
 )  # mm, or seconds, before (after) it
 TIME_AFTER_STOP = _ignoring_case(r"(?<![A-Z_])TA\s+[\d.]")  # its logic runs after the stop
+ACC_OR_NOTHING = _ignoring_case(r"\s*(?:ACC\s*(\d+)\s*)?")  # nothing else is asked of the motion
 POINT_LOGIC = _ignoring_case(r"P-SPS")  # a listing of its own follows, up to a rule of dashes
 POINT_LOGIC_END = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*-{3,}[ \t]*(?=[\r\n]|\Z)")
 

@@ -305,4 +305,5 @@ MODAL_STATEMENTS = (
 )
 FRAME_NUMBER = _words(r"^(UFRAME_NUM|UTOOL_NUM)\s*=\s*(.*?)\s*$")  # which, and its value
 FRAME_MENTIONED = _words(r"\b(?:UFRAME_NUM|UTOOL_NUM)\b.*=")  # written, whatever else is said
+PAYLOAD_ALONE = _words(r"^PAYLOAD\s*\[\s*(\d+)\s*\]$")  # its schedule
 ASSIGNED_NUMBER = re.compile(r"=\s*(\d+)\s*$")

@@ -420,8 +420,8 @@ def test_names_that_lose_letters_do_not_become_one(one, other, length, start):
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        (b"/POS", b"/POZ", "sections"),
-        (b"/END", b"", "sections"),
+        (b"/POS", b"/POZ", "/POS is missing"),
+        (b"/END", b"", "/END is missing"),
         (b"L P[2] 200mm/sec", b"C P[2] 200mm/sec", "line 26"),
         (b"L P[2] 200mm/sec CNT100", b"L P[2] 200mm/sec CNT100 INC", "line 26"),
         (b"L P[2] 200mm/sec", b"L P[2] 20..0mm/sec", "line 26"),

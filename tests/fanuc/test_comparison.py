@@ -12,7 +12,8 @@ from compgen import fanuc as ls
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.comparison.backup import compare_programs
-from compgen.fanuc.comparison.statements import core, statement_texts
+from compgen.fanuc.comparison.statements import core
+from compgen.fanuc.listing.listing import statement_texts
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"

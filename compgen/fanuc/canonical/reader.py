@@ -1,8 +1,11 @@
-"""Text to meaning, for programs of the form that ``compose`` writes; anything else is refused with its line."""
+"""Text to meaning, for programs that say what ``compose`` writes; anything else is refused with its line.
+
+Our own text is read by columns; a listing that says the same in other words is read as any listing.
+"""
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -25,152 +28,141 @@ from compgen.fanuc.canonical.layout import (
 )
 from compgen.fanuc.canonical.writer import acc_text, fill_poses, parse_speed
 from compgen.fanuc.circular import check_circles
-from compgen.fanuc.configuration import config_letters
+from compgen.fanuc.configuration import CONFIG, config_letters, parse_config
+from compgen.fanuc.listing.listing import LsProgram, loads, statement_texts
 from compgen.fanuc.listing.templates import hash_rows, unique_keys, windows
+from compgen.fanuc.motion_options import ACC_OR_NOTHING
+from compgen.fanuc.vocabulary import FRAME_NUMBER, PAYLOAD_ALONE, PERCENT
 from compgen.program.program import Program
-from compgen.robot.inverse_kinematics import ALL_POSTURES
+from compgen.robot.inverse_kinematics import Posture
 
-_STATEMENT = re.compile(r"\s*\d*:\s*(.*?)\s*;\s*$")
-_MOTION = re.compile(
-    r"([JLC])(?: P\[(\d+)\])? P\[(\d+)\] (\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)(?: ACC(\d+))?$"
-)
-_VIA_LINE, _END_LINE = re.compile(r"\s*\d*:\s*C P\[\d+\]\s*$"), re.compile(r"\s*:\s*(P\[.*)")
-_FRAME = re.compile(r"(UFRAME|UTOOL)_NUM=(\d+)$")
-_PAYLOAD = re.compile(r"PAYLOAD\[(\d+)\]$")
-_NUMBER = r"\s*=\s*(-?\d*\.\d+)\s*"
-_POSITION = re.compile(
-    r"P\[(\d+)\]\{\s*GP1:\s*UF : (\d+), UT : (\d+),\s*CONFIG : '([FN]) ([UD]) ([TB]), (-?\d+), (-?\d+), (-?\d+)',"
-    rf"\s*X{_NUMBER}mm,\s*Y{_NUMBER}mm,\s*Z{_NUMBER}mm,\s*W{_NUMBER}deg,\s*P{_NUMBER}deg,\s*R{_NUMBER}deg\s*\}};\s*"
-)
-
-
-class _Target(NamedTuple):
-    """A position that a motion goes to or through."""
-
-    line: int
-    letter: str
-    number: int
-    speed: str
-    fine: bool
-    via: bool
-    acc: str | None
-
-
-def _statement_lines(moves: str, first: int) -> Iterator[tuple[int, str]]:
-    """Lines with their numbers, the via of a circular motion and its end, which stand on two, as one."""
-    lines = enumerate(moves.splitlines(), first)
-    for number, line in lines:
-        if _VIA_LINE.match(line):
-            end = _END_LINE.match(next(lines, (0, ""))[1])
-            if end is None:
-                raise InputError(f"program: line {number}: a circular motion names no end on the line after its via")
-            line = f"{line.rstrip()} {end.group(1)}"
-        yield number, line
+_CONSTANT_SPEED = re.compile(r"(?:\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min)")
+_FINE_OR_CNT = re.compile(r"FINE|CNT\s*\d+", re.IGNORECASE)
 
 
 def interpret(data: bytes) -> Program:
     """The program that a text means.
 
-    Canonical text is read by columns, and believed only where writing what was read gives the same bytes.
+    Canonical text is read by columns, and believed only where writing what was read gives the same bytes; any other as
+    any listing is.
 
     Raises:
         InputError: The text is not a program of this form; names the line.
     """
     canonical = read_columns(data)
-    if canonical is not None:
-        return canonical
-    text = data.decode("latin-1").replace("\r\n", "\n")
-    sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)
-    if len(sections) < 7 or sections[1::2][:3] != ["MN", "POS", "END"] or not text.startswith("/PROG"):
-        raise InputError("program: sections /PROG, /MN, /POS and /END are not all there; is this a complete .LS file?")
-    head, moves, places = sections[0], sections[2], sections[4]
-    name = re.match(r"/PROG\s+(\S+)", head)
-    comment = re.search(r'^COMMENT\s*= "(.*)";', head, re.MULTILINE)
-    date = re.search(r"^CREATE\s*= DATE (\S+)", head, re.MULTILINE)
+    return meaning_of(loads(data)) if canonical is None else canonical
 
-    remarks, frames, payload, targets = [], {"UFRAME": 0, "UTOOL": 0}, None, list[_Target]()
-    first = head.count("\n") + 2
-    for number, line in _statement_lines(moves, first):
-        statement = _STATEMENT.match(line)
-        body = statement.group(1) if statement else ""
-        if body.startswith("!"):
-            remarks.append(body[1:].rstrip())
-        elif (motion := _MOTION.match(body)) and (motion.group(1) == "J") == (motion.group(5) == "%"):
-            letter, via, end, speed, unit, termination, acc = motion.groups()
-            if (letter == "C") != (via is not None):
-                raise InputError(f"program: line {number}: '{line.strip()}': C has a via and an end, J and L an end")
-            if via:
-                targets.append(
-                    _Target(
-                        line=number,
-                        letter=letter,
-                        number=int(via),
-                        speed=f"{speed}{unit}",
-                        fine=False,
-                        via=True,
-                        acc=acc,
-                    )
-                )
-            targets.append(
-                _Target(
-                    line=number,
-                    letter=letter,
-                    number=int(end),
-                    speed=f"{speed}{unit}",
-                    fine=termination == "FINE",
-                    via=False,
-                    acc=acc,
-                )
-            )
-        elif frame := _FRAME.match(body):
-            frames[frame.group(1)] = int(frame.group(2))
-        elif (schedule := _PAYLOAD.match(body)) and not targets:
-            payload = int(schedule.group(1))
-        else:
-            raise InputError(f"program: line {number}: '{line.strip()}' is not a statement this reader knows")
 
-    rows, last = [], 0
-    for match in _POSITION.finditer(places):
-        if match.start() != last:
-            break
-        rows.append(match.groups())
-        last = match.end()
-    if last != len(places):
-        number = first + moves.count("\n") + 1 + places[:last].count("\n")
-        raise InputError(f"program: line {number}: not a position this reader knows")
-    order = list(range(1, len(rows) + 1))
-    if [t.number for t in targets] != order or [int(r[0]) for r in rows] != order:
+def meaning_of(listing: LsProgram) -> Program:
+    """The program that a listing means.
+
+    Raises:
+        InputError: It says more than ``compose`` writes; names the line.
+    """
+    m, p = listing.motions, listing.positions
+    remarks, uframe, utool, payload = _read_settings(listing)
+    acc = _common_acc(listing)
+    posture, turns = _read_configs(listing)
+    order = list(range(1, len(p.number) + 1))
+    if list(chain.from_iterable(m.position)) != order or p.number.tolist() != order:
         raise InputError("program: positions are not driven once each in order P[1], P[2], ...")
-    if not targets or targets[0].letter != "J" or any(t.letter == "J" for t in targets[1:]):
+    if m.letter[:1] != ("J",) or "J" in m.letter[1:]:
         raise InputError("program: it does not start with one J motion followed by L and C motions")
-    if {r[1:3] for r in rows} != {(str(frames["UFRAME"]), str(frames["UTOOL"]))} or len({r[3:6] for r in rows}) != 1:
+    if posture is None or set(p.uframe.tolist()) != {uframe} or set(p.utool.tolist()) != {utool}:
         raise InputError("program: positions differ in frame, tool or CONFIG letters")
-
-    if len({t.acc for t in targets}) != 1:
-        raise InputError("program: motions differ in their ACC")
-
-    numbers = np.array([r[9:15] for r in rows], dtype=float)
-    posture = next(p for p in ALL_POSTURES if config_letters(p).split() == list(rows[0][3:6]))
+    motion = np.repeat(np.arange(len(m.line)), [len(numbers) for numbers in m.position])
+    via = np.append(motion[1:] == motion[:-1], False)
+    speed = np.array([0.0, *map(parse_speed, m.speed[1:])])
+    fine = np.array([word.upper() == "FINE" for word in m.termination])
+    attributes = dict(listing.attributes)
     program = Program(
-        name=name.group(1) if name else "",
-        comment=comment.group(1) if comment else "",
-        date=date.group(1) if date else "",
-        remarks=tuple(remarks),
-        uframe=frames["UFRAME"],
-        utool=frames["UTOOL"],
-        position=numbers[:, :3] * MM,
-        rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
+        name=listing.name,
+        comment=attributes.get("COMMENT", "").removeprefix('"').removesuffix('"'),
+        date=attributes.get("CREATE", "").removeprefix("DATE").partition("TIME")[0].strip(),
+        remarks=remarks,
+        uframe=uframe,
+        utool=utool,
+        position=p.value[:, :3] * MM,
+        rotation=from_wpr(*(p.value[:, 3:6] * DEG).T),
         posture=posture,
-        turns=np.array([r[6:9] for r in rows], dtype=np.int64),
-        speed=np.array([parse_speed(t.speed) for t in targets[1:]]),
-        fine=np.array([t.fine for t in targets]),
-        via=np.array([t.via for t in targets]),
-        decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
+        turns=turns,
+        speed=speed[motion[1:]],
+        fine=fine[motion] & ~via,
+        via=via,
+        decimals=min(max(len(listing.text(p.span[0, 0]).partition(".")[2]), DECIMALS), MOST_DECIMALS),
         payload=payload,
-        acc=None if targets[0].acc is None else int(targets[0].acc),
+        acc=acc,
     )
-    check_circles(program, lambda n: f"line {targets[n - 1].line}: ")
+    check_circles(program, lambda n: f"line {m.line[motion[n - 1]]}: ")
     return program
+
+
+class _Settings(NamedTuple):
+    """What statements that are no motions say."""
+
+    remarks: tuple[str, ...]
+    uframe: int
+    utool: int
+    payload: int | None
+
+
+def _read_settings(listing: LsProgram) -> _Settings:
+    """Remarks, frame, tool and payload; raises InputError for any other statement."""
+    remarks, payload, frames = [], None, {"UFRAME_NUM": 0, "UTOOL_NUM": 0}
+    first_motion = listing.motions.line.min(initial=np.iinfo(np.int64).max)
+    rows = np.flatnonzero(~np.isin(listing.statements, listing.motions.line))
+    for line, text in zip(listing.statements[rows].tolist(), statement_texts(listing, rows), strict=True):
+        if text.startswith("!"):
+            remarks.append(text[1:])
+        elif (frame := FRAME_NUMBER.match(text)) and frame[2].isdecimal():
+            frames[frame[1].upper()] = int(frame[2])
+        elif (schedule := PAYLOAD_ALONE.match(text)) and line < first_motion:
+            payload = int(schedule[1])
+        else:
+            raise InputError(f"program: line {line}: '{text:.80}' is not a statement this reader knows")
+    return _Settings(tuple(remarks), frames["UFRAME_NUM"], frames["UTOOL_NUM"], payload)
+
+
+def _common_acc(listing: LsProgram) -> int | None:
+    """ACC of all motions; raises InputError where they differ, or for a motion that ``compose`` does not write."""
+    m = listing.motions
+    accs = set()
+    rows = zip(m.letter, m.target, m.disabled.tolist(), m.speed, m.termination, m.options, strict=True)
+    for i, (letter, targets, disabled, speed, termination, options) in enumerate(rows):
+        unit, acc = _CONSTANT_SPEED.fullmatch(speed), ACC_OR_NOTHING.fullmatch(options)
+        plain = _FINE_OR_CNT.fullmatch(termination) and not disabled
+        plain = plain and all(target[:2] == "P[" and ":" not in target for target in targets)
+        count = {"J": 1, "L": 1, "C": 2}.get(letter)
+        if not (unit and acc and plain) or len(targets) != count or (letter == "J") != (unit[1] == PERCENT):
+            raise InputError(
+                f"program: line {m.line[i]}: '{listing.motion_text(i):.80}' is not a motion this reader knows: C has a "
+                "via and an end, J and L an end; a constant speed, FINE or CNT, and no option but ACC"
+            )
+        accs.add(acc[1])
+    if len(accs) > 1:
+        raise InputError("program: motions differ in their ACC")
+    return next((int(acc) for acc in accs if acc), None)
+
+
+def _read_configs(listing: LsProgram) -> tuple[Posture | None, IntArray]:
+    """The posture of all positions, None where they differ, and their turns (N, 3).
+
+    Raises:
+        InputError: A position that ``compose`` does not write; names its line.
+    """
+    p = listing.positions
+    parsed = {text: parse_config(text or "") for text in set(p.config)}
+    turned = {text for text in parsed if (config := CONFIG.match(text or "")) and config[4]}
+    known = np.array([text in turned and not name for text, name in zip(p.config, p.name, strict=True)], dtype=np.bool_)
+    known &= (p.group == 1) & ~p.remote & np.isfinite(p.value[:, :6]).all(axis=1)
+    known &= ~(p.span[:, 6:, 1] > 0).any(axis=1)
+    if not len(known):
+        raise InputError("program: it has no position: /POS is missing or empty; is this a complete .LS file?")
+    if not known.all():
+        raise InputError(f"program: line {p.line[np.argmin(known)]}: not a position this reader knows")
+    postures = {posture for posture, _ in parsed.values()}
+    turns = np.array([parsed[text][1] for text in p.config], dtype=np.int64)
+    return postures.pop() if len(postures) == 1 else None, turns
 
 
 def read_columns(data: bytes) -> Program | None:
@@ -183,10 +175,10 @@ def read_columns(data: bytes) -> Program | None:
     linear = _FIRST.search(data, moves, places) if 0 <= moves < places else None
     if linear is None or not data.startswith(b"/END\r\n", end):
         return None
-    # the head and the first position, read line by line, hold what all rows share
+    # the head and the first position hold what all rows share
     block = data.find(b"};\r\n", places) + 4
     try:
-        sample = interpret(data[: linear.start()] + data[places:block] + b"/END\r\n")
+        sample = meaning_of(loads(data[: linear.start()] + data[places:block] + b"/END\r\n"))
         lines = row_ends(data, linear.start(), places, b"\n", 1)
         blocks = row_ends(data, places + len(b"/POS\r\n"), end, MARK, MARK_BACK)
         if len(lines) + 1 != len(blocks):

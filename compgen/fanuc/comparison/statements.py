@@ -12,11 +12,9 @@ from difflib import SequenceMatcher
 import numpy as np
 
 from compgen.fanuc.comparison import NOTHING, Difference
-from compgen.fanuc.listing.lines import end_of_line
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, statement_texts
 
 LONGEST_ALIGNED = 2000  # statements between the first and the last that differ, that are searched for what was moved
-_LINE = re.compile(r"[ \t]*\d*[ \t]*:")
 _NAMED = re.compile(r"\[[ \t]*(?:\d+|A?R\[[ \t]*\d+)[ \t]*(?=:)")  # a number with a name behind it, inside brackets
 _GROUP = re.compile(r"^(U(?:FRAME|TOOL)_NUM)\[GP1\]", re.IGNORECASE)
 _NUMBER = re.compile(r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+)")
@@ -47,44 +45,12 @@ def compare_statements(written: LsProgram, backup: LsProgram) -> list[Difference
     return differences
 
 
-def statement_texts(program: LsProgram) -> list[str]:
-    """Each statement of /MN in one line, without its number and what stands behind its end."""
-    data, texts = program.data, []
-    limit = _end_of_statements(program)
-    for start, stop in zip(program.place.tolist(), [*program.place[1:].tolist(), limit], strict=True):
-        whole = data[start : min(stop, limit)].decode("latin-1")
-        parts = [part for line in whole.splitlines() if (part := _LINE.sub("", line, count=1).strip())]
-        texts.append(_before_end(" ".join(parts)))
-    return texts
-
-
 def core(text: str) -> str:
     """What a statement says, whatever its print."""
     if text.startswith(("!", "--")):
         return " ".join(text.upper().split())
     text = _NUMBER.sub(lambda m: _plain_number(m[0]), _without_names(text))
     return re.sub(r"\s+", "", _GROUP.sub(r"\1", text.strip())).upper()
-
-
-def _end_of_statements(program: LsProgram) -> int:
-    """Byte at which the line after the last statement begins, its continuations read."""
-    if not len(program.place):
-        return 0
-    at = int(program.place[-1])
-    while True:
-        at = end_of_line(program.data, at)
-        following = re.compile(rb"[\r\n]*[ \t]*:").match(program.data, at)
-        if following is None:
-            return at
-        at = following.end()
-
-
-def _before_end(text: str) -> str:
-    """A statement up to its semicolon; a remark may hold others."""
-    head, semicolon, tail = text.rpartition(";")
-    if not semicolon:
-        return text.rstrip()
-    return (head if not tail.strip() or text.startswith("!") else text.partition(";")[0]).rstrip()
 
 
 def _without_names(text: str) -> str:

@@ -29,6 +29,7 @@ _SECTION = re.compile(rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
 _SECOND = re.compile(rb"(?<=[\r\n])/PROG\b", re.IGNORECASE)
 _BEHIND_END = b" \t\r\n\f\v\x1a"  # what may follow: blank lines, and the mark at which old editors end a file
 _NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)", re.IGNORECASE)
+_LINE_NUMBER, _FOLLOWING = re.compile(r"[ \t]*\d*[ \t]*:"), re.compile(rb"[\r\n]*[ \t]*:")
 _ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
 
 
@@ -45,6 +46,10 @@ class LsProgram:
     motions: Motions
     positions: Positions
     place: IntArray  # (S,) byte at which each of those lines begins
+
+    def motion_text(self, motion: int) -> str:
+        """A motion as it is written, in one line."""
+        return " ".join(self.text(self.motions.span[motion]).split())
 
     def text(self, span: Iterable[int]) -> str:
         """The text at a place."""
@@ -129,6 +134,31 @@ def other_statements(program: LsProgram) -> list[tuple[int, str]]:
             text += _continuation(data, stop, int(place[k + 1]) if k + 1 < len(place) else len(data))
         statements.append((line, text))
     return statements
+
+
+def statement_texts(program: LsProgram, rows: IntArray | None = None) -> list[str]:
+    """Some statements of /MN, or all, each in one line, without its number and what stands behind its end."""
+    data = program.data
+    ends = np.append(program.place[1:], _end_of_statements(program))
+    rows, texts = np.arange(len(program.place)) if rows is None else rows, []
+    for start, stop in zip(program.place[rows].tolist(), np.minimum(ends, ends[-1])[rows].tolist(), strict=True):
+        lines = data[start:stop].decode("latin-1").splitlines()
+        text = " ".join(part for line in lines if (part := _LINE_NUMBER.sub("", line, count=1).strip()))
+        head, semicolon, tail = text.rpartition(";")
+        if semicolon and tail.strip() and not text.startswith("!"):  # a remark may hold others
+            head = text.partition(";")[0]
+        texts.append((head if semicolon else text).rstrip())
+    return texts
+
+
+def _end_of_statements(program: LsProgram) -> int:
+    """Byte at which the line after the last statement begins, its continuations read."""
+    if not len(program.place):
+        return 0
+    at = end_of_line(program.data, int(program.place[-1]))
+    while following := _FOLLOWING.match(program.data, at):
+        at = end_of_line(program.data, following.end())
+    return at
 
 
 def _continuation(data: bytes, at: int, limit: int) -> str:

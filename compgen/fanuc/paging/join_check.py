@@ -4,7 +4,6 @@ Each page is read on its own, in the order in which the main program calls it. W
 start at the position where the first stopped, to the last digit of the text.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -21,12 +20,11 @@ from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.listing.templates import find_places
-from compgen.fanuc.motion_options import ends_elsewhere
+from compgen.fanuc.motion_options import ACC_OR_NOTHING, ends_elsewhere
 from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
 from compgen.program.program import Program
 
 T = TypeVar("T")
-_ONLY_ACC = re.compile(r"\s*(?:ACC\s*\d+\s*)?", re.IGNORECASE)  # options of a motion that only starts a page
 SAME_STEP = 1e-6  # relative
 MOST_TURN = 0.02  # [rad] from page to page, where one was written anew
 NO_STEPS: Mapping[str, float] = {}
@@ -186,7 +184,7 @@ def _stands_at_target(motion: ExecutedMotion) -> bool:
 def _is_entry(motion: ExecutedMotion, before: ExecutedMotion) -> bool:
     """Whether a motion goes where the robot already stands, and stops there."""
     same_target = motion.targets == before.targets[-1:]
-    return same_target and motion.termination.upper() == "FINE" and _ONLY_ACC.fullmatch(motion.options) is not None
+    return same_target and motion.termination.upper() == "FINE" and ACC_OR_NOTHING.fullmatch(motion.options) is not None
 
 
 def _target_spans(program: LsProgram, number: IntArray) -> IntArray:
