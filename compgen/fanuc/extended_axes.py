@@ -26,6 +26,7 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.toml import brief_value
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
+from compgen.fanuc.listing.positions import units
 from compgen.fanuc.pose_table import length_or_angle, pose_of, pose_values
 
 NAMES = ("E1", "E2", "E3")
@@ -129,20 +130,20 @@ def read_arm_bases(program: LsProgram, row: IntArray, extended: Mapping[str, Ext
         row: Positions, rows of the program's table, (K,).
         extended: What extended axes carry, by name.
     """
-    given = program.positions.span[row, E1:, 1] > 0
-    axes = np.where(given, program.positions.value[row, E1:], np.nan)
+    written = program.positions.span[row, E1:, 1] > 0
+    axes = np.where(written, program.positions.value[row, E1:], np.nan)
     base, which = np.zeros(len(row), dtype=np.int64), np.full(len(row), NO_NUMBER)
     carried = any(axis.kind == "rail" for axis in extended.values())
-    if not given.any():
+    if not written.any():
         return ArmBases(base, Pose.stack([IDENTITY]), axes, (), which)
-    unit = _units(program, row, given)
-    concerned = np.flatnonzero(given.any(axis=1) | carried)
+    unit = units(program.data, program.positions.span[row, E1:])
+    concerned = np.flatnonzero(written.any(axis=1) | carried)
     places: dict[int, int] = {}  # of each base told
     table = [IDENTITY]
     reasons: dict[str, int] = {}
     for k in concerned.tolist():
         reason = ""
-        for name, has, value, u in zip(NAMES, given[k].tolist(), axes[k].tolist(), unit[k].tolist(), strict=True):
+        for name, has, value, u in zip(NAMES, written[k].tolist(), axes[k].tolist(), unit[k].tolist(), strict=True):
             axis = extended.get(name)
             if axis is None:
                 reason = reason or (_unknown(name) if has else "")
@@ -174,14 +175,3 @@ def _no_base(name: str, axis: ExtendedAxis, value: float, unit: str, has: bool) 
         f"the arm stands on extended axis {name} at {axis_value}, where its base is not told: "
         f"give [[extended.{name}.base]] with at_{axis.unit} in --frames"
     )
-
-
-def _units(program: LsProgram, row: IntArray, given: np.ndarray) -> np.ndarray:
-    """The unit behind each value, (K, 3): "mm", "deg", or "" where there is none."""
-    units = np.full(given.shape, "", dtype="U3")
-    end = program.positions.span[row, E1:, 1]
-    for k, column in zip(*np.nonzero(given), strict=True):
-        at = int(end[k, column])
-        text = program.data[at : at + 16].lstrip(b" \t")[:3].lower()
-        units[k, column] = "mm" if text[:2] == b"mm" else ("deg" if text == b"deg" else "")
-    return units

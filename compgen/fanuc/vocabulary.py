@@ -78,6 +78,13 @@ POSITION_BEFORE_EQUALS = _words(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=")  
 FRAME_WRITTEN = re.compile(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
 REGISTER = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")
 REGISTER_WRITTEN = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=")
+POSITION_REGISTER = _words(r"(?<![A-Z_$])PR\[\s*(\d*)")  # n of PR[n]; empty for one that is found at run time
+POSITION_REGISTER_SET = _words(r"(?<![A-Z_$])PR\[[^\]=]*\]\s*=")
+NUMBER_REGISTER_SET = _words(r"(?<![A-Z])R\[[^\]]*\]\s*=")
+REGISTER_INDEX = re.compile(r"\s*(\d{1,4})\s*(?::.*)?", re.DOTALL)  # n and its name, inside the brackets
+#: What may write a register, a frame or the offset of later motions.
+MAY_SET = _words(r"(?:PR|(?<![A-Z])R|UFRAME|UTOOL)\[.*=|\$MNU|CONDITION\b|\b(?:Search|Touch|VISION)\b|P-SPS")
+SEARCH = _words(r"\bSearch\b")
 PALLETIZING = _words(r"^PALLETIZING-")  # its begin or its end
 LOCAL_REGISTER = _words(r"(?<![A-Z_])(AR|LR)\[")  # known to one program only
 
@@ -233,8 +240,8 @@ UNSAFE_STATEMENTS = tuple(
     )
 )
 _FRAME_REASON = {
-    "FRAME": "UFRAME[] is written: the frame is not the one of the table",
-    "TOOL": "UTOOL[] is written: the tool is not the one of the table",
+    "UFRAME": "UFRAME[] is written: the frame is not the one of the table",
+    "UTOOL": "UTOOL[] is written: the tool is not the one of the table",
 }
 
 
@@ -255,6 +262,9 @@ OFFSET_CONDITIONS = tuple(
     )
     for option, word in (("OFFSET", "Offset"), ("TOOL_OFFSET", "Tool_Offset"), ("VOFFSET", "VOFFSET"))
 )
+CONDITION_OF_OFFSET = _words(r"^(OFFSET|TOOL_OFFSET)\s+CONDITION\b(\s+PR(?=\[))?")  # of which, and from a register
+BESIDE = _words(r"^(?:.*,)?\s*(?:RUN\s|MONITOR\b)")  # another program runs at the same time
+FRAME_BEGINS = re.compile(rb"(?:FRAME|TOOL)[ \t]*\[", re.IGNORECASE)  # looked for before any statement is read
 #: Text of /APPL, in any print of blanks and letters.
 UNSAFE_HEADERS = (
     UnsafeStatement(
@@ -262,6 +272,12 @@ UNSAFE_HEADERS = (
     ),
     UnsafeStatement(_words(r"\bLINE_TRACK_SCHEDULE"), "line tracking changes the executed path"),
 )
+
+
+def written_frames(text: str) -> list[tuple[str, int | None]]:
+    """UFRAME or UTOOL, and the number, that a statement writes; None for a number that is found at run time."""
+    indices = [(f"U{match[1]}", match[2].partition(":")[0].strip()) for match in FRAME_WRITTEN.finditer(text)]
+    return [(kind, int(index) if index.isdigit() else None) for kind, index in indices]
 
 
 def unsafe_words(text: str, *, frames: bool = True) -> list[str]:
@@ -274,7 +290,7 @@ def unsafe_words(text: str, *, frames: bool = True) -> list[str]:
     reasons = [statement.reason for statement in UNSAFE_STATEMENTS if statement.pattern.search(text)]
     if not frames:
         return reasons
-    return reasons + [_FRAME_REASON[kind] for kind in dict.fromkeys(m[1] for m in FRAME_WRITTEN.finditer(text))]
+    return reasons + [_FRAME_REASON[kind] for kind in dict.fromkeys(kind for kind, _ in written_frames(text))]
 
 
 # ---- Modal state -----------------------------------------------------------------------------------------------------

@@ -47,7 +47,7 @@ def _labels(program: LsProgram, flow: Flow) -> list[Unsafe]:
             unsafe.append(Unsafe(line, text[:60], reason))
     m = program.motions
     mentions += [
-        (int(m.line[i]), " ".join(program.text(m.span[i]).split()))
+        (int(m.line[i]), program.motion_text(i))
         for i, (options, off) in enumerate(zip(m.options, m.disabled.tolist(), strict=True))
         if not off and LABEL.search(options)
     ]
@@ -82,7 +82,7 @@ def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collec
                     reason = (
                         f"P[{p.number[row]}] is told in {name[:-4].lower()} {of_position}, and {name}={number} is set"
                     )
-                    text = " ".join(program.text(m.span[i]).split())
+                    text = program.motion_text(i)
                     unsafe.append(Unsafe(int(m.line[i]), text[:60], f"{reason}: a controller stops there"))
     return unsafe
 

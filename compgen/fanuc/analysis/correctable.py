@@ -12,7 +12,7 @@ from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.configuration import parse_config
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
+from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION, written_frames
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.singular_ways import singular_ways
 from compgen.robot.joint_path import elbow_margins, wrist_centre
@@ -52,10 +52,10 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
     for s in np.flatnonzero((traversal.pose == NONE) & ~np.isin(line, list(named))).tolist():
         i = int(traversal.motion[s])
         if defined.issuperset(m.position[i]):
-            unsafe.append(Unsafe(int(line[s]), _text(program, i), "its position has no numbers of group 1"))
+            unsafe.append(Unsafe(int(line[s]), program.motion_text(i), "its position has no numbers of group 1"))
     listed_already = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
     unsafe += [
-        Unsafe(int(line[s]), _text(program, int(traversal.motion[s])), _CARRIED)
+        Unsafe(int(line[s]), program.motion_text(int(traversal.motion[s])), _CARRIED)
         for s in np.flatnonzero(traversal.carried & ~held & ~listed_already).tolist()
     ]
     held |= traversal.carried
@@ -78,7 +78,7 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
             unsafe.append(Unsafe(number, short, "it may use any position as a value, corrected where the others are"))
         why = "writes its frame or tool" if FRAME_WRITTEN.search(text) else "uses its position as a value"
         unsafe += [
-            Unsafe(int(line[k]), _text(program, int(traversal.motion[k])), f"line {number} {why}")
+            Unsafe(int(line[k]), program.motion_text(int(traversal.motion[k])), f"line {number} {why}")
             for k in np.flatnonzero(named_here & ~held).tolist()
         ]
         held |= named_here
@@ -86,12 +86,12 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
         for k, way in ((s, "there"), (int(traversal.origin[s]), "from there")):
             reason = f"the way {way} passes {passed}: joints may turn round for a small correction"
             if not held[k]:
-                unsafe.append(Unsafe(int(line[k]), _text(program, int(traversal.motion[k])), reason))
+                unsafe.append(Unsafe(int(line[k]), program.motion_text(int(traversal.motion[k])), reason))
             held[k] = True
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)
         unsafe += [
-            Unsafe(int(line[k]), _text(program, int(traversal.motion[k])), f"it runs {why}")
+            Unsafe(int(line[k]), program.motion_text(int(traversal.motion[k])), f"it runs {why}")
             for k in np.flatnonzero(inside & ~held).tolist()
         ]
         held |= inside
@@ -186,10 +186,8 @@ def _around(text: str, program: LsProgram, row: IntArray, settled: bool) -> Bool
     for number in POSITION.findall(text):
         held |= p.number[row] == int(number or NO_NUMBER)
     held |= any(INDIRECT_POSITION.findall(text))
-    if (written := FRAME_WRITTEN.search(text)) and not settled:
-        column = p.uframe if written[1] == "FRAME" else p.utool
-        index = written[2].partition(":")[0].strip()
-        held |= (column[row] == int(index)) if index.isdigit() else np.ones(len(row), dtype=bool)
+    for kind, number in written_frames(text)[:1] if not settled else []:
+        held |= number is None or (p.uframe if kind == "UFRAME" else p.utool)[row] == number
     return held
 
 
@@ -214,7 +212,3 @@ def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
         if start is not None:
             stretches.append((start, np.iinfo(np.int64).max, diversion.reason))
     return stretches
-
-
-def _text(program: LsProgram, motion: int) -> str:
-    return " ".join(program.text(program.motions.span[motion]).split())

@@ -11,7 +11,6 @@ r"""Where motions really lead whose frame, tool or offset is written at run time
 ``register_flow`` follows registers; where they are not known, the motion is left alone.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -33,12 +32,10 @@ from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of
 from compgen.fanuc.pose_table import pose_of
 from compgen.fanuc.registers import JOINT, Register
-from compgen.fanuc.vocabulary import FRAME_WRITTEN
+from compgen.fanuc.vocabulary import BESIDE, FRAME_BEGINS, FRAME_WRITTEN, REGISTER_INDEX, written_frames
 
 MOST_STATEMENTS = 5000  # that write registers; a program with more of them is not followed
 _NAMES = {"OFFSET": "Offset", "TOOL_OFFSET": "Tool_Offset"}
-_FRAME = re.compile(rb"(?:FRAME|TOOL)[ \t]*\[", re.IGNORECASE)  # before any statement is looked at
-_BESIDE = re.compile(r"^(?:.*,)?\s*(?:RUN\s|MONITOR\b)", re.IGNORECASE)  # another program runs at the same time
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +80,7 @@ def read_placements(
     m = program.motions
     active = np.flatnonzero(~m.disabled)
     with_offset = {o for o in set(m.options) if o and offsets_of(o)}
-    if not with_offset and not _FRAME.search(program.data):
+    if not with_offset and not FRAME_BEGINS.search(program.data):
         return Placements()
     flow = read_flow(program)
     written = _written_frames(set(flow.text.values()))
@@ -93,7 +90,7 @@ def read_placements(
     registers_known = RegisterFlow(program, frames, called)
     reader = _Motions(registers_known, frozenset(registers or ()))
     followed = link_nodes(nodes) and sum(acts(node.text or node.options) for node in nodes) <= MOST_STATEMENTS
-    beside = any(_BESIDE.match(text) for text in set(flow.text.values()))
+    beside = any(BESIDE.match(text) for text in set(flow.text.values()))
     why = "the program's order is not understood" if not followed else "it runs in point logic, or no way leads there"
     why = "another program may run beside this one (RUN, MONITOR)" if beside else why
     followed &= not beside
@@ -140,9 +137,8 @@ def _written_frames(texts: set[str]) -> dict[str, set[int]]:
     """Numbers of user frames and tools that statements write; ANY among them for one that is found at run time."""
     written: dict[str, set[int]] = {}
     for text in texts:
-        for match in FRAME_WRITTEN.finditer(text):
-            index = match[2].partition(":")[0].strip()
-            written.setdefault(f"U{match[1].upper()}", set()).add(int(index) if index.isdigit() else ANY)
+        for kind, number in written_frames(text):
+            written.setdefault(kind, set()).add(ANY if number is None else number)
     return written
 
 
@@ -200,7 +196,7 @@ class _Motions:
         start = text.find("[")
         if start >= 0:
             inside = bracketed(text, start)
-            index = re.fullmatch(r"\s*(\d{1,4})\s*(?::.*)?", inside[0], re.DOTALL) if inside else None
+            index = REGISTER_INDEX.fullmatch(inside[0]) if inside else None
             if index is None or text[start - 2 : start].upper() != "PR" or (text[start - 3 : start - 2].isalpha()):
                 return f"{name} is added at run time: which register it takes is found there"
             number = int(index[1])

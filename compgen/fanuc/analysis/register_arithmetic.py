@@ -5,8 +5,10 @@ on a simulated R-2000iC and published, with the manual's own words, by makers of
 Whatever is not understood leaves what it names unknown.
 """
 
+import ast
+import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from compgen.fanuc.registers import CARTESIAN, EITHER, JOINT, Register
@@ -17,7 +19,14 @@ ANY = -1  # some frame, found at run time; of registers, those that are not name
 _NAME = re.compile(r"\s*(PR|R|P|UFRAME|UTOOL)\[", re.IGNORECASE)
 _INDEX = re.compile(r"\s*(\d{1,9})\s*(?:,\s*([1-6])\s*)?(?::.*)?$", re.DOTALL)
 _NUMBER = re.compile(r"\s*(\d+\.?\d*|\.\d+)")
-_DEEPEST = 20  # brackets in brackets
+_HERE = re.compile(r"\s*(LPOS|JPOS)(?![^\W_])", re.IGNORECASE)
+_MOST_TOKENS = 200  # numbers, registers and signs of an expression; a longer one is not followed
+_OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +52,12 @@ class Values:
             return UNKNOWN if (kind, ANY) in self.known else self.frame(kind, number)
         value = self.known[kind, number]
         return value if isinstance(value, Register) else UNKNOWN
+
+    def of(self, kind: str, number: int) -> Register:
+        """A position register, a position, a frame or a tool."""
+        if kind == "PR":
+            return self.register(number)
+        return self.position(number) if kind == "P" else self.frame_value(kind, number)
 
 
 def bracketed(text: str, at: int) -> tuple[str, int] | None:
@@ -71,115 +86,91 @@ def element(text: str, at: int = 0) -> tuple[str, int | None, int | None, int] |
 
 def evaluate_register(text: str, values: Values) -> Register:
     """The position register that an expression makes: registers, positions and frames, added and subtracted."""
-    total: Register | None = None
-    seen: list[tuple[str, str]] = []
-    at, sign = 0, "+"
-    while True:
-        term, at, name = _register_term(text, at, values)
-        if term is None:
-            return UNKNOWN
-        if seen and sign == "-" and len(seen) == 1 and seen[0] == ("+", name) and name:
-            total = Register(term.form, (0.0,) * 6)  # a register less itself, whatever it holds
-        else:
-            total = term if total is None else _added(total, term, 1.0 if sign == "+" else -1.0)
-        seen.append((sign, name))
+    terms: list[tuple[float, Register, str]] = []  # sign, and a name under which it is the same again
+    at, sign = 0, 1.0
+    while (term := _register_term(text, at, values)) is not None:
+        register, name, at = term
+        terms.append((sign, register, name))
         rest = text[at:].lstrip()
         if not rest or rest[0] == ";":
-            return total
+            return _sum(terms)
         if rest[0] not in "+-":
-            return UNKNOWN
-        sign, at = rest[0], len(text) - len(rest) + 1
+            break
+        sign, at = (1.0 if rest[0] == "+" else -1.0), len(text) - len(rest) + 1
+    return UNKNOWN
 
 
-def _register_term(text: str, at: int, values: Values) -> tuple[Register | None, int, str]:
-    """A term, where it ends, and a name under which it is the same again."""
-    rest = text[at:].lstrip()
-    at = len(text) - len(rest)
-    for word, form in (("LPOS", CARTESIAN), ("JPOS", JOINT)):
-        if rest[:4].upper() == word and not rest[4:5].isalnum():
-            return Register(form), at + 4, ""
-    part = element(text, at)
-    if part is None:
-        return None, at, ""
-    kind, number, component, end = part
-    if number is None or component is not None or kind == "R":
-        return None, at, ""
-    if kind == "PR":
-        return values.register(number), end, f"PR{number}"
-    if kind == "P":
-        return values.position(number), end, f"P{number}"
-    return values.frame_value(kind, number), end, f"{kind}{number}"
+def _register_term(text: str, at: int, values: Values) -> tuple[Register, str, int] | None:
+    """A term, its name, and where it ends; None where none is understood."""
+    if here := _HERE.match(text, at):
+        return Register(CARTESIAN if here[1].upper() == "LPOS" else JOINT), "", here.end()
+    kind, number, component, end = element(text, at) or ("R", None, None, at)
+    if kind == "R" or number is None or component is not None:
+        return None
+    return values.of(kind, number), f"{kind}{number}", end
 
 
-def _added(a: Register, b: Register, sign: float) -> Register:
-    if JOINT in (a.form, b.form) and a.form != b.form:
-        return UNKNOWN
-    numbers = (None if x is None or y is None else x + sign * y for x, y in zip(a.values, b.values, strict=True))
-    return Register(a.form or b.form, tuple(numbers))
+def _sum(terms: Sequence[tuple[float, Register, str]]) -> Register:
+    """The sum, number by number; a register less itself is zero, whatever it holds."""
+    (_, total, first), *others = terms
+    for k, (sign, term, name) in enumerate(others):
+        if k == 0 and sign < 0 and name and name == first:
+            total = Register(term.form, (0.0,) * 6)
+        elif JOINT in (total.form, term.form) and total.form != term.form:
+            total = UNKNOWN
+        else:
+            pairs = zip(total.values, term.values, strict=True)
+            numbers = (None if a is None or b is None else a + sign * b for a, b in pairs)
+            total = Register(total.form or term.form, tuple(numbers))
+    return total
 
 
 def evaluate_number(text: str, values: Values) -> float | None:
     """The number that an expression makes of constants and known registers; None where it is not known."""
-    result = _sum(text, 0, values, 0)
-    if result is None or text[result[1] :].strip(" ;"):
+    tokens, operands, at, text = list[str](), list[float](), 0, text.strip(" ;")
+    while at < len(text):
+        if text[at] in "+-*/() \t":
+            tokens.append(text[at].strip())
+            at += 1
+            continue
+        operand = _operand(text, at, values)
+        if operand is None or len(tokens) > _MOST_TOKENS:
+            return None
+        tokens.append(f"_{len(operands)}")
+        operands.append(operand[0])
+        at = operand[1]
+    try:
+        return _value(ast.parse(" ".join(filter(None, tokens)), mode="eval").body, operands)
+    except SyntaxError:
         return None
-    return result[0]
 
 
-def _sum(text: str, at: int, values: Values, depth: int) -> tuple[float, int] | None:
-    total = _product(text, at, values, depth)
-    while total is not None:
-        rest = text[total[1] :].lstrip()
-        if rest[:1] not in ("+", "-") or not rest:
-            return total
-        term = _product(text, len(text) - len(rest) + 1, values, depth)
-        if term is None:
-            return None
-        total = (total[0] + term[0] if rest[0] == "+" else total[0] - term[0]), term[1]
-    return None
-
-
-def _product(text: str, at: int, values: Values, depth: int) -> tuple[float, int] | None:
-    total = _factor(text, at, values, depth)
-    while total is not None:
-        rest = text[total[1] :].lstrip()
-        if rest[:1] not in ("*", "/") or not rest:
-            return total
-        term = _factor(text, len(text) - len(rest) + 1, values, depth)
-        if term is None or (rest[0] == "/" and term[0] == 0):
-            return None
-        total = (total[0] * term[0] if rest[0] == "*" else total[0] / term[0]), term[1]
-    return None
-
-
-def _factor(text: str, at: int, values: Values, depth: int) -> tuple[float, int] | None:
-    rest = text[at:].lstrip()
-    at = len(text) - len(rest)
-    if depth > _DEEPEST or not rest:
-        return None
-    if rest[0] == "-":
-        term = _factor(text, at + 1, values, depth + 1)
-        return None if term is None else (-term[0], term[1])
-    if rest[0] == "(":
-        inner = _sum(text, at + 1, values, depth + 1)
-        if inner is None or not text[inner[1] :].lstrip().startswith(")"):
-            return None
-        return inner[0], text.index(")", inner[1]) + 1
+def _operand(text: str, at: int, values: Values) -> tuple[float, int] | None:
+    """A constant, R[n] or PR[n,i] that is known, and where it ends."""
     if match := _NUMBER.match(text, at):
         return float(match[1]), match.end()
-    part = element(text, at)
-    if part is None:
-        return None
-    kind, number, component, end = part
-    if number is None:
-        return None
-    if kind == "R" and component is None:
+    kind, number, component, end = element(text, at) or ("", None, None, at)
+    value: Register | float | None = None
+    if number is not None and kind == "R" and component is None:
         value = values.known.get(("R", number))
-        return (value, end) if isinstance(value, float) else None
-    if kind == "PR" and component is not None:
-        of = values.register(number).values[component]
-        return None if of is None else (of, end)
-    return None
+    elif number is not None and kind == "PR" and component is not None:
+        value = values.register(number).values[component]
+    return (value, end) if isinstance(value, float) else None
+
+
+def _value(node: ast.expr, operands: Sequence[float]) -> float | None:
+    """The value of an expression whose operands are named _0, _1, ...; None for what is no sum or product of them."""
+    if isinstance(node, ast.Name):
+        return operands[int(node.id[1:])]
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        value = _value(node.operand, operands)
+        return None if value is None else -value
+    if not isinstance(node, ast.BinOp) or type(node.op) not in _OPERATIONS:
+        return None
+    left, right = _value(node.left, operands), _value(node.right, operands)
+    if left is None or right is None or (isinstance(node.op, ast.Div) and right == 0):
+        return None
+    return _OPERATIONS[type(node.op)](left, right)
 
 
 def with_component(register: Register, component: int, value: float | None) -> Register:

@@ -4,7 +4,6 @@ Registers are followed from the program's start: constants, copies, sums of know
 behind a call that may write them, behind a macro, or where a statement is not understood, they are not known.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -31,22 +30,31 @@ from compgen.fanuc.listing.position_parser import AXES
 from compgen.fanuc.motion_options import POINT_LOGIC
 from compgen.fanuc.pose_table import LARGEST
 from compgen.fanuc.registers import CARTESIAN, EITHER, JOINT, Register
-from compgen.fanuc.vocabulary import CALL, FOR, FRAME_WRITTEN, IF_THEN, MOVERS, conditional_action, may_move_arm
+from compgen.fanuc.vocabulary import (
+    CALL,
+    CONDITION_OF_OFFSET,
+    FOR,
+    IF_THEN,
+    MAY_SET,
+    MOVERS,
+    NUMBER_REGISTER_SET,
+    POSITION_REGISTER,
+    POSITION_REGISTER_SET,
+    REGISTER_INDEX,
+    SEARCH,
+    conditional_action,
+    may_move_arm,
+    written_frames,
+)
 
 Numbers = tuple[float, ...]  # X Y Z [mm], W P R [deg]
 State = Mapping[Key, Register | float | None]
 KINDS = ("UFRAME", "UTOOL")
-_CONDITION = re.compile(r"^(OFFSET|TOOL_OFFSET)\s+CONDITION\s+PR(?=\[)", re.IGNORECASE)
-_ANY_CONDITION = re.compile(r"^(OFFSET|TOOL_OFFSET)\s+CONDITION\b", re.IGNORECASE)
-_MENTIONED = re.compile(r"(?<![A-Z_$])PR\[\s*(\d*)", re.IGNORECASE)
-_ACTS = re.compile(
-    r"(?:PR|(?<![A-Z])R|UFRAME|UTOOL)\[.*=|\$MNU|CONDITION\b|\b(?:Search|Touch|VISION)\b|P-SPS", re.IGNORECASE
-)
 
 
 def acts(text: str) -> bool:
     """Whether a statement, or the options of a motion, may write a register, a frame or a condition."""
-    return bool(_ACTS.search(text) or CALL.search(text))
+    return bool(MAY_SET.search(text) or CALL.search(text))
 
 
 @dataclass(eq=False, slots=True)
@@ -102,18 +110,17 @@ class RegisterFlow:
 
     def _after_plain(self, text: str, state: State) -> State:
         names = [name.upper() for name in CALL.findall(text)]
-        if names or (may_move_arm(text) and not (_ANY_CONDITION.match(text) or MOVERS.match(text))):
+        if names or (may_move_arm(text) and not (CONDITION_OF_OFFSET.match(text) or MOVERS.match(text))):
             kept = bool(names) and all(name in self.called.settled for name in names)
             return {k: v for k, v in state.items() if k[0] != "R"} if kept else after_unknown_call(state)
-        if condition := _ANY_CONDITION.match(text):
+        if condition := CONDITION_OF_OFFSET.match(text):
             return self._after_condition(condition[1].upper(), text, state)
         target = element(text)
         if target is not None and text[target[3] :].lstrip().startswith("="):
             return self._after_assignment(target, text, state)
         new = dict(state)
-        for match in FRAME_WRITTEN.finditer(text):  # a system variable, or a component of it
-            index = match[2].partition(":")[0].strip()
-            new[f"U{match[1].upper()}", int(index) if index.isdigit() else ANY] = None
+        for kind, number in written_frames(text):  # a system variable, or a component of it
+            new[kind, ANY if number is None else number] = None
         if FOR.match(text) or "R[" in text.upper().replace("PR[", ""):
             new = {k: v for k, v in new.items() if k[0] != "R"}
         return _without_mentioned(text, new)
@@ -149,17 +156,18 @@ class RegisterFlow:
 
     def _may_be_joint(self, text: str, state: State) -> bool:
         """Whether an expression that is not known may be in joint form: its registers are, or the robot's joints."""
-        values, named = self.values(state), _MENTIONED.findall(text)
+        values, named = self.values(state), POSITION_REGISTER.findall(text)
         registers = [v for k, v in state.items() if k[0] == "PR"] if "" in named else []
         registers += [values.register(int(n)) for n in named if n]
         return "JPOS" in text.upper() or any(isinstance(v, Register) and v.form == JOINT for v in registers)
 
     def _after_condition(self, kind: str, text: str, state: State) -> State:
         new = {k: v for k, v in state.items() if k[0] != kind}
-        match = _CONDITION.match(text)
-        inside = bracketed(text, match.end()) if match else None
-        if inside and re.fullmatch(r"\s*\d{1,4}\s*(?::.*)?", inside[0]) and not text[inside[1] :].strip():
-            number = int(inside[0].partition(":")[0])
+        match = CONDITION_OF_OFFSET.match(text)
+        inside = bracketed(text, match.end()) if match and match[2] else None
+        index = REGISTER_INDEX.fullmatch(inside[0]) if inside else None
+        if inside and index and not text[inside[1] :].strip():
+            number = int(index[1])
             new[kind, 0] = float(number)
             new[kind, 1] = self.values(state).register(number)
         return new
@@ -168,33 +176,31 @@ class RegisterFlow:
         names = [name.upper() for name in CALL.findall(options)]
         if POINT_LOGIC.search(options) or not all(name in self.called.settled for name in names):
             return after_unknown_call(state)
-        if names or re.search(r"(?<![A-Z])R\[[^\]]*\]\s*=", options, re.IGNORECASE):
+        if names or NUMBER_REGISTER_SET.search(options):
             state = {k: v for k, v in state.items() if k[0] != "R"}
-        written = re.findall(r"(?<![A-Z_$])PR\[[^\]=]*\]\s*=", options, re.IGNORECASE)
+        written = POSITION_REGISTER_SET.findall(options)
         return _without_mentioned(" ".join(written), state) if written else state
 
     def settles(self, node: Node, state: State) -> bool:
         """Whether a statement writes frames to known values only."""
         after = self.leave(node, state)
-        for match in FRAME_WRITTEN.finditer(node.text):
-            index = match[2].partition(":")[0].strip()
-            if not index.isdigit() or after.get((f"U{match[1].upper()}", int(index))) is None:
-                return False
-        return True
+        return all(
+            number is not None and after.get((kind, number)) is not None for kind, number in written_frames(node.text)
+        )
 
     def numbers(self, register: Register, text: str = "") -> Numbers | None:
         """The six numbers of a register, when it is told in Cartesian form and they are known."""
         if register.form == JOINT or any(v is None or not abs(v) < LARGEST for v in register.values):
             return None
         if register.form == EITHER:
-            self.assumed |= {int(n) for n in _MENTIONED.findall(text) if n}
+            self.assumed |= {int(n) for n in POSITION_REGISTER.findall(text) if n}
         return tuple(float(v) for v in register.values if v is not None)
 
 
 def _without_mentioned(text: str, state: State) -> State:
     """A state without the position registers that a text names; without all where it names one found at run time."""
-    named = _MENTIONED.findall(text)
-    if "" in named or re.search(r"\bSearch\b", text, re.IGNORECASE):
+    named = POSITION_REGISTER.findall(text)
+    if "" in named or SEARCH.search(text):
         return _without_all(state)
     lost = {("PR", int(n)) for n in named}
     return {k: _lost(v) if k in lost else v for k, v in state.items()} if lost & set(state) else state

@@ -75,7 +75,7 @@ def _motions(program: LsProgram, placements: Placements) -> list[Unsafe]:
             reasons = [*reasons, *(r for r in why[m.options[i]] if r not in reasons)]
         if not m.speed[i]:
             reasons.append("its speed is not understood")
-        text = " ".join(program.text(m.span[i]).split())
+        text = program.motion_text(i)
         findings += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
     return findings
 

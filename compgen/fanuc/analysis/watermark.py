@@ -27,6 +27,7 @@ from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import position_rows, read_traversal
 from compgen.fanuc.frames import default_frames
 from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.positions import decimal_places
 from compgen.program.driven import DrivenProgram
 from compgen.robot.robot import Robot
 
@@ -106,21 +107,14 @@ def last_digit_units(program: LsProgram, rows: IntArray) -> tuple[IntArray, Bool
     p = program.positions
     joint_form = p.span[rows, J1, 1] > 0
     value = np.where(joint_form[:, None], p.value[rows, J1 : J1 + 6], p.value[rows, :6])
-    return np.rint(value * 10.0 ** decimal_places(program, rows)).astype(np.int64), joint_form
+    return np.rint(value * 10.0 ** decimals_of(program, rows)).astype(np.int64), joint_form
 
 
-def decimal_places(program: LsProgram, rows: IntArray) -> IntArray:
+def decimals_of(program: LsProgram, rows: IntArray) -> IntArray:
     """Decimals of each of the six numbers of positions, rows of the program's table, (n, 6)."""
     span = program.positions.span[rows]
     span = np.where((span[:, J1, 1] > 0)[:, None, None], span[:, J1 : J1 + 6], span[:, :6])
-    begin, end = span[..., 0], span[..., 1]
-    data = np.frombuffer(program.data, dtype=np.uint8)
-    decimals = np.zeros(begin.shape, dtype=np.int64)
-    for k in range(int((end - begin).max(initial=0))):
-        at = begin + k
-        is_point = (at < end) & (data[np.minimum(at, len(data) - 1)] == ord("."))
-        decimals[is_point] = (end - at - 1)[is_point]
-    return decimals
+    return decimal_places(program.data, span)
 
 
 def first_places(units: IntArray, joint_form: BoolArray) -> tuple[IntArray, IntArray]:

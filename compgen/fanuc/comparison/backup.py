@@ -20,18 +20,16 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.decimals import Bytes
 from compgen.fanuc.comparison import NOTHING, Difference
 from compgen.fanuc.comparison.statements import compare_statements
 from compgen.fanuc.listing.listing import LsProgram, head_text
 from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
-from compgen.fanuc.listing.positions import Positions
+from compgen.fanuc.listing.positions import Positions, decimal_places, units
 from compgen.fanuc.vocabulary import UNSAFE_HEADERS
 
 _GROUPS = 64  # more than a controller has: (position, group) as one number
 _ANGLES, _EXTENDED = slice(3, 6), slice(15, 18)
 _WHOLE_TURN = 360.0
-_UNITS = {0: "", ord("m"): " mm", ord("d"): " deg"}
 _SLACK = 1e-9  # of decimals as doubles have them
 
 
@@ -51,7 +49,7 @@ def compare_positions(written: LsProgram, backup: LsProgram) -> ComparedPosition
     _, i, j = np.intersect1d(*keys, return_indices=True)
     differences = _frames(a, b, i, j)
     wanted, given = _Numbers.of(written, i), _Numbers.of(backup, j)
-    other_unit = (wanted.unit != given.unit) & (wanted.unit > 0) & (given.unit > 0)
+    other_unit = (wanted.unit != given.unit) & (wanted.unit != "") & (given.unit != "")
     same = _same(wanted, given) & ~other_unit
     for k, column in zip(*(~same).nonzero(), strict=True):
         name = f"{'R' if a.remote[i[k]] and column < 6 else ''}{AXES[column]}"
@@ -100,22 +98,22 @@ class _Numbers:
     span: IntArray  # (n, 18, 2)
     given: BoolArray  # (n, 18)
     step: Array  # (n, 18) one unit of the last digit
-    unit: Bytes  # (n, 18) the letter with which its unit begins, 0 where it has none
+    unit: np.ndarray  # (n, 18) "mm", "deg", or "" where it has none
 
     @classmethod
     def of(cls, program: LsProgram, rows: IntArray) -> "_Numbers":
         """Those of some rows of a program's table."""
         span = program.positions.span[rows]
         given = span[..., 1] > 0
-        step = np.asarray(10.0 ** -_decimals(program.data, span), dtype=float)
-        return cls(program.positions.value[rows], span, given, step, _units(program.data, span))
+        step = np.asarray(10.0 ** -decimal_places(program.data, span), dtype=float)
+        return cls(program.positions.value[rows], span, given, step, units(program.data, span))
 
     def text(self, program: LsProgram, row: int, column: int, with_unit: BoolArray) -> str:
         """A number as it stands in the file."""
         if not self.given[row, column]:
             return NOTHING
-        unit = _UNITS[int(self.unit[row, column])] if with_unit[row, column] else ""
-        return program.text(self.span[row, column]) + unit
+        number = program.text(self.span[row, column])
+        return f"{number} {self.unit[row, column]}".rstrip() if with_unit[row, column] else number
 
 
 def _same(a: _Numbers, b: _Numbers) -> BoolArray:
@@ -130,28 +128,6 @@ def _same(a: _Numbers, b: _Numbers) -> BoolArray:
     only_zero = ~a.given & b.given & (b.value == 0)
     same[:, _EXTENDED] |= only_zero[:, _EXTENDED]
     return np.asarray(same)
-
-
-def _units(data: bytes, span: IntArray) -> Bytes:
-    """The letter with which the unit behind each number begins, (n, 18); 0 where there is none."""
-    view = np.frombuffer(data, dtype=np.uint8)
-    at = span[..., 1].copy()
-    while (blank := np.isin(view[at], (ord(" "), ord("\t"))) & (at > 0)).any():
-        at += blank
-    letter = view[at] | 0x20  # small
-    return np.where((at > 0) & np.isin(letter, list(_UNITS)), letter, 0).astype(np.uint8)
-
-
-def _decimals(data: bytes, span: IntArray) -> IntArray:
-    """Digits behind the point of each number, (n, 18)."""
-    begin, end = span[..., 0], span[..., 1]
-    view = np.frombuffer(data, dtype=np.uint8)
-    decimals = np.zeros(begin.shape, dtype=np.int64)
-    for k in range(int((end - begin).max(initial=0))):
-        at = begin + k
-        is_point = (at < end) & (view[np.minimum(at, len(view) - 1)] == ord("."))
-        decimals[is_point] = (end - at - 1)[is_point]
-    return decimals
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.placements import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import J1, Poses
-from compgen.fanuc.analysis.watermark import decimal_places
+from compgen.fanuc.analysis.watermark import decimals_of
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.program.driven import NONE
@@ -66,7 +66,7 @@ def number_edits(
         columns[cartesian] = np.arange(6)
     joint = np.flatnonzero(poses.joint_form[rows])
     if len(joint):
-        step = np.asarray(10.0 ** -decimal_places(program, poses.row[rows[joint]]), dtype=float)
+        step = np.asarray(10.0 ** -decimals_of(program, poses.row[rows[joint]]), dtype=float)
         pendant, tools = robot.to_pendant(theta[joint]) / DEG, poses.tools[poses.tool[rows[joint]]]
         lever = np.where(poses.tool[rows[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
         numbers[joint] = round_joints(robot, pendant, step, tools.position, lever, marked[joint])

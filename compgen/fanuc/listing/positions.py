@@ -233,6 +233,28 @@ def _fill_parsed(table: Positions, names: list[str], configs: list[str | None], 
             table.value[i, column], table.span[i, column] = value, span
 
 
+def decimal_places(data: bytes, span: IntArray) -> IntArray:
+    """Digits behind the point of numbers at places (..., 2); 0 where there is none."""
+    begin, end = span[..., 0], span[..., 1]
+    view = np.frombuffer(data, dtype=np.uint8)
+    decimals = np.zeros(begin.shape, dtype=np.int64)
+    for k in range(int((end - begin).max(initial=0))):
+        at = begin + k
+        is_point = (at < end) & (view[np.minimum(at, len(view) - 1)] == ord("."))
+        decimals[is_point] = (end - at - 1)[is_point]
+    return decimals
+
+
+def units(data: bytes, span: IntArray) -> np.ndarray:
+    """The unit behind each number at places (..., 2): "mm", "deg", or "" where there is none."""
+    view = np.frombuffer(data, dtype=np.uint8)
+    at = span[..., 1].copy()
+    while (blank := np.isin(view[at], (ord(" "), ord("\t"))) & (at > 0)).any():
+        at += blank
+    letter = np.where(at > 0, view[at] | 0x20, 0)  # small
+    return np.select([letter == ord("m"), letter == ord("d")], ["mm", "deg"], "")
+
+
 def _refuse_duplicates(number: IntArray, line: IntArray) -> None:
     """Raises InputError for a position that is defined twice."""
     order = np.argsort(number, kind="stable")

@@ -13,7 +13,7 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
-from compgen.fanuc.analysis.watermark import Mark, decimal_places
+from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.stops import controller_capacity
@@ -335,7 +335,7 @@ def _controller_findings(result: Correction) -> list[Finding]:
 
 def _decimal_places(result: Correction) -> IntArray:
     changed = np.flatnonzero(result.shared.changed)
-    return decimal_places(result.plan.program, result.plan.poses.row[changed[:1000]])
+    return decimals_of(result.plan.program, result.plan.poses.row[changed[:1000]])
 
 
 def _line_of(result: Correction, station: int) -> int:
