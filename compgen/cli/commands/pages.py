@@ -34,8 +34,6 @@ def pages(
     from compgen import fanuc
     from compgen.cli.screen.pages_text import pages_text, unparted_text
     from compgen.core.version import __version__
-    from compgen.fanuc.analysis.marked_program import is_marked
-    from compgen.fanuc.editing.remark import marking_remark
     from compgen.fanuc.analysis.watermark import carries_mark
     from compgen.fanuc.editing.insertion import marking_remark
     from compgen.fanuc.paging.capacity import program_size

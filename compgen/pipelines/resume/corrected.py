@@ -26,12 +26,8 @@ from compgen.core.stages import Progress
 from compgen.core.units import KB, UM
 from compgen.core.version import __version__
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.marked_program import is_marked
-from compgen.fanuc.editing.remark import marking_remark
 from compgen.fanuc.analysis.watermark import carries_mark
 from compgen.fanuc.editing.insertion import marking_remark
-from compgen.fanuc.extended_axes import ExtendedAxis
-from compgen.fanuc.frames import Frames, default_frames
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.manifest import with_checksum
 from compgen.fanuc.paging.split import split_program
