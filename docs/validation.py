@@ -264,7 +264,7 @@ def rates() -> str:
     rows = []
     for name, motion, feed, minutes, quoted, printed in cases:
         spent = minutes * 60.0
-        ours = heat.rise_after([Duty("moving", feed, spent)])
+        ours = state_after(heat, [Duty("moving", feed, spent)])
         loss = network_fit.loss(network.drives, motion, feed)
         theirs = network.outputs @ state_after(network, [Duty("moving", feed, spent, loss=loss)])
         for (part, node), value in zip(parts.items(), quoted, strict=False):
@@ -289,7 +289,7 @@ def warming() -> str:
     plot("validation_warming.svg", "Six hours at 200 mm/s on the circle, then off", curves,
          [(6, 13), (6, 12), (6, 11), (22, 1)], "hours", "K")  # fmt: skip
     off, noff = node_fit.misses(nodes), network_fit.misses(network)
-    left = nodes.rise_after([Duty("moving", 0.2, 6 * HOUR), Duty("off", 0.0, 16 * HOUR)])
+    left = state_after(nodes, [Duty("moving", 0.2, 6 * HOUR), Duty("off", 0.0, 16 * HOUR)])
     straight = []
     for heat in (nodes, network):
         part = np.linspace(0, 3, 60)

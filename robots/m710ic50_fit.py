@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 
 from compgen.core.units import HOUR, MM
 from compgen.pipelines.files.path_file import load_job
-from compgen.thermal import Duty, NodeModel
+from compgen.thermal import Duty, NodeModel, state_after
 
 HERE = Path(__file__).parent
 FITTED = ("j2", "link1", "j3", "wrist")
@@ -45,7 +45,7 @@ def modelled(heat: NodeModel, row: dict[str, str]) -> float:
     duties = [Duty("moving", feed * MM, hours * HOUR)]
     if feed == 0:
         duties = [Duty("moving", heat.reference_feed, heat.reference_time), Duty("off", 0.0, hours * HOUR)]
-    return float(heat.rise_after(duties)[heat.names.index(row["node"])])
+    return float(state_after(heat, duties)[heat.names.index(row["node"])])
 
 
 def misses(heat: NodeModel, rows: Rows | None = None) -> np.ndarray:

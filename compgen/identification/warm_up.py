@@ -13,8 +13,7 @@ from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.logged_rises import rises_at
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.node_model import NodeModel
+from compgen.thermal.model import ArmHeat
 from compgen.thermal.temperature_log import COLD_START, Reference, Temperatures, check_sensors, read_temperature_log
 
 WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold
@@ -33,7 +32,7 @@ CLOCKS = ((3600.0, "hours"), (60.0, "minutes"), (1e-3, "milliseconds"))
 def with_temperatures(
     data: Measurements,
     source: str,
-    heat: NodeModel | NetworkModel | None,
+    heat: ArmHeat | None,
     sensors: Mapping[str, str],
     reference: Reference = "start",
 ) -> tuple[Measurements, list[Finding]]:
@@ -172,7 +171,7 @@ def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
     return [Finding(Level.WARNING, Code.LOG_WARM, message)]
 
 
-def _swapped(log: Temperatures, rises: TemperatureLog, heat: NodeModel | NetworkModel) -> list[Finding]:
+def _swapped(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> list[Finding]:
     """Pairs of sensors whose rises stand in the opposite proportion to the robot file's; air warmer than the arm."""
     highest = {n: float(np.nanquantile(v, 0.95)) for n, v in rises.readings.items()}
     expected = {n: float(heat.reference_rise[heat.names.index(n)]) for n in highest}

@@ -21,8 +21,7 @@ from compgen.job.job import Cell
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.history import STANDING, History
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.rises_to_state import state_gain, state_with_rises
+from compgen.thermal.model import state_with_rises
 
 ROBOT_FILE = "robot_file"  # its key in what a state was made from
 AGE_UNITS = {"h": HOUR, "min": MINUTE, "s": 1.0}
@@ -93,10 +92,10 @@ def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
     ]
     heat = cell.heat
     start = state.modal
-    if start is None or not isinstance(heat, NetworkModel) or len(start) != len(heat.rate):
+    if start is None or heat.law is not None or len(start) != len(heat.rate):
         which, of_state = _common(cell, state)
         start = state_with_rises(heat, which, state.rise[of_state])
-    return replace(cell, heat=replace(heat, start=start), known=tuple(known), sources=moved, state=state)
+    return replace(cell, heat=heat.starting(start), known=tuple(known), sources=moved, state=state)
 
 
 def _common(cell: Cell, state: AnchoredState) -> tuple[IntArray, IntArray]:
@@ -148,7 +147,7 @@ def state_columns(cell: Cell, parameters: SourceParameters) -> tuple[Array, Arra
     rises = factor[:, :K]
     if state.nodes != cell.heat.names:
         which, of_state = _common(cell, state)
-        rises = rises[:, of_state] @ (cell.heat.outputs @ state_gain(cell.heat, which)).T
+        rises = rises[:, of_state] @ (cell.heat.outputs @ cell.heat.state_gain(which)).T
     columns = np.zeros((len(factor), len(parameters.entries)))
     columns[:, base_rows(parameters)] = factor[:, K : K + BASE]
     for d, (row, unit) in enumerate(_drifting(cell, parameters)):

@@ -2,16 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-
-import numpy as np
+from functools import cache, partial
 
 from compgen.core.exceptions import InputError
 from compgen.job.job import Cell, ProgramPlan
 from compgen.job.motion_plan import plan_written_motion
 from compgen.thermal import Ambient, Duty, JointMotion
-from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.duty import MeanLosses
 from compgen.thermal.history import STANDING, History
-from compgen.thermal.network import NetworkModel
 from compgen.thermal.schedule import Shift, Step, expand_steps
 
 MOST_RUNS = 20_000
@@ -66,29 +64,18 @@ def plan_history(
         return float(programs.motion(step.program, step.feed).time[-1])
 
     heat, own_feed = cell.heat, programs.plan("").process.feed
-    losses: dict[tuple[str, float], tuple[tuple[float, ...], tuple[float, ...]]] = {}
 
-    def loss(name: str, feed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        if not isinstance(heat, NetworkModel):
-            return (), ()
-        if (name, feed) not in losses:
-            losses[name, feed] = mean_losses(cell.robot, heat.drives, programs.motion(name, feed))
-        return losses[name, feed]
-
-    def warmed(step: Step, duty: Duty) -> Duty:
-        moving, held = loss(step.program, step.feed or own_feed)
-        if duty.state == "off" or not moving:
-            return duty
-        share = duty.share if duty.state == "moving" else 0.0
-        return replace(duty, loss=tuple((share * np.array(moving) + (1 - share) * np.array(held)).tolist()))
+    @cache
+    def losses(name: str, feed: float) -> MeanLosses:
+        return heat.mean_losses(partial(programs.motion, name, feed))
 
     spread = []
     for steps in parts_with_feeds:
         pieces = expand_steps(steps, shifts, clock, run_time)
         clock += sum(d.duration for _, d in pieces)
-        spread.append([(step, warmed(step, duty)) for step, duty in pieces])
+        spread.append([(step, losses(step.program, step.feed or own_feed).warming(duty)) for step, duty in pieces])
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
-    standing = replace(STANDING, loss=loss("", own_feed)[1])
+    standing = replace(STANDING, loss=losses("", own_feed).held)
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
     return History(before=before, cycle=cycle, after=after, runs=runs, standing=standing, air=air)
 

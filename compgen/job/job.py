@@ -25,11 +25,11 @@ from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.surfaces import Quadric
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
-from compgen.thermal import Duty, NodeModel, Profile, state_after
+from compgen.thermal import Duty, Profile, ThermalModel, state_after
 from compgen.thermal.ensemble import Ensemble, Start, duties_before
 from compgen.thermal.history import History
 from compgen.thermal.log_fit import TemperatureLog
-from compgen.thermal.network import NetworkModel
+from compgen.thermal.model import ArmHeat
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
 
 
@@ -38,7 +38,7 @@ class Cell:
     """A robot, how it warms, and what makes it err: all that a program which exists already needs."""
 
     robot: Robot
-    heat: NodeModel | NetworkModel
+    heat: ArmHeat
     profiles: tuple[Profile, ...]
     warmth: ThermalUncertainty  # how well it is known
     unknown: tuple[Unknown, ...]  # what the file does not know
@@ -174,7 +174,7 @@ class Job:
         return self.cell.robot
 
     @property
-    def heat(self) -> NodeModel | NetworkModel | DisturbedHeat:
+    def heat(self) -> ThermalModel:
         """How the robot warms."""
         heat, change = self.cell.heat, self.heat_change
         return heat if change is None else DisturbedHeat(heat, self.cell.warmth, change)

@@ -9,6 +9,7 @@ from compgen.core.units import HOUR
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.job.job import Job
+from compgen.thermal.modes import advance
 
 LONGEST = 16 * HOUR
 SHORTEST = 60.0  # s, that the search begins with
@@ -97,7 +98,7 @@ def late_rise(job: Job, delay: Array | float, time: Array, state: Array, clock: 
     """
     heat, delay = job.heat, np.asarray(delay)
     goal = heat.steady_state(job.history.standing)
-    change = goal + (state - goal) * np.exp(-delay[..., None] * heat.rate) - state
+    change = advance(heat.rate, state, goal, delay) - state
     later = np.exp(-time[..., None] * heat.rate)
     if job.history.air.is_still:
         return np.asarray((later * change[..., None, :]) @ heat.outputs.T)

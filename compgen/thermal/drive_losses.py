@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from compgen.core.arrays import Array, own
 from compgen.robot.robot import Robot
-from compgen.thermal.duty import JointMotion
+from compgen.thermal.duty import JointMotion, MeanLosses
 
 SAMPLES = 2000  # of a motion: heat answers to its mean over minutes
 
@@ -115,13 +115,11 @@ def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Segment
     return SegmentLosses(copper_moving + friction, copper_holding)
 
 
-def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Means over the motion's time, moving and held, six each [W]."""
+def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> MeanLosses:
+    """Means over the motion's time."""
     moving, held = segment_losses(robot, drives, motion)
     step = np.diff(motion.time) + 1e-12
-    return tuple(np.average(moving, axis=0, weights=step).tolist()), tuple(
-        np.average(held, axis=0, weights=step).tolist()
-    )
+    return MeanLosses(*(tuple(np.average(loss, axis=0, weights=step).tolist()) for loss in (moving, held)))
 
 
 def _copper_loss(drives: Drives, torque: Array) -> Array:

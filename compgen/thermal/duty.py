@@ -1,7 +1,9 @@
 """What the robot does over a stretch of time, as far as its temperature depends on it."""
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
 
 from compgen.core.arrays import Array, own
 
@@ -19,6 +21,21 @@ class Duty:
     duration: float  # [s]
     share: float = 1.0  # of the time in motion, the rest idle
     loss: tuple[float, ...] = ()  # [W] mean heat of each joint's drive, for models that need it
+
+
+class MeanLosses(NamedTuple):
+    """Heat of each joint's drive over a program, six [W] each; empty for models that need none."""
+
+    moving: tuple[float, ...] = ()
+    held: tuple[float, ...] = ()  # standing still in its poses
+
+    def warming(self, duty: Duty) -> Duty:
+        """A duty of the program with its losses; off there are none."""
+        if duty.state == "off" or not self.moving:
+            return duty
+        share = duty.share if duty.state == "moving" else 0.0
+        loss = share * np.array(self.moving) + (1 - share) * np.array(self.held)
+        return replace(duty, loss=tuple(loss.tolist()))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -22,6 +22,7 @@ from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.history import History
 from compgen.thermal.integration import ROWS, initial_state, rises_during, state_after, states_at
 from compgen.thermal.model import ThermalModel
+from compgen.thermal.modes import advance
 
 SHORT = 1.0  # [s] an interval of delays below it counts as its middle
 
@@ -88,8 +89,8 @@ def states_at_runs(heat: ThermalModel, history: History, runs: IntArray) -> Arra
     begin, done = 0.0, 0
     for duty in history.cycle:
         goal, last = goals[duty], int(np.searchsorted(times, begin + duty.duration))
-        states[done:last] = goal + (z - goal) * np.exp(-(times[done:last, None] - begin) * heat.rate)
-        z = goal + (z - goal) * np.exp(-duty.duration * heat.rate)
+        states[done:last] = advance(heat.rate, z, goal, times[done:last] - begin)
+        z = advance(heat.rate, z, goal, duty.duration)
         begin, done = begin + duty.duration, last
     states[done:] = z
     return np.asarray(states + heat.ambient * history.air.response(heat.rate, 0.0, history.clock + times))
@@ -144,8 +145,8 @@ def rises_at(
     rises = np.empty((len(starts), len(which), len(heat.outputs)))
     for g, start in enumerate(starts):
         time = motion.time[which] / start.override
-        begin = standing + (states[row[g]] - standing) * np.exp(-start.delay * rate)
-        state = begin * np.exp(-time[:, None] * rate) + forced[start.override]
+        begin = advance(rate, states[row[g]], standing, start.delay)
+        state = advance(rate, begin, 0.0, time) + forced[start.override]
         clock = history.clock + history.runs[start.run]
         state += heat.ambient * history.air.response(rate, clock, clock + start.delay + time)
         rises[g] = state @ heat.outputs.T

@@ -13,6 +13,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.model import ThermalModel
+from compgen.thermal.modes import advance
 
 MAX_SPAN = 300.0  # time constants that one block of a sum may span
 ROWS = 1024  # output times at a time
@@ -56,8 +57,7 @@ def state_after(
     total = sum(d.duration for d in duties)
     goals = {duty: heat.steady_state(duty) for duty in set(duties)}
     for duty in duties:
-        goal = goals[duty]
-        z = goal + (z - goal) * np.exp(-duty.duration * heat.rate)
+        z = advance(heat.rate, z, goals[duty], duty.duration)
     return np.asarray(z + heat.ambient * (air or still_air()).response(heat.rate, clock, np.array([clock + total]))[0])
 
 
@@ -180,7 +180,7 @@ def rise_history(
             block = out[k : k + len(elapsed)]
             np.matmul(decay, amplitude, out=block)
             block += levels[duty]
-        z = goal + (z - goal) * np.exp(-duty.duration * rate)
+        z = advance(rate, z, goal, duty.duration)
     if air is not None:
         _add_air(out, heat, air, clock, time)
     return out

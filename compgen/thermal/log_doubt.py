@@ -21,8 +21,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR, MINUTE
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.log_prior import Expected, LogPrior, Medians, prior_of
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.node_model import NodeModel
+from compgen.thermal.model import ArmHeat
 from compgen.thermal.temperature_log import Temperatures
 from compgen.thermal.uncertainty import ThermalUncertainty
 
@@ -44,7 +43,7 @@ class _Lie:
 
 def doubt_of(
     log: TemperatureLog,
-    heat: NodeModel | NetworkModel,
+    heat: ArmHeat,
     warmth: ThermalUncertainty,
     columns: Mapping[str, str],
     zero: float,
@@ -96,7 +95,7 @@ def doubt_of(
 
 def _likeliest(
     log: TemperatureLog,
-    heat: NodeModel | NetworkModel,
+    heat: ArmHeat,
     warmth: ThermalUncertainty,
     expected: Expected | None,
 ) -> _Lie:
@@ -186,7 +185,7 @@ def _other_readings(
 
 def refuse_doubtful(
     log: Temperatures,
-    heat: NodeModel | NetworkModel,
+    heat: ArmHeat,
     warmth: ThermalUncertainty,
     zero: float,
 ) -> None:

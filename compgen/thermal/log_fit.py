@@ -21,9 +21,8 @@ from compgen.core.arrays import Array, BoolArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.thermal.ambient import Ambient
-from compgen.thermal.model import ThermalModel
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.node_model import NodeModel
+from compgen.thermal.model import ArmHeat
+from compgen.thermal.modes import advance
 
 BLOCKS = 24  # within the log
 EARLIER = 4 * HOUR  # length of the block just before it
@@ -61,7 +60,7 @@ class LogFit:
     rms: Mapping[str, float]  # [K] of each sensor's readings against it
 
 
-def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[float, ...] = ()) -> LogFit:
+def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) -> LogFit:
     """The state of a model at the log's end, and its way there.
 
     Args:
@@ -79,14 +78,14 @@ def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[flo
     if time[-1] <= 0 or not log.readings:
         raise InputError("log: it needs two readings of one sensor at least")
     grid = np.linspace(0.0, time[-1], min(SAMPLES, len(time)))
-    goals, pattern = heat_sources(heat, loss)
+    goals, pattern = heat.heat_sources(loss)
     count = max(1, min(BLOCKS, len(grid) // 8))
     edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, time[-1], count + 1)])
     count += 2
     states = block_responses(heat.rate, goals, edges, grid)  # (T, S, B, m)
     air = Ambient(time, log.air)
-    initial = heat.ambient * log.air[0] * np.exp(-grid[:, None] * heat.rate)
-    from_air = initial + heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
+    from_air = advance(heat.rate, heat.ambient * log.air[0], 0.0, grid)
+    from_air += heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
     rows, values, sensors = [], [], []
     for k, (name, readings) in enumerate(log.readings.items()):
         valid = ~np.isnan(readings)
@@ -111,17 +110,6 @@ def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[flo
     return LogFit(trajectory[-1], log.time[0] + grid, trajectory @ heat.outputs.T, rms)
 
 
-def heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tuple[Array, Array]:
-    """Goals of one unit of each source (m, S), and a working robot's proportions (m,)."""
-    if isinstance(heat, NetworkModel):
-        kinds = np.unique(heat.volumes.power, axis=0)
-        kinds = kinds[kinds.any(axis=1)]  # one row per heated housing
-        working = kinds @ (np.array(loss) if loss else heat.drives.rated_power)
-        goals = np.array([heat.steady_state_of(100.0 * k / k.sum()) for k in kinds])  # of 100 W in a housing
-        return goals, working / np.linalg.norm(working)
-    return np.eye(len(heat.tau)), heat.reference_rise / np.linalg.norm(heat.reference_rise)
-
-
 def block_responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:
     """What one unit of each source in each block does to the modes, (T, S, B, m)."""
     out = np.empty((len(grid), len(rate), len(edges) - 1, len(goals)))
@@ -132,7 +120,7 @@ def block_responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Arr
     return out
 
 
-def _regularization(count: int, goals: Array, heat: ThermalModel, pattern: Array) -> Array:
+def _regularization(count: int, goals: Array, heat: ArmHeat, pattern: Array) -> Array:
     """Rows that ask for little change from block to block and for a working robot's proportions."""
     m = len(pattern)
     size = np.diag(np.abs(heat.outputs @ goals.T).max(axis=0))  # [K] of one unit

@@ -27,9 +27,8 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.units import MINUTE
 from compgen.thermal.ambient import Ambient
-from compgen.thermal.log_fit import EARLIER, TemperatureLog, block_responses, heat_sources
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.node_model import NodeModel
+from compgen.thermal.log_fit import EARLIER, TemperatureLog, block_responses
+from compgen.thermal.model import ArmHeat
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 STRETCHES = (6, 20)  # least and most of the log, of which the medians are judged
@@ -99,7 +98,7 @@ class LogPrior:
 
 def prior_of(
     log: TemperatureLog,
-    heat: NodeModel | NetworkModel,
+    heat: ArmHeat,
     warmth: ThermalUncertainty,
     expected: Expected | None = None,
 ) -> LogPrior:
@@ -120,7 +119,7 @@ def prior_of(
     grid, place = np.unique(time, return_inverse=True)
     level = _level(medians, heat, sensed, log)
     mean, Phi = _law(log, heat, warmth, grid, level, expected)
-    known_to = warmth.law if isinstance(heat, NodeModel) else max(warmth.law, LEFT_OUT)
+    known_to = warmth.law if heat.law is not None else max(warmth.law, LEFT_OUT)
     by_law = np.eye(K)[rows] * np.hypot(known_to, LAW * np.abs(heat.reference_rise)) * level
     spread = np.hstack([Phi[place, rows], by_law, by_law * -np.expm1(-time[:, None] / warmth.lag)])
     sensors = np.hstack([np.full((n, 1), warmth.sensors), EACH * warmth.sensors * np.eye(K)[sensed]])
@@ -138,7 +137,7 @@ def prior_of(
 
 def _law(
     log: TemperatureLog,
-    heat: NodeModel | NetworkModel,
+    heat: ArmHeat,
     warmth: ThermalUncertainty,
     grid: Array,
     level: float,
@@ -169,19 +168,19 @@ def _law(
     return mean, np.concatenate([responses.reshape(*responses.shape[:2], -1), np.stack(parts, axis=2)], axis=2)
 
 
-def _work(heat: NodeModel | NetworkModel, level: float) -> Array:
+def _work(heat: ArmHeat, level: float) -> Array:
     """Steady states of half of full duty, and of what its proportions may differ by at a warmth, (M, S)."""
-    if isinstance(heat, NodeModel):
-        slow, fast = heat.steady_rise("moving", heat.box_feed)
+    if (law := heat.law) is not None:
+        slow, fast = law.steady_rise("moving", law.box.feed)
         slow = slow * fast.sum() / slow.sum()
         return np.array([WORK * (slow + fast) / 2, WORK * level * (slow - fast) / 2])
-    goals, pattern = heat_sources(heat, ())
-    goals = goals * pattern[:, None]
+    goals, share = heat.heat_sources()
+    goals = goals * share[:, None]
     goals = goals * FULL / float(np.abs(heat.outputs @ goals.sum(axis=0)).max())
     return np.vstack([WORK * goals.sum(axis=0), PROPORTION * WORK * level * goals])
 
 
-def _level(medians: Medians, heat: NodeModel | NetworkModel, rows: Array, log: TemperatureLog) -> float:
+def _level(medians: Medians, heat: ArmHeat, rows: Array, log: TemperatureLog) -> float:
     """How warm the arm is, of the reference: the median of its sensors."""
     air = np.interp(medians.time, log.time, log.air)
     ratio = (medians.value - air) / np.where(heat.reference_rise > 0, heat.reference_rise, 1.0)[rows]

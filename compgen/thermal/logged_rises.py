@@ -21,8 +21,7 @@ from scipy.ndimage import median_filter
 
 from compgen.core.arrays import Array, BoolArray, own
 from compgen.thermal.log_fit import TemperatureLog, fit_log
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.node_model import NodeModel
+from compgen.thermal.model import ArmHeat
 
 HEIGHT = 0.5  # of the rise of a node without a sensor: how far it is from the file's proportions
 LAG = 0.5  # of the logarithm of its time constant
@@ -48,7 +47,7 @@ class LoggedRises:
         return np.asarray(np.hypot(HEIGHT * self.rise, LAG * self.lag) * self.modelled)
 
 
-def rises_at(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array, cold: bool) -> LoggedRises:
+def rises_at(log: TemperatureLog, heat: ArmHeat, time: Array, cold: bool) -> LoggedRises:
     """Rises of all nodes of a model at times of a log.
 
     Args:
@@ -74,15 +73,15 @@ def rises_at(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array, c
     if cold:
         rise -= modelled * at_readings[0]
     lag = np.zeros_like(rise)
-    if isinstance(heat, NodeModel) and modelled.any():
+    if (law := heat.law) is not None and modelled.any():
         slower, faster = (
-            _course(log, replace(heat, tau=heat.tau * np.exp(sign * STEP * modelled)), time) for sign in (1, -1)
+            _course(log, replace(law, tau=law.tau * np.exp(sign * STEP * modelled)), time) for sign in (1, -1)
         )
         lag = (slower - faster) / (2 * STEP) * modelled
     return LoggedRises(rise, lag, modelled, loose)
 
 
-def _course(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array) -> Array:
+def _course(log: TemperatureLog, heat: ArmHeat, time: Array) -> Array:
     """Rises of all nodes by the model that explains the log, (M, K) [K]."""
     fitted = fit_log(log, heat)
     return np.column_stack([np.interp(time, fitted.time, rise) for rise in fitted.rise.T])

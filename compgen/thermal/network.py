@@ -11,19 +11,20 @@ answer independently, T = C^-1/2 Q z, so that time needs no steps (``integration
 constant (rises below some 40 K). Parameters: the robot file, fitted by robots/m710ic50_network_fit.py.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
 from compgen.core.arrays import Array, IntArray, own
-from compgen.core.units import HOUR, MM
 from compgen.robot.robot import Robot
 from compgen.thermal.drive_losses import Drives, mean_losses, segment_losses
-from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.model import ThermalModel
+from compgen.thermal.duty import Duty, JointMotion, MeanLosses
+from compgen.thermal.node_model import HeatSources, MeasuredBox, NodeModel
+
+ANYWHERE = 0.01  # r of ``NetworkModel.state_gain``, of the largest of the others
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,7 +116,7 @@ def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class NetworkModel:
-    """The network in its modes; fulfils ``ThermalModel``."""
+    """The network in its modes; fulfils ``ArmHeat``."""
 
     names: tuple[str, ...]
     robot: Robot
@@ -126,15 +127,13 @@ class NetworkModel:
     volumes: Volumes
     probe: Array  # (K, V) what each named rise takes from the volumes
     reference_rise: Array  # (K,) [K]
-    box_feed: Array  # (2,) [m/s]
-    box_time: float  # [s]
-    box_rise: float  # [K]
+    box: MeasuredBox
     rate: Array  # (V,) [1/s]
     to_volumes: Array  # (V, V) C^-1/2 Q
     start: Array | None = None  # (V,) state that a log ends with; None: cold
 
     def __post_init__(self) -> None:
-        own(self, probe=("K", "V"), reference_rise=("K",), box_feed=(2,), rate=("V",), to_volumes=("V", "V"))
+        own(self, probe=("K", "V"), reference_rise=("K",), rate=("V",), to_volumes=("V", "V"))
 
     @property
     def outputs(self) -> Array:
@@ -175,26 +174,54 @@ class NetworkModel:
                 return np.asarray(np.interp(x, self.volumes.place[inside], rise[inside]))
         return np.zeros(len(x))
 
-    def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
-        """In words, where a job leaves the box in which the parameters were measured."""
-        messages = []
-        low, high = self.box_feed / MM
-        feeds = [feed, *(d.feed for d in duties if d.state == "moving")]
-        if outside := sorted({f / MM for f in feeds if not low <= f / MM <= high}):
-            values = ", ".join(f"{f:g}" for f in outside)
-            messages.append(f"feed {values} mm/s lies outside {low:g} to {high:g} mm/s, where the network was fitted")
-        hours = (sum(d.duration * d.share for d in duties if d.state == "moving") + duration) / HOUR
-        if hours > self.box_time / HOUR:
-            messages.append(
-                f"{hours:.2f} h of motion exceed the {self.box_time / HOUR:g} h the network was fitted over"
-            )
-        if rise.max(initial=0.0) > self.box_rise:
-            messages.append(f"a rise of {rise.max():.1f} K is above the {self.box_rise:g} K measured")
-        if rise.min(initial=0.0) < -self.box_rise:
-            messages.append(
-                f"a rise of {rise.min():.1f} K lies further below zero than the {self.box_rise:g} K measured above it"
-            )
-        return messages
+    @property
+    def kind(self) -> Literal["network"]:
+        """What a robot file calls it."""
+        return "network"
+
+    @property
+    def law(self) -> NodeModel | None:
+        """None: conduction ties the rises."""
+        return None
+
+    def starting(self, state: Array | None) -> Self:
+        """The network that begins with a state, (V,); None: cold."""
+        return replace(self, start=state)
+
+    def mean_losses(self, motion: Callable[[], JointMotion]) -> MeanLosses:
+        """Of the drives over a program."""
+        return mean_losses(self.robot, self.drives, motion())
+
+    @property
+    def heated(self) -> Array:
+        """Shares of the drives' losses, a row for each heated housing, (M, 6)."""
+        kinds = np.unique(self.volumes.power, axis=0)
+        return np.asarray(kinds[kinds.any(axis=1)])
+
+    def heat_sources(self, loss: tuple[float, ...] = ()) -> HeatSources:
+        """Goals of 100 W in each heated housing."""
+        working = self.heated @ (np.array(loss) if loss else self.drives.rated_power)
+        goals = np.array([self.steady_state_of(100.0 * k / k.sum()) for k in self.heated])
+        return HeatSources(goals, working / np.linalg.norm(working))
+
+    def state_gain(self, which: IntArray) -> Array:
+        r"""What one kelvin more at each of some rises, (P,) numbers, does to the state, (V, P).
+
+        The rises leave open how the warmth lies between the places that are named. Of all states with rises y, the most
+        likely one is taken where states come about by heat in the drives' housings and by the air,
+
+            z' = z + G (y - O z),      G = Z O^T (O Z O^T)^-1,      Z = sum_m g_m g_m^T + a a^T + r^2 I
+
+        with O the outputs, g_m the steady states of heat in each housing and a that of the air, each so large that it
+        warms a named place by one kelvin at most; r^2 I is heat that lies anywhere, of little size. Source: the
+        conditional mean of a normal distribution.
+        """
+        goals = self.steady_state_of(self.heated)
+        outputs = self.outputs[which]
+        goals = np.vstack([goals / np.abs(goals @ self.outputs.T).max(axis=1, keepdims=True), self.ambient])
+        spread = goals.T @ goals
+        spread += ANYWHERE**2 * np.trace(spread) / len(spread) * np.eye(len(spread))
+        return np.asarray(spread @ outputs.T @ np.linalg.inv(outputs @ spread @ outputs.T))
 
 
 def modal_form(volumes: Volumes) -> tuple[Array, Array]:
@@ -229,26 +256,3 @@ def energy_balance(network: NetworkModel, power: Array, start: Array, duration: 
     change = network.to_volumes @ ((goal - start) * approach)
     supplied = float((network.volumes.power @ power).sum() * duration)
     return EnergyBalance(supplied, lost, float(network.volumes.capacity @ change))
-
-
-def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion) -> list[Duty]:
-    """Duties with the losses of a program that ran at their feeds, where the model asks for them.
-
-    Args:
-        heat: The model; the nodes ask for nothing.
-        duties: In order.
-        motion: The program as it is driven; at another feed it takes its time in proportion.
-    """
-    if not isinstance(heat, NetworkModel):
-        return list(duties)
-    step = np.diff(motion.time)
-    mean_speed = float(np.average(motion.driven, weights=step)) if step.sum() > 0 else 0.0
-    powered = []
-    for duty in duties:
-        stretch = mean_speed / duty.feed if duty.feed > 0 and mean_speed > 0 else 1.0
-        paced = JointMotion(motion.time * stretch, motion.theta, motion.driven / stretch)
-        moving, holding = mean_losses(heat.robot, heat.drives, paced)
-        share = duty.share if duty.state == "moving" else 0.0
-        loss = tuple((share * np.array(moving) + (1 - share) * np.array(holding)).tolist())
-        powered.append(duty if duty.state == "off" else replace(duty, loss=loss))
-    return powered

@@ -8,24 +8,43 @@ r"""First thermal model: each node answers to feed with a first-order lag.
 
 A_ref makes the reference duty (feed_ref for h_ref from cold) end exactly at the measured rise:
 A_ref = rise_ref / (1 - exp(-h_ref / tau)). Source: the reference study, sections 5.3 and 4.4, with
-its errata. Valid inside the box; outside, ``extrapolations`` says by how much.
+its errata. Valid inside the box.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
-from compgen.core.units import HOUR, MM
-from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.integration import initial_state, state_after
+from compgen.core.arrays import Array, IntArray, own
+from compgen.core.units import HOUR
+from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.profiles import Profile, profile_rise
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class MeasuredBox:
+    """Where the parameters of a model were measured."""
+
+    feed: Array  # (2,) [m/s] least and most
+    time: float  # [s] longest in motion
+    rise: float  # [K] largest
+
+    def __post_init__(self) -> None:
+        own(self, feed=(2,))
+
+
+class HeatSources(NamedTuple):
+    """M places where heat may come from."""
+
+    goal: Array  # (M, S) steady state of one unit of each
+    share: Array  # (M,) of a working robot, of length one
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class NodeModel:
-    """K nodes."""
+    """K nodes; fulfil ``ArmHeat``."""
 
     names: tuple[str, ...]
     reference_rise: Array  # (K,) [K] after the reference duty
@@ -34,14 +53,12 @@ class NodeModel:
     idle: float  # i
     reference_feed: float  # [m/s]
     reference_time: float  # [s]
-    box_feed: Array  # (2,) [m/s] where the parameters hold
-    box_time: float  # [s]
-    box_rise: float  # [K]
+    box: MeasuredBox
     profiles: tuple[Profile, ...] = ()
     start: Array | None = None  # (K,) [K] what a log ends with; None: cold
 
     def __post_init__(self) -> None:
-        own(self, reference_rise=("K",), exponent=("K",), tau=("K",), box_feed=(2,))
+        own(self, reference_rise=("K",), exponent=("K",), tau=("K",))
 
     @property
     def rate(self) -> Array:
@@ -77,9 +94,31 @@ class NodeModel:
         """A of each segment of a program, (N - 1, K) [K]."""
         return self.steady_rise("moving", motion.driven)
 
-    def rise_after(self, duties: Sequence[Duty], start: Array | None = None) -> Array:
-        """Rise after duties in turn in still air, (K,) [K]."""
-        return state_after(self, duties, start)
+    @property
+    def kind(self) -> Literal["nodes"]:
+        """What a robot file calls them."""
+        return "nodes"
+
+    @property
+    def law(self) -> "NodeModel | None":
+        """These nodes."""
+        return self
+
+    def starting(self, state: Array | None) -> Self:
+        """The nodes that begin with rises, (K,) [K]; None: cold."""
+        return replace(self, start=state)
+
+    def mean_losses(self, motion: Callable[[], JointMotion]) -> MeanLosses:
+        """None: the feed says the heat."""
+        return MeanLosses()
+
+    def heat_sources(self, loss: tuple[float, ...] = ()) -> HeatSources:
+        """Each node by itself, in the proportions of the reference."""
+        return HeatSources(np.eye(len(self.tau)), self.reference_rise / np.linalg.norm(self.reference_rise))
+
+    def state_gain(self, which: IntArray) -> Array:
+        """A state is its rises, (K, P)."""
+        return np.eye(len(self.tau))[:, which]
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link by its profile, (M,) [m] to (M,) [K]; zero where the link has none."""
@@ -91,39 +130,6 @@ class NodeModel:
                     profile, reference, dict(zip(self.names, np.asarray(state).tolist(), strict=True)), x
                 )
         return rise
-
-    def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
-        """In words, where a job leaves the box in which the parameters were measured."""
-        messages = []
-        low, high = self.box_feed
-        feeds = [("process", feed), *((f"before.{i}", d.feed) for i, d in enumerate(duties) if d.state == "moving")]
-        reported: set[float] = set()
-        for where, value in feeds:
-            if value in reported:
-                continue
-            reported.add(value)
-            if not low <= value <= high:
-                messages.append(
-                    f"{where} feed {value / MM:g} mm/s lies outside {low / MM:g} to {high / MM:g} mm/s, "
-                    "where the thermal parameters were measured"
-                )
-        hours = sum(d.duration * d.share for d in duties if d.state == "moving") + duration
-        if hours > self.box_time:
-            messages.append(
-                f"{hours / HOUR:.2f} h of motion by the program's end exceed the {self.box_time / HOUR:g} h "
-                "the thermal parameters were measured over"
-            )
-        peak, state = max(rise.max(), 0.0), initial_state(self)
-        for duty in duties:
-            state = state_after(self, [duty], state)
-            peak = max(peak, state.max())
-        if peak > self.box_rise:
-            messages.append(f"a rise of {peak:.1f} K is above the {self.box_rise:g} K measured")
-        if rise.min(initial=0.0) < -self.box_rise:
-            messages.append(
-                f"a rise of {rise.min():.1f} K lies further below zero than the {self.box_rise:g} K measured above it"
-            )
-        return messages
 
 
 def cold_arm() -> NodeModel:
@@ -137,7 +143,5 @@ def cold_arm() -> NodeModel:
         idle=0.0,
         reference_feed=1.0,
         reference_time=HOUR,
-        box_feed=ever,
-        box_time=np.inf,
-        box_rise=np.inf,
+        box=MeasuredBox(feed=ever, time=np.inf, rise=np.inf),
     )

@@ -11,7 +11,7 @@ in ``DisturbedHeat``.
 Sizes are standard deviations of the robot file's table ``thermal.uncertainty``.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.history import History
 from compgen.thermal.integration import state_after
 from compgen.thermal.model import ThermalModel
+from compgen.thermal.modes import advance
 from compgen.thermal.node_model import NodeModel
 
 STEP = 1e-3  # relative, over which the effects of feed, rises and time constants are differenced
@@ -110,11 +111,11 @@ class DisturbedHeat:
     @property
     def changed(self) -> ThermalModel:
         """The model with its own numbers changed; the network's stay."""
-        base, change = self.base, self.change
-        if not isinstance(base, NodeModel):
-            return base
-        rise, tau = base.reference_rise * (1 + change.scale), base.tau * np.exp(change.lag)
-        return replace(base, reference_rise=rise, tau=tau)
+        nodes, change = self.base.law, self.change
+        if nodes is None:
+            return self.base
+        rise, tau = nodes.reference_rise * (1 + change.scale), nodes.tau * np.exp(change.lag)
+        return replace(nodes, reference_rise=rise, tau=tau)
 
     @property
     def rate(self) -> Array:
@@ -141,6 +142,11 @@ class DisturbedHeat:
         """State that a log ends with, (S + K,)."""
         return None if self.base.start is None else np.append(self.base.start, self.change.start)
 
+    @property
+    def law(self) -> NodeModel | None:
+        """None: what is missed are modes beside the rises."""
+        return None
+
     def steady_state(self, duty: Duty) -> Array:
         """State that a duty would reach in the end, (S + K,)."""
         at_feed = replace(duty, feed=duty.feed * (1 + self.change.feed))
@@ -155,10 +161,6 @@ class DisturbedHeat:
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link without what is missed, (M,) [K]."""
         return self.base.rise_along(length, state[: len(self.base.rate)], x)
-
-    def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
-        """In words, where a job leaves the box in which the parameters were measured."""
-        return self.base.extrapolations(duties, feed, duration, rise)
 
     @property
     def _goal(self) -> Array:
@@ -185,9 +187,8 @@ def missed_rise(
     goal, rate = steady_miss(uncertainty, change.rise), 1 / uncertainty.lag
     x = change.start if heat.start is not None else np.zeros(len(goal))
     for duty in history.before:
-        level = goal * share_of(duty, uncertainty)
-        x = level + (x - level) * np.exp(-duty.duration * rate)
-    return np.asarray(goal + (x - goal) * np.exp(-time[:, None] * rate))
+        x = advance(rate, x, goal * share_of(duty, uncertainty), duty.duration)
+    return advance(rate, x, goal, time)
 
 
 def rise_by_air(heat: ThermalModel, history: History, time: Array) -> Array:
@@ -206,7 +207,7 @@ def rise_by_model(
 
     Zero for the network, whose losses are summed over a program's joints and not given by a feed.
     """
-    if not isinstance(heat, NodeModel):
+    if heat.law is None:
         return np.zeros((len(time), len(heat.names)))
     size = max(abs(change.feed), np.abs(change.scale).max(), np.abs(change.lag).max())
     factor = STEP / size
@@ -216,6 +217,6 @@ def rise_by_model(
         other = DisturbedHeat(heat, uncertainty, of_model.times(sign * factor))
         state = state_after(other, history.before, air=history.air)
         goal = other.steady_state(Duty("moving", feed, 0.0))
-        return np.asarray((goal + (state - goal) * np.exp(-time[:, None] * other.rate)) @ other.outputs.T)
+        return np.asarray(advance(other.rate, state, goal, time) @ other.outputs.T)
 
     return np.asarray((rises(1.0) - rises(-1.0)) / (2 * factor))

@@ -15,6 +15,7 @@ from compgen.error_model.model import build_error_model
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.robot import inverse_kinematics, joint_path
+from compgen.thermal import state_after
 from compgen.verification.twin import Twin
 
 
@@ -69,7 +70,7 @@ def test_x_line_error_at_700_mm_is_45_um_and_not_the_studys_71():
     _xyz, error = on_part(planned("line_x"))
     assert error[0, 0] == pytest.approx(45, abs=1)
     back = load_job(path_file("line_x"))
-    rise = back.heat.rise_after(back.history.before)[None]
+    rise = state_after(back.heat, back.history.before)[None]
     model = build_error_model(back.robot, back.sources, 5, IDENTITY)
     pose = Pose(np.array([[0.7, -0.03, 0.203]]), np.diag([1.0, -1.0, -1.0])[None])
     over = inverse_kinematics.Posture(front=False, up=False)
@@ -152,6 +153,6 @@ def test_stretched_arm_grows_by_the_sum_of_its_links(job):
     model = build_error_model(job.robot, job.sources, 5, IDENTITY)
     theta = job.robot.to_theta(np.array([[0, 90, 0, 0, 0, 0]]) * DEG)  # upper arm and forearm both along x
     pose = model.nominal_pose(theta)
-    rise = job.heat.rise_after(job.history.before)[None]
+    rise = state_after(job.heat, job.history.before)[None]
     assert_allclose(model.error(theta, rise, pose)[0, :3], [a2 + d4 + d6, 0, 0], atol=1e-12)
     assert (a2 + d4 + d6) / UM == pytest.approx(129.6, abs=0.1)

@@ -22,7 +22,7 @@ from compgen.fanuc.paging.stops import add_stops, head_line_count, positions_per
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import delivery, generate
-from compgen.thermal import Duty
+from compgen.thermal import Duty, state_after
 from compgen.verification.twin import execute
 from compgen.verification.verdict import Verdict
 
@@ -254,7 +254,7 @@ def test_the_window_of_a_page_is_how_long_one_may_wait_before_it(made):
     now = planned.model.actual_pose(solution.theta[n:], planned.rise[n:]).position
 
     def added(wait):
-        late = job.heat.rise_after([Duty("idle", 0.0, wait)], planned.rise[n])
+        late = state_after(job.heat, [Duty("idle", 0.0, wait)], planned.rise[n])
         rise = stepped(job.heat, late, time, planned.trajectory.driven_speed[n:])
         moved = planned.model.actual_pose(solution.theta[n:], rise).position
         return np.linalg.norm(moved - now, axis=1).max()
@@ -355,7 +355,7 @@ def test_what_a_wait_does_counts_from_there_on():
     job, theta, n = planned.job, corrected.solution.theta, len(planned.path.arc) // 2
     window = generate.start_windows(planned, corrected.solution.theta, np.array([n]))[0]
     assert window > corrected.start_window + 20
-    late = job.heat.rise_after([Duty("idle", 0.0, window)], planned.rise[n])
+    late = state_after(job.heat, [Duty("idle", 0.0, window)], planned.rise[n])
     rise = stepped(
         job.heat, late, planned.trajectory.time[n:] - planned.trajectory.time[n], planned.trajectory.driven_speed[n:]
     )

@@ -28,7 +28,7 @@ from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 from compgen.robot import inverse_kinematics, joint_path
-from compgen.thermal import Duty
+from compgen.thermal import Duty, state_after
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 
@@ -111,12 +111,12 @@ def test_the_rest_of_a_job_is_right_for_the_wait_before_its_page(made):
     resumed = later(made, 3, 1800.0)
     whole = plan_whole(job_of(resumed.written), quiet)
     heat, row = whole.job.heat, resumed.written.pages[2].first
-    rise = heat.rise_after(whole.job.history.before)
+    rise = state_after(heat, whole.job.history.before)
     for goal, dt in zip(
         heat.steady_rise("moving", whole.trajectory.driven_speed[:row]), np.diff(whole.time[: row + 1]), strict=True
     ):
         rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
-    rise = heat.rise_after([Duty("idle", 0.0, 1800.0)], rise)
+    rise = state_after(heat, [Duty("idle", 0.0, 1800.0)], rise)
     assert_allclose(resumed.planned.rise[0], rise, atol=1e-9)
     assert_allclose(resumed.beginning.state, rise, atol=1e-9)
     left = whole.model.error(ls_joints(resumed), resumed.planned.rise, resumed.planned.path.target)

@@ -19,6 +19,7 @@ from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
 from compgen.thermal.drive_losses import joint_torques, segment_losses
+from compgen.thermal.model import extrapolations
 from compgen.thermal.network import Body, Housing, assemble_volumes, energy_balance, modal_form
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
@@ -261,4 +262,4 @@ def test_a_column_that_the_network_heats_lifts_the_arm():
 
 def test_cold_is_outside_the_box_as_heat_is(heat):
     rise = np.full((1, len(heat.names)), -38.0)
-    assert any("-38.0 K lies further below zero" in text for text in heat.extrapolations([], 0.2, 60.0, rise))
+    assert any("-38.0 K lies further below zero" in text for text in extrapolations(heat, [], 0.2, 60.0, rise))

@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad, solve_ivp
 
 from compgen.core.units import HOUR
-from compgen.thermal import Duty, JointMotion, Profile, Section, growth_weights, rises_during
+from compgen.thermal import Duty, JointMotion, Profile, Section, growth_weights, rises_during, state_after
+from compgen.thermal.model import extrapolations
 from compgen.thermal.profiles import mean_share
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
@@ -20,7 +21,7 @@ SIX_HOURS = Duty("moving", 0.2, 6 * HOUR)
 
 
 def test_reference_rises_are_held_exactly(job):
-    assert dict(zip(job.heat.names, job.heat.rise_after([SIX_HOURS]), strict=True)) == pytest.approx(
+    assert dict(zip(job.heat.names, state_after(job.heat, [SIX_HOURS]), strict=True)) == pytest.approx(
         {"j2": 11, "link1": 3.9, "j3": 13, "wrist": 3, "face": 2.3}, abs=1e-12
     )
 
@@ -51,28 +52,28 @@ def test_shared_list_is_the_same_list():
 
 def test_first_three_hours_are_linear_within_0_4_K(job):
     hours = np.linspace(0, 3, 50)
-    rise = np.array([job.heat.rise_after([Duty("moving", 0.2, h * HOUR)]) for h in hours])
+    rise = np.array([state_after(job.heat, [Duty("moving", 0.2, h * HOUR)]) for h in hours])
     for node in rise.T:
         line = np.polyval(np.polyfit(hours, node, 1), hours)
         assert np.abs(node - line).max() <= 0.4  # K
 
 
 def test_little_is_left_16_h_after_stopping(job):
-    left = job.heat.rise_after([SIX_HOURS, Duty("off", 0.0, 16 * HOUR)])
+    left = state_after(job.heat, [SIX_HOURS, Duty("off", 0.0, 16 * HOUR)])
     assert left[job.heat.names.index("j3")] <= 1.6
     assert left[job.heat.names.index("j2")] <= 1.6
 
 
 def test_servo_on_and_standing_heats_a_little(job):
-    idle, off = (job.heat.rise_after([Duty(s, 0.0, 24 * HOUR)]) for s in ("idle", "off"))
-    moving = job.heat.rise_after([Duty("moving", 0.02, 24 * HOUR)])
+    idle, off = (state_after(job.heat, [Duty(s, 0.0, 24 * HOUR)]) for s in ("idle", "off"))
+    moving = state_after(job.heat, [Duty("moving", 0.02, 24 * HOUR)])
     assert np.all(idle > 0)
     assert np.all(idle < 0.25 * moving)
     assert_allclose(off, 0)
 
 
 def test_more_feed_is_warmer(job):
-    rises = [job.heat.rise_after([Duty("moving", v, 3 * HOUR)]) for v in (0.001, 0.02, 0.1, 0.2)]
+    rises = [state_after(job.heat, [Duty("moving", v, 3 * HOUR)]) for v in (0.001, 0.02, 0.1, 0.2)]
     assert np.all(np.diff(rises, axis=0) > 0)
 
 
@@ -84,7 +85,7 @@ def test_rise_during_a_program_solves_the_differential_equation(job, steps, star
     rise = np.full(5, start)
     out = driven(job.heat, rise, time, feed)
     for k, v in enumerate(feed):  # the same, duty by duty
-        rise = job.heat.rise_after([Duty("moving", v, time[k + 1] - time[k])], rise)
+        rise = state_after(job.heat, [Duty("moving", v, time[k + 1] - time[k])], rise)
         assert_allclose(out[k + 1], rise, atol=1e-9)
 
 
@@ -99,7 +100,7 @@ def test_a_program_of_many_time_constants_does_not_overflow(job, tau):
     out = driven(heat, np.full(5, 9.0), time, np.full(49, 0.1))
     state = np.full(5, 9.0)
     for k in range(49):
-        state = heat.rise_after([Duty("moving", 0.1, time[k + 1] - time[k])], state)
+        state = state_after(heat, [Duty("moving", 0.1, time[k + 1] - time[k])], state)
         assert_allclose(out[k + 1], state, atol=1e-9)
     assert_allclose(out[-1], heat.steady_rise("moving", np.array([0.1]))[0], atol=1e-9)
 
@@ -108,7 +109,7 @@ def test_exact_solution_agrees_with_an_integrator(job):
     heat = job.heat
     goal = heat.steady_rise("moving", np.array([0.1]))[0]
     solved = solve_ivp(lambda t, y: (goal - y) / heat.tau, (0, 5 * HOUR), np.full(5, 4.0), rtol=1e-11, atol=1e-11)
-    assert_allclose(heat.rise_after([Duty("moving", 0.1, 5 * HOUR)], np.full(5, 4.0)), solved.y[:, -1], atol=1e-8)
+    assert_allclose(state_after(heat, [Duty("moving", 0.1, 5 * HOUR)], np.full(5, 4.0)), solved.y[:, -1], atol=1e-8)
 
 
 @pytest.mark.parametrize(("a", "b"), [(11, 3.9), (3.9, 13), (13, 3), (5, 5), (5, 5 * (1 + 1e-12)), (1e-3, 20)])
@@ -136,16 +137,16 @@ def test_profiles_are_linear_in_the_node_rises(job):
 
 
 def test_cold_is_outside_the_box_as_heat_is(job):
-    cold = job.heat.extrapolations(job.history.before, 0.2, 60.0, np.full((2, 5), [[-38.0], [1.0]]))
-    assert cold == [f"a rise of -38.0 K lies further below zero than the {job.heat.box_rise:g} K measured above it"]
-    assert job.heat.extrapolations(job.history.before, 0.2, 60.0, np.full((1, 5), -5.0)) == []
+    cold = extrapolations(job.heat, job.history.before, 0.2, 60.0, np.full((2, 5), [[-38.0], [1.0]]))
+    assert cold == [f"a rise of -38.0 K lies further below zero than the {job.heat.box.rise:g} K measured above it"]
+    assert extrapolations(job.heat, job.history.before, 0.2, 60.0, np.full((1, 5), -5.0)) == []
 
 
 def test_a_job_outside_the_box_says_so(job):
-    assert job.heat.extrapolations(job.history.before, 0.2, 60.0, np.full((1, 5), 13.0)) == []
-    messages = job.heat.extrapolations([Duty("moving", 0.3, 8 * HOUR)], 0.001, 0.0, np.full((1, 5), 20.0))
+    assert extrapolations(job.heat, job.history.before, 0.2, 60.0, np.full((1, 5), 13.0)) == []
+    messages = extrapolations(job.heat, [Duty("moving", 0.3, 8 * HOUR)], 0.001, 0.0, np.full((1, 5), 20.0))
     assert len(messages) == 4
-    assert len(job.heat.extrapolations(job.history.before, 0.2, HOUR, np.full((1, 5), 13.0))) == 1  # 7 h by its end
+    assert len(extrapolations(job.heat, job.history.before, 0.2, HOUR, np.full((1, 5), 13.0))) == 1  # 7 h by its end
     hot_before = [Duty("moving", 0.2, 24 * HOUR), Duty("off", 0.0, 48 * HOUR)]
-    assert any(" K is above" in t for t in job.heat.extrapolations(hot_before, 0.2, 0.0, np.zeros((1, 5))))
+    assert any(" K is above" in t for t in extrapolations(job.heat, hot_before, 0.2, 0.0, np.zeros((1, 5))))
     assert all("mm/s" in t or " h " in t or " K " in t for t in messages)

@@ -34,8 +34,7 @@ from compgen.pipelines.anchor.result import Anchored
 from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
 from compgen.pipelines.anchor.verdict import APART, RIVAL, Moved, verdict_of
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.rises_to_state import state_with_rises
+from compgen.thermal.model import state_with_rises
 
 TRUSTED = 2.0  # times the drift that a start may add: so much standing is modelled well enough
 SHORTEST, LONGEST = 1 * MINUTE, 4 * HOUR  # of a state's window
@@ -165,11 +164,9 @@ def _state(
         drift = drift + np.array([before.get(name, 0.0) for name in unknowns.named])
     unit = np.concatenate([np.ones(K + 6), 1 / unknowns.unit])
     rise, heat = forecast.rise + x[:K], cell.heat
-    modal = None
-    if isinstance(heat, NetworkModel):
-        modal = state_with_rises(heat, np.arange(K), rise, forecast.state)
+    modal = None if heat.law is not None else state_with_rises(heat, np.arange(K), rise, forecast.state)
     return AnchoredState(
-        model="network" if modal is not None else "nodes",
+        model=heat.kind,
         nodes=heat.names,
         rise=rise,
         modal=modal,

@@ -22,12 +22,10 @@ from compgen.error_model.quantities import Quantity
 from compgen.identification.touches import Touches
 from compgen.job.job import Cell, Job
 from compgen.job.motion_plan import plan_written_motion
-from compgen.thermal import Ambient, Duty, rise_history, state_after
-from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal import Ambient, Duty, JointMotion, rise_history, state_after
 from compgen.thermal.history import History
 from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.logged_rises import HEIGHT
-from compgen.thermal.network import NetworkModel
 from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
 
 AFTER = 10 * MINUTE  # that touches may end after a log's last reading
@@ -58,7 +56,7 @@ class Forecast:
     def added_rise(self, quantity: Quantity, feed: float) -> Array:
         """What one unit of a quantity adds to the rises, (K,) [K]."""
         heat, change, now = self.cell.heat, quantity.cause.heat, np.zeros(1)
-        heat = heat if self.course is not None or self.cell.state is not None else replace(heat, start=None)
+        heat = heat if self.course is not None or self.cell.state is not None else heat.starting(None)
         rise = missed_rise(self.cell.warmth, heat, self.past, change, now)[0]
         rise = rise + change.air * rise_by_air(heat, self.past, now)[0]
         if change.changes_model and self.course is None:
@@ -94,16 +92,16 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
             f"{log.time[0] / MINUTE:.0f} to {log.time[-1] / MINUTE:.0f} min: of another hour; give the log of the same "
             "clock"
         )
-    last, heat = float(when.max()), replace(job.cell.heat, start=None)
+    last, heat = float(when.max()), job.cell.heat.starting(None)
     some = log.time <= last
     if some.sum() < 2:
         raise InputError(f"{touches.file}: column time_s: the log has one reading before the touches; begin it earlier")
     cut = log.rows(some)
-    loss: tuple[float, ...] = ()
-    if isinstance(heat, NetworkModel):
-        written = plan_written_motion(job.plan, job.cell, job.plan.process.feed)
-        loss, _ = mean_losses(job.robot, heat.drives, written.joint_motion)
-    fitted = fit_log(cut, heat, loss)
+
+    def working() -> JointMotion:
+        return plan_written_motion(job.plan, job.cell, job.plan.process.feed).joint_motion
+
+    fitted = fit_log(cut, heat, heat.mean_losses(working).moving)
     air = Ambient(np.zeros(1), cut.air[-1:])
     state, end = fitted.state, float(cut.time[-1])
     if last > end:
@@ -144,7 +142,7 @@ def _begun(
     job: Job, state: Array, last: float, rise: Array, air: Ambient, own: Array,
     course: tuple[Array, Array] | None, past: History,
 ) -> Forecast:  # fmt: skip
-    cell = replace(job.cell, heat=replace(job.cell.heat, start=state))
+    cell = replace(job.cell, heat=job.cell.heat.starting(state))
     history = replace(job.history, before=(), air=air)
     now = np.asarray(cell.heat.outputs @ state)
     return Forecast(

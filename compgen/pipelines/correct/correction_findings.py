@@ -25,6 +25,7 @@ from compgen.pipelines.planned.averaging_findings import WIDE, ensemble_words, s
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.ways import chains
+from compgen.thermal.model import extrapolations
 
 ROUNDING = 3 * UM  # what rounding alone may add to a corrected station
 MAX_DEVIATION = 2 * UM  # of a straight line between corrected ends, above which it is a finding
@@ -300,7 +301,7 @@ def _heat_findings(result: Correction) -> list[Finding]:
     run = drive.duration > 0
     if run.any() and np.nansum(drive.length) > 0:
         feed = float(np.nansum(drive.length[run]) / drive.duration[run].sum())
-        messages = heat.extrapolations(result.before, round(feed, 4), float(stations.time[-1]), stations.rise)
+        messages = extrapolations(heat, result.before, round(feed, 4), float(stations.time[-1]), stations.rise)
         findings += [Finding(Level.WARNING, Code.THERMAL_BOX, message) for message in messages]
     return findings
 

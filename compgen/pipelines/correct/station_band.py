@@ -13,7 +13,7 @@ from compgen.pipelines.uncertainty.band import Places, columns_at
 from compgen.program.directions import station_directions
 from compgen.thermal import Duty
 from compgen.thermal.history import History
-from compgen.thermal.network import with_losses
+from compgen.thermal.model import with_losses
 from compgen.verification.band import Band, Columns, band_of
 
 MOST = 20_000  # stations at which a band is evaluated; of more, so many along the program

@@ -5,6 +5,7 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
 from compgen.job.day_plan import Programs, plan_history
 from compgen.job.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
-from compgen.job.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
+from compgen.job.motion_plan import coarse_motion, leads_in, run_in_length
 from compgen.job.own_file import OwnFile
 from compgen.job.part_frame import frame_of
 from compgen.job.tables import bounds_of
@@ -49,10 +50,8 @@ from compgen.planning.tables import (
 )
 from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, tables
-from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.ensemble import started
 from compgen.thermal.log_end import end_of
-from compgen.thermal.network import NetworkModel
 from compgen.verification.own_file.second_reading import read_own_file
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
@@ -134,13 +133,10 @@ def _job_of(files: _JobFiles) -> Job:
         for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
     ]
     shifts = tables.shifts_of(path.shift, str(source))
-    history = plan_history(Programs(program, cell, load), cell, air, parts, shifts, path.ambient.clock_h * HOUR)
+    programs = Programs(program, cell, load)
+    history = plan_history(programs, cell, air, parts, shifts, path.ambient.clock_h * HOUR)
     if read is not None:
-        loss: tuple[float, ...] = ()
-        if isinstance(cell.heat, NetworkModel):
-            written = plan_written_motion(program, cell, program.process.feed)
-            loss, _ = mean_losses(cell.robot, cell.heat.drives, written.joint_motion)
-        end = end_of(read, cell.heat, cell.warmth, loss)
+        end = end_of(read, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
     notes: tuple[Finding, ...] = ()
     if state is not None:

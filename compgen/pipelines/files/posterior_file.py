@@ -10,8 +10,7 @@ from compgen.core.findings import Finding
 from compgen.error_model.posterior import ParameterPosterior, numbers_of, posterior_hash, read_posterior
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.job.tables import IdentifiedTable
-from compgen.thermal import NodeModel
-from compgen.thermal.network import NetworkModel
+from compgen.thermal.model import ArmHeat
 
 MOST_BYTES = 64_000_000
 _TOO_WIDE = "the sigmas alone say how well its parameters are known, and without their correlations a band is too wide"
@@ -21,7 +20,7 @@ def posterior_beside(
     identified: IdentifiedTable | None,
     robot_file: Path,
     known: Sequence[UncertainSource],
-    heat: NodeModel | NetworkModel | None,
+    heat: ArmHeat | None,
     is_overridden: bool = False,
 ) -> tuple[ParameterPosterior | None, list[Finding]]:
     """The posterior of an identified robot file, None without one, and what the user must know of it.
@@ -58,7 +57,8 @@ def posterior_beside(
             f"with {identified.posterior_sha256[:12] or 'nothing'}: of another identification; take the file that "
             "was written with this robot file, or identify again"
         )
-    rise, tau = (heat.reference_rise, heat.tau) if isinstance(heat, NodeModel) else (None, None)
+    law = None if heat is None else heat.law
+    rise, tau = (None, None) if law is None else (law.reference_rise, law.tau)
     try:
         return read_posterior(content, numbers_of(known, rise, tau), str(file)), []
     except InputError:

@@ -32,7 +32,7 @@ from compgen.robot.motion_schema import motion_of
 from compgen.robot.robot import Robot
 from compgen.robot.tables import robot_from_tables
 from compgen.thermal import NodeModel, Profile, cold_arm, tables
-from compgen.thermal.network import NetworkModel
+from compgen.thermal.model import ArmHeat
 from compgen.thermal.uncertainty import ThermalUncertainty, nothing_warms
 
 COLD = Finding(
@@ -71,12 +71,17 @@ class Arm:
     text: str
     robot: Robot
     nodes: tuple[str, ...]  # of the heat model; none without one
-    heat: NodeModel | NetworkModel | None
+    heat: ArmHeat | None
     sensors: Mapping[str, str]  # part_<n> of a temperature log to the name of a rise
     known: tuple[UncertainSource, ...]
     identified: IdentifiedTable | None
     input_findings: tuple[Finding, ...]  # values that look like another unit's
     facts: ArmFacts  # what the arm carries, its nodes, and how it grows
+
+    @property
+    def law(self) -> NodeModel | None:
+        """Of its nodes; None: it has none."""
+        return None if self.heat is None else self.heat.law
 
 
 def load_arm(name: str) -> Arm:
@@ -98,7 +103,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     """
     facts = check(RobotFile, data, where)
     robot = _nominal(facts, where)
-    heat: NodeModel | NetworkModel | None = None
+    heat: ArmHeat | None = None
     growth = np.zeros((6, 1)), np.zeros((6, 1))
     if facts.thermal is not None:
         heat, _, growth, _ = _warmth(facts, robot, where)
@@ -275,7 +280,7 @@ def _refuse_double(facts: RobotFile, where: str) -> None:
 
 def _warmth(
     facts: RobotFile, robot: Robot, where: str
-) -> tuple[NodeModel | NetworkModel, tuple[Profile, ...], tuple[Array, Array], ThermalUncertainty]:
+) -> tuple[ArmHeat, tuple[Profile, ...], tuple[Array, Array], ThermalUncertainty]:
     """The heat model, the profiles along its links, the growth of a and d, (6, K) [m/K], and how well all is known.
 
     A file without a table of warmth is of an arm that is taken as cold.
@@ -287,7 +292,7 @@ def _warmth(
         tables.check_materials(facts.thermal.network, where)
     profiles = tables.profiles_of(facts.thermal, robot, where)
     nodes = tables.node_model_of(facts.thermal, profiles, where)
-    heat: NodeModel | NetworkModel = nodes
+    heat: ArmHeat = nodes
     if facts.thermal.model == "network":
         heat, profiles = tables.network_of(facts.thermal, robot, nodes, where)
     growth = tables.growth_of(robot, heat.names, heat.reference_rise, profiles)

@@ -38,7 +38,6 @@ from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.job.tables import IdentifiedTable
 from compgen.pipelines.files.json_schema import SCHEMA_FILES, robot_schema
 from compgen.pipelines.files.robot_file import Arm, arm_of
-from compgen.thermal import NodeModel
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 
@@ -219,7 +218,7 @@ def identified_robot_text(
     known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]
     record = identified.record() | dict(posterior)
     text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], record)
-    if isinstance(arm.heat, NodeModel):
+    if arm.law is not None:
         text = with_sensorless_nodes(text, _sensorless(arm, identified))
     arm_of(tomllib.loads(text), text, arm.source)  # a file that would not load is refused here
     return text
@@ -243,16 +242,16 @@ def identified_texts(arm: Arm, identified: Identification, files: Sequence[str],
 
 def _written_nodes(arm: Arm, identified: Identification) -> list[SensorlessNode]:
     """Nodes whose rise and time constant the robot file has as they were fitted."""
-    if not isinstance(arm.heat, NodeModel):
+    if arm.law is None:
         return []
     return [node for node in _sensorless(arm, identified) if node.is_known]
 
 
 def _nodes_as_written(arm: Arm, identified: Identification) -> tuple[Array | None, Array | None]:
     """Rises (K,) [K] and time constants (K,) [s] of the nodes, as the robot file has them after identification."""
-    if not isinstance(arm.heat, NodeModel):
+    if arm.law is None:
         return None, None
-    rise, tau = arm.heat.reference_rise.copy(), arm.heat.tau.copy()
+    rise, tau = arm.law.reference_rise.copy(), arm.law.tau.copy()
     for node in _written_nodes(arm, identified):
         k = arm.nodes.index(node.name)
         rise[k], tau_h = node.written(float(rise[k]), float(tau[k]) / HOUR)
@@ -266,7 +265,7 @@ def _sensorless(arm: Arm, identified: Identification) -> list[SensorlessNode]:
 
 def log_findings(arm: Arm, identified: Identification) -> list[Finding]:
     """What was fitted of nodes without a sensor in the log."""
-    return sensorless_findings(_sensorless(arm, identified), isinstance(arm.heat, NodeModel))
+    return sensorless_findings(_sensorless(arm, identified), arm.law is not None)
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:

@@ -48,6 +48,7 @@ from compgen.pipelines.uncertainty.draws import fly_draws
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion as Driven
 from compgen.thermal import states_at
+from compgen.thermal.model import extrapolations
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import prepare
 from compgen.verification.verdict import judge
@@ -102,7 +103,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     twin_result = run_in_background(drive_uncorrected, len(theta))
     notes = [
         Finding(Level.WARNING, Code.THERMAL_BOX, text)
-        for text in job.heat.extrapolations(job.duties_before(), job.feed, trajectory.time[-1], rise)
+        for text in extrapolations(job.cell.heat, job.duties_before(), job.feed, trajectory.time[-1], rise)
     ]
     places = path.target.position
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))

@@ -43,10 +43,9 @@ from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
-from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.history import STANDING
 from compgen.thermal.log_end import end_of
-from compgen.thermal.network import NetworkModel, with_losses
+from compgen.thermal.model import with_losses
 from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 from compgen.verification.verdict import Verdict
@@ -186,10 +185,7 @@ def begin_with_log_anew(file: str) -> Begin:
     def begin(cell: Cell, state: Array, motion: JointMotion, earlier: Earlier) -> Begun:
         reference = AmbientTable().reference_degC
         log = tables.log_of(LogTable(file=file), cell.heat, cell.warmth, cell.sensors, reference, "log")
-        loss: tuple[float, ...] = ()
-        if isinstance(cell.heat, NetworkModel):
-            loss, _ = mean_losses(cell.robot, cell.heat.drives, motion)
-        wanted = end_of(log, cell.heat, cell.warmth, loss)
+        wanted = end_of(log, cell.heat, cell.warmth, lambda: motion)
         end = float(log.time[-1])
         checksum = sha256(read_regular(file)).hexdigest()
         cause = {"log": Path(file).name, "log_sha256": checksum, "log_end_s": end}
@@ -200,7 +196,7 @@ def begin_with_log_anew(file: str) -> Begin:
 
 
 def _beginning(cell: Cell, start: Array) -> Cell:
-    return replace(cell, heat=replace(cell.heat, start=start))
+    return replace(cell, heat=cell.heat.starting(start))
 
 
 def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress: Progress) -> Correction:

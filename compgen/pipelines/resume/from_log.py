@@ -1,6 +1,7 @@
 """The robot as a thermocouple log leaves it: the state that explains the readings, and the air."""
 
 from dataclasses import replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,10 @@ from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at
 from compgen.pipelines.resume.whole import Whole
 from compgen.thermal import tables
-from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.growing_log import read_growing_log
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import LogEnd, end_of
 from compgen.thermal.log_fit import TemperatureLog
-from compgen.thermal.network import NetworkModel
 from compgen.thermal.tables.schema import LogTable
 
 
@@ -58,11 +57,7 @@ def path_tables(job: Job) -> PathFile:
 
 def state_at_end(whole: Whole, log: TemperatureLog) -> LogEnd:
     """The robot when a log ends."""
-    heat = whole.job.cell.heat
-    loss: tuple[float, ...] = ()
-    if isinstance(heat, NetworkModel):
-        loss, _ = mean_losses(whole.job.robot, heat.drives, whole.motion_from(0))
-    return end_of(log, heat, whole.job.cell.warmth, loss)
+    return end_of(log, whole.job.cell.heat, whole.job.cell.warmth, partial(whole.motion_from, 0))
 
 
 def begin_with_log(whole: Whole, known: Known, file: str) -> Beginning:

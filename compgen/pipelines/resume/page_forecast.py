@@ -23,8 +23,8 @@ from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion, states_at
+from compgen.thermal.model import state_with_rises
 from compgen.thermal.rise_filter import Miss, filter_of
-from compgen.thermal.rises_to_state import state_with_rises
 
 SAMPLES = 400  # waypoints of a page that its forecast looks at
 

@@ -27,7 +27,7 @@ def rest_of_job(job: Job, beginning: Beginning) -> Job:
     return replace(
         job,
         plan=replace(job.plan, process=process),
-        cell=replace(beginning.cell, heat=replace(beginning.cell.heat, start=beginning.state)),
+        cell=replace(beginning.cell, heat=beginning.cell.heat.starting(beginning.state)),
         history=history,
         ensemble=None,
         on_other_heat_model=None,

@@ -43,6 +43,7 @@ from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band import band_along
 from compgen.planning import retiming
 from compgen.planning.toolpath import ToolPath
+from compgen.thermal.model import extrapolations
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.verdict import judge
@@ -208,7 +209,7 @@ def _join_findings(join: Join | None, written: WrittenJob, whole: Whole) -> list
 def _warmth_findings(planned: Planned) -> list[Finding]:
     """Where the heat model is asked for more than was measured."""
     job = planned.job
-    texts = job.heat.extrapolations((), job.feed, planned.trajectory.time[-1], planned.rise)
+    texts = extrapolations(job.cell.heat, (), job.feed, planned.trajectory.time[-1], planned.rise)
     return [Finding(Level.WARNING, Code.THERMAL_BOX, text) for text in texts]
 
 

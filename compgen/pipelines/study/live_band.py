@@ -26,6 +26,7 @@ from compgen.pipelines.study.live_model import Live, Setting, State, air_since, 
 from compgen.pipelines.study.live_places import own_heat, single
 from compgen.pipelines.study.sample_band import part_weight, some_samples
 from compgen.pipelines.uncertainty.band import MISSING, by_source, least_missing
+from compgen.thermal.modes import advance
 from compgen.thermal.uncertainty import STEP, steady_miss
 from compgen.verification.band import ONE_SIDED, radius_of, squares
 
@@ -184,9 +185,9 @@ def _through_cycle(live: Live, law: NodeLaw | BuildUp) -> Array:
 def band_at(live: Live, band: LiveBand, setting: Setting) -> ShownBand:
     """The band with the sliders at a setting."""
     state, factor = state_of(live, setting), expansion_factor(live, setting)
-    model, t = live.heat.model, band.time[:, None]
+    model = live.heat.model
     air = model.ambient * air_since(model, state.air, state.elapsed + band.time)
-    r = (np.exp(-t * model.rate) * state.z + air) @ model.outputs.T + band.program
+    r = (advance(model.rate, state.z, 0.0, band.time) + air) @ model.outputs.T + band.program
     B = band.slope + factor * band.growth
     heats = _heats(live, band, state)
     columns = np.zeros((len(band.time), 3, len(band.quantities)))
@@ -214,7 +215,7 @@ def _heats(live: Live, band: LiveBand, state: State) -> list[Array | None]:
     model, t = live.heat.model, band.time[:, None]
     rate = band.build_up.rate
     y = _at_start(band.build_up, live, state, np.zeros(len(rate)), band.build_up_cycle)
-    built_up = 1 + (y - 1) * np.exp(-t * rate)
+    built_up = advance(rate, y, 1.0, band.time)
     since = state.elapsed + t
     fading = np.exp(-since * rate) if model.start is not None else np.zeros_like(built_up)
     share = np.ones_like(t * model.rate) if model.start is None else -np.expm1(-since * model.rate)
@@ -233,7 +234,7 @@ def _heats(live: Live, band: LiveBand, state: State) -> list[Array | None]:
 def _at_start(law: NodeLaw | BuildUp, live: Live, state: State, begin: Array, cycle: Array) -> Array:
     """Modes of a law as the program starts, in still air: the day, the cycle until its run, and standing."""
     z = after_stages(law, law.rate, state.stages, begin)
-    z = np.exp(-law.rate * live.heat.run[state.run]) * z + cycle[state.run]
+    z = advance(law.rate, z, 0.0, live.heat.run[state.run]) + cycle[state.run]
     return after_stages(law, law.rate, [Stage(state="idle", duration=state.delay)], z)
 
 
@@ -244,7 +245,7 @@ def _by_step(live: Live, band: LiveBand, state: State, pair: ModelStep) -> Array
     for law, cycle in zip(pair.laws, pair.cycle, strict=True):
         z = _at_start(law, live, state, begin, cycle) + _air_by(law, live, state, state.elapsed)
         goal = law.moving(band.feed, 1.0)
-        rises.append(goal + (z - goal) * np.exp(-band.time[:, None] * law.rate))
+        rises.append(advance(law.rate, z, goal, band.time))
     return np.asarray((rises[0] - rises[1]) / (2 * pair.step))
 
 
@@ -253,7 +254,7 @@ def _air_by(law: NodeLaw, live: Live, state: State, passed: float) -> Array:
     response = np.asarray(state.air.response(law.rate, 0.0, np.array([passed]))[0])
     if live.heat.model.start is not None:
         return response
-    return np.asarray(response + np.exp(-passed * law.rate) * state.air.settled(law.rate))
+    return response + advance(law.rate, state.air.settled(law.rate), 0.0, passed)
 
 
 def _moments(band: LiveBand, columns: Array, offset: Array, warm: Array) -> dict[str, Array]:

@@ -19,7 +19,7 @@ from compgen.pipelines.study.live_day import NodeLaw, fixed_stages
 from compgen.pipelines.study.live_model import Heat, Live
 from compgen.pipelines.study.live_places import Flown, fly_planned, places_of
 from compgen.pipelines.study.live_sliders import Day, day_of
-from compgen.thermal import Duty, NodeModel, state_after
+from compgen.thermal import Duty, state_after
 from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.history import History
 from compgen.verification.twin import prepare
@@ -94,7 +94,7 @@ def _heat(job: Job, day: Day) -> Heat:
     until = [cycle_until(history, t) for t in run.tolist()]
     cycle = np.array([state_after(heat, duties, np.zeros(len(heat.rate))) for duties in until])
     stages = tuple(tuple(fixed_stages(duties)) for duties in until)
-    law = NodeLaw.of(heat) if isinstance(heat, NodeModel) else None
+    law = None if heat.law is None else NodeLaw.of(heat.law)
     return Heat(
         model=heat,
         law=law,

@@ -21,6 +21,7 @@ from compgen.pipelines.study.live_day import NodeLaw, Stage, after_stages, cut
 from compgen.pipelines.study.live_places import Places
 from compgen.pipelines.study.live_sliders import Day, Slider
 from compgen.thermal import Ambient, ThermalModel
+from compgen.thermal.modes import advance
 from compgen.verification.deviation import percentile99
 
 STARTS = ("delay", "run")  # kinds of sliders that say which start is meant
@@ -98,8 +99,8 @@ def state_of(live: Live, setting: Setting) -> State:
     begin = np.zeros(len(rate)) if heat.model.start is None else heat.model.start
     stages = cut(moved, live.day.shifts, live.day.clock)
     z = after_stages(heat.law, rate, stages, begin)
-    z = np.exp(-rate * heat.run[run]) * z + heat.cycle[run]
-    z = heat.standing + (z - heat.standing) * np.exp(-rate * delay)
+    z = advance(rate, z, 0.0, heat.run[run]) + heat.cycle[run]
+    z = advance(rate, z, heat.standing, delay)
     elapsed = sum(stage.total for stage in stages) + float(heat.run[run]) + delay
     return State(z=z, elapsed=elapsed, delay=delay, air=air, stages=stages, run=run)
 
@@ -121,9 +122,8 @@ def moved_stage(stage: Stage, slider: Slider, value: float) -> Stage:
 def rises_at(live: Live, state: State, places: Places) -> Array:
     """r at the places of a text, (P, K) [K]."""
     model = live.heat.model
-    z = np.exp(-places.time[:, None] * model.rate) * state.z + model.ambient * air_since(
-        model, state.air, state.elapsed + places.time
-    )
+    air = model.ambient * air_since(model, state.air, state.elapsed + places.time)
+    z = advance(model.rate, state.z, 0.0, places.time) + air
     return np.asarray(z @ model.outputs.T + places.program)
 
 
@@ -132,7 +132,7 @@ def air_since(model: ThermalModel, air: Ambient, time: Array) -> Array:
     response = air.response(model.rate, 0.0, time)
     if model.start is not None:
         return response
-    return np.asarray(response + np.exp(-time[:, None] * model.rate) * air.settled(model.rate))
+    return response + advance(model.rate, air.settled(model.rate), 0.0, time)
 
 
 def at(live: Live, setting: Setting, places: Places) -> Shown:

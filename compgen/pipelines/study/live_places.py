@@ -218,5 +218,5 @@ def _slopes(job: Job, geometry: Geometry, rows: IntArray) -> Array:
 def own_heat(job: Job, geometry: Geometry) -> Array:
     """What the program's own motion adds to the rises at the samples, (M, K) [K]: it starts cold, in still air."""
     heat = job.cell.heat
-    cold = replace(twin_of(job), heat=heat if heat.start is None else replace(heat, start=None))
+    cold = replace(twin_of(job), heat=heat.starting(None))
     return geometry.rises_of(geometry.prepared.reheated(cold, (), still_air()))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,7 @@ from compgen.pipelines.files.path_file import programs_of
 from compgen.pipelines.files.robot_file import find_robot
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.study.live_day import Stage, Stops, fixed_stages
-from compgen.thermal import Duty, NodeModel
-from compgen.thermal.drive_losses import mean_losses
-from compgen.thermal.network import NetworkModel
+from compgen.thermal import Duty
 from compgen.thermal.schedule import Shift
 from compgen.thermal.tables import shifts_of
 from compgen.thermal.tables.schema import StepTable
@@ -98,7 +97,7 @@ def _tables(path_file: str, robot: str | None, overrides: Sequence[str]) -> tupl
 
 def _before(path: PathFile, job: Job) -> tuple[list[Stage], list[Slider], list[str]]:
     duties, heat = job.history.before, job.heat
-    goals = None if isinstance(heat, NodeModel) else {duty: heat.steady_state(duty) for duty in set(duties)}
+    goals = None if heat.law is not None else {duty: heat.steady_state(duty) for duty in set(duties)}
     if path.state is not None:
         words = "Warm-up: the day begins with an anchored state, which stands in place of [[before]]."
         return fixed_stages(duties, goals), [], [words]
@@ -204,24 +203,24 @@ def _mm_s(feed: float) -> float:
 
 def _with_stops(stage: Stage, program: str, job: Job) -> Stage:
     """A moving stage with what its program is at other feeds, where the model or its time asks for it."""
-    heat = job.heat
-    if isinstance(heat, NodeModel) and not stage.repeated:
+    heat = job.cell.heat
+    if heat.law is not None and not stage.repeated:
         return stage
     programs = programs_of(job)
     feeds, times, moving, held = [], [], [], []
     planned = _mm_s(stage.feed)
     for feed in sorted({*FEEDS, planned}):
+        driven = partial(programs.motion, program, stage.feed if feed == planned else feed * MM)
         try:
-            motion = programs.motion(program, stage.feed if feed == planned else feed * MM)
+            motion = driven()
         except CompgenError:
             if feed == planned:
                 raise
             continue  # the robot cannot drive it so fast: the slider has no such stop
         feeds.append(feed * MM)
         times.append(float(motion.time[-1]))
-        if isinstance(heat, NetworkModel):
-            losses = (np.array(loss) for loss in mean_losses(heat.robot, heat.drives, motion))
-            m, h = (heat.steady_state_of(loss) for loss in losses)
+        if heat.law is None:
+            m, h = (heat.steady_state(Duty("moving", 0.0, 0.0, loss=loss)) for loss in heat.mean_losses(driven))
             moving.append(m)
             held.append(h)
     shape = len(feeds), len(heat.rate) if moving else 0

@@ -18,7 +18,6 @@ from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.thermal import JointMotion, states_at
-from compgen.thermal.network import NetworkModel
 from compgen.verification.deviation import Deviation
 from compgen.verification.twin import PreparedProgram
 
@@ -79,8 +78,8 @@ def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretc
     cold = np.zeros((len(rows), len(job.heat.names)))
     thermal = own_place - _places(job, prepared, rows, cold)
     return ModelForm(
-        corrected=_name(job),
-        driven=_name(other),
+        corrected=job.cell.heat.kind,
+        driven=other.cell.heat.kind,
         largest=float(error.max()),
         rms=rms(error),
         displacement=rms(row_norms(moved)),
@@ -124,8 +123,3 @@ def _rises(job: Job, prepared: PreparedProgram, rows: IntArray, stretch: int) ->
         states.append(at[:-1])
         state = at[-1]
     return np.asarray(np.vstack(states) @ heat.outputs.T)
-
-
-def _name(job: Job) -> str:
-    """What the robot file calls the job's heat model."""
-    return "network" if isinstance(job.heat, NetworkModel) else "nodes"

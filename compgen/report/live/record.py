@@ -23,7 +23,7 @@ CELSIUS_SPOKEN = {"h": "hours", "mm/s": "millimetres per second", "degC": "degre
 def live_record(live_job: LiveJob) -> dict[str, Any]:
     """The numbers of a living page."""
     live, job = live_job.live, live_job.job
-    box = job.cell.heat
+    box = job.cell.heat.box
     limits = next((q.absolute for q in live_job.band.quantities if q.absolute is not None), None)
     return {
         "sliders": [_slider(slider, live_job) for slider in live.day.sliders],
@@ -37,8 +37,8 @@ def live_record(live_job: LiveJob) -> dict[str, Any]:
         "cte": live.cte,
         "cte_limits": None if limits is None else list(limits),
         "box": {
-            "feed": (np.array(box.box_feed) / MM).round(9).tolist() if np.isfinite(box.box_feed).all() else [0, 1e9],
-            "hours": _finite(box.box_time / HOUR), "rise": _finite(box.box_rise),
+            "feed": (np.array(box.feed) / MM).round(9).tolist() if np.isfinite(box.feed).all() else [0, 1e9],
+            "hours": _finite(box.time / HOUR), "rise": _finite(box.rise),
         },
         "duration": float(live_job.before.geometry.now[-1]),
         "window": live_job.corrected.start_window,

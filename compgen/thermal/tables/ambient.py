@@ -10,8 +10,7 @@ from compgen.core.units import HOUR, MINUTE
 from compgen.thermal import Ambient, still_air
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_fit import TemperatureLog
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.node_model import NodeModel
+from compgen.thermal.model import ArmHeat
 from compgen.thermal.tables import schema as sh
 from compgen.thermal.temperature_log import check_sensors, read_temperature_log
 from compgen.thermal.uncertainty import ThermalUncertainty
@@ -57,7 +56,7 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
 
 def log_of(
     table: sh.LogTable,
-    heat: NodeModel | NetworkModel,
+    heat: ArmHeat,
     warmth: ThermalUncertainty,
     sensors: Mapping[str, str],
     zero: float,

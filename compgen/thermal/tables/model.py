@@ -13,6 +13,7 @@ from compgen.robot.robot import Robot
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.thermal.drive_losses import Drives
 from compgen.thermal.network import Body, Housing, NetworkModel, assemble_volumes, modal_form
+from compgen.thermal.node_model import MeasuredBox
 from compgen.thermal.tables import schema as sc
 
 
@@ -35,9 +36,7 @@ def node_model_of(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: 
         idle=table.idle_fraction,
         reference_feed=table.reference_feed_mm_s * MM,
         reference_time=table.reference_h * HOUR,
-        box_feed=np.array(table.box.feed_mm_s) * MM,
-        box_time=table.box.hours * HOUR,
-        box_rise=table.box.rise_K,
+        box=MeasuredBox(feed=np.array(table.box.feed_mm_s) * MM, time=table.box.hours * HOUR, rise=table.box.rise_K),
         profiles=profiles,
     )
 
@@ -167,9 +166,7 @@ def network_of(
         volumes=volumes,
         probe=np.array(probes),
         reference_rise=np.ones(len(names)),
-        box_feed=nodes.box_feed,
-        box_time=nodes.box_time,
-        box_rise=nodes.box_rise,
+        box=nodes.box,
         rate=rate,
         to_volumes=shapes,
     )

@@ -4,7 +4,7 @@ import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, PERCENT, UM
-from compgen.thermal import NodeModel, Profile
+from compgen.thermal import Profile
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.tables import schema as sc
 from compgen.thermal.uncertainty import Interval, ThermalUncertainty
@@ -44,7 +44,7 @@ def uncertainty_of(
         if length not in grown:
             raise InputError(f"{key}.growth_percent.{length}: no profile; they are of {', '.join(grown)}")
         growth[length] = limits[0] * PERCENT, limits[1] * PERCENT
-    is_network = not isinstance(heat, NodeModel)
+    is_network = heat.law is None
     if is_network:
         growth = {length: _from_the_other_end(limits) for length, limits in growth.items()}
 

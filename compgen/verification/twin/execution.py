@@ -20,7 +20,7 @@ from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns, has_posture
-from compgen.thermal import Ambient, Duty, JointMotion, NodeModel, initial_state, still_air
+from compgen.thermal import Ambient, Duty, JointMotion, initial_state, still_air
 from compgen.verification.twin.circular_motion import Chords, Sweeps, as_chords, sweeps
 from compgen.verification.twin.controller.command import WrittenPath
 from compgen.verification.twin.controller.deviation import MotionDeviation, motion_deviation
@@ -165,17 +165,17 @@ class PreparedProgram:
 
         The nodes by their own equation; another model straight between two positions, seconds apart against hours.
         """
-        heat, K = self.twin.heat, self.rise.shape[1]
-        if not isinstance(heat, NodeModel):
+        law, K = self.twin.heat.law, self.rise.shape[1]
+        if law is None:
             rise = self.rise[segment] + fraction[:, None] * (self.rise[segment + 1] - self.rise[segment])
         else:
             first, last = int(segment[0]), int(segment[-1]) + 1
-            steady = heat.steady_rise("moving", self.driven[first:last])
+            steady = law.steady_rise("moving", self.driven[first:last])
             since = (time - self.time[segment])[:, None]
             per_kelvin = self.twin.growth_per_kelvin().reshape(1, -1)
             rise, growth = evaluate(
                 build_rise_and_growth(K), IndexedRows(self.rise, segment), IndexedRows(steady, segment - first),
-                heat.tau[None], per_kelvin, since,
+                law.tau[None], per_kelvin, since,
             )  # fmt: skip
             if self.air.is_still:
                 return rise, growth
