@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -105,9 +106,24 @@ def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
     )
 
 
+class OpenLogEnd(NamedTuple):
+    """What a log leaves open of the K rises that it ends with."""
+
+    columns: Array  # (C, K) [K] of their covariance
+    hidden: Array  # (L, K) [K] by which one sensor may shift them and not be contradicted
+
+
+def open_log_end(cell: Cell) -> OpenLogEnd:
+    """What a log leaves open: nothing without a log, and where an anchored state stands in its place."""
+    start, hidden, none = cell.warmth.start, cell.warmth.hidden, np.zeros((0, len(cell.heat.names)))
+    if cell.state is not None or start is None or hidden is None:
+        return OpenLogEnd(none, none)
+    return OpenLogEnd(start.T, hidden)
+
+
 def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
     """Law, sensors, air and feed."""
-    warmth, zero = cell.warmth, nothing.heat
+    warmth, zero, log_end = cell.warmth, nothing.heat, open_log_end(cell)
     K = len(cell.heat.names)
     quantities = []
     if warmth.law:
@@ -117,10 +133,10 @@ def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
     if warmth.sensors:
         shift = np.full(K, warmth.sensors)
         # what an anchored state or a log begins with is known as its own covariance says
-        is_found = cell.state is not None or warmth.start is not None
+        is_found = cell.state is not None or len(log_end.columns) > 0
         heat = replace(zero, rise=shift, start=zero.start if is_found else shift)
         quantities.append(Quantity("thermocouples", "thermocouples", replace(nothing, heat=heat)))
-    for k, start in enumerate(() if warmth.start is None or cell.state is not None else warmth.start.T):
+    for k, start in enumerate(log_end.columns):
         cause = replace(nothing, heat=replace(zero, start=start))
         quantities.append(Quantity(f"log's end {k + 1}", "temperature log", cause))
     if warmth.air:

@@ -51,7 +51,7 @@ class ThermalUncertainty:
     def __post_init__(self) -> None:
         own(self, lag=("K",))
 
-    def begun(self, covariance: Array, hidden: Array | None = None) -> "ThermalUncertainty":
+    def begun(self, covariance: Array, hidden: Array) -> "ThermalUncertainty":
         """With what a log leaves open of the rises that it ends with, (K, K) [K^2], and what it hides, (L, K) [K]."""
         values, vectors = np.linalg.eigh(covariance)
         return replace(self, start=vectors * np.sqrt(np.maximum(values, 0.0)), hidden=hidden)

@@ -17,7 +17,7 @@ from compgen.error_model.source import Source
 from compgen.error_model.unknown import Unknown, still_unknown
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
-from compgen.job.uncertainty import JobUncertainty, quantities_of
+from compgen.job.uncertainty import JobUncertainty, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
@@ -219,7 +219,7 @@ def columns_at(
 def _hidden(cell: Cell, history: History, time: Array, B: Array) -> Array:
     """Most that a temperature sensor may move the tool and not be contradicted, (M,) [m]."""
     most, none = np.zeros(len(time)), HeatChange.none(len(cell.heat.names))
-    for start in () if cell.warmth.hidden is None or cell.state is not None else cell.warmth.hidden:
+    for start in open_log_end(cell).hidden:
         rise = missed_rise(cell.warmth, cell.heat, history, replace(none, start=start), time)
         most = np.maximum(most, row_norms(np.einsum("mik,mk->mi", B, rise)))
     return most
