@@ -30,7 +30,7 @@ from compgen.pipelines.resume.resume import resume, segments_on_part
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 from compgen.thermal import Ambient, state_after, states_at
-from compgen.thermal.growing_log import growing_log
+from compgen.thermal.temperature_log import growing_log
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 

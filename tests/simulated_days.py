@@ -13,8 +13,8 @@ from shipped import path_file
 
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
-from compgen.error_model.knowledge import parameters_of
 from compgen.error_model.model import build_error_model
+from compgen.error_model.parameter_slopes import parameters_of
 from compgen.error_model.sources.thermal_bend import ARCSEC
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import cell_with_state

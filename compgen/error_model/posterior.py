@@ -18,7 +18,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
-from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.uncertain_sources import UncertainSource
 
 DECIMALS = 7  # of correlations
 _MEND = "identify again, or take the file that was written with this robot file"

@@ -12,7 +12,7 @@ from tomlkit.items import InlineTable, Item, Table
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
-from compgen.error_model.uncertainty import UncertainSource, table_of
+from compgen.error_model.uncertain_sources import UncertainSource, source_table
 from compgen.robot.robot import Robot
 
 PER_DEGREE = 1000  # steps to which the box is widened
@@ -41,7 +41,7 @@ def robot_text(
     sources = {"box": box_table(robot, box)}
     for entry in known:
         if entry.sigma:
-            sources[entry.source.NAME] = {**table_of(entry), "provenance": provenance}
+            sources[entry.source.NAME] = {**source_table(entry), "provenance": provenance}
     expected = tomllib.loads(text)
     try:
         updated = _update(text, expected, _plain(record), _plain(sources))

@@ -15,7 +15,7 @@ from compgen.core.stages import Progress, RunStage
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import ArmFacts, Extensible
-from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.cross_validation import cross_validate
 from compgen.identification.fit import Fit, fit
 from compgen.identification.fit_limits import assess_fit_limits, fit_limits_record, forecast_findings

@@ -6,7 +6,7 @@ A parameter p_k has a Gaussian prior N(0, sigma_k^2): how far from nominal such 
 Those of one kind form a group; their common scale may be learnt from the data (``fit``), never the sign or a single
 value. Without temperatures the rise of a node during a warm-up is a first-order state, A_k (1 - exp(-t / tau)),
 A_k a typical rise times 1 + x. A node without a sensor in a log of others is known to a factor and to its lag
-(``thermal/logged_rises.py``).
+(``thermal/filled_rises.py``).
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ from compgen.error_model.source import Source, State
 from compgen.identification.measurements import Measurements
 from compgen.robot.kinematics import nominal_chain
 from compgen.robot.robot import Robot
-from compgen.thermal.logged_rises import HEIGHT, LAG
+from compgen.thermal.filled_rises import HEIGHT, LAG
 
 #: of the scale of a group of cold parameters, a hundred times its sigma: no prior is that wrong. What warmth does is
 #: known better, by expansion and by what others measured, and rests on fewer poses: there the prior is the ceiling

@@ -10,11 +10,10 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.units import HOUR
 from compgen.error_model.loads import loads_of
-from compgen.error_model.reader import source_of
 from compgen.error_model.schema import LoadsTable
 from compgen.error_model.source import ArmFacts, Entry, Extensible, LoadDependent, RiseDependent, Rung, Visibility
 from compgen.error_model.sources import ORDER
-from compgen.error_model.uncertainty import UncertainSource, prior_of
+from compgen.error_model.uncertain_sources import UncertainSource, prior_of, source_of
 from compgen.identification.model import FreeParameter, SymbolicSource, WarmUpState
 from compgen.robot.robot import Robot
 

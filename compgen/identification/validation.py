@@ -16,7 +16,7 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
 from compgen.error_model.sources.measured_map import AxisMap
-from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit, outlier_threshold
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements

@@ -11,8 +11,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
+from compgen.thermal.filled_rises import fill_rises
 from compgen.thermal.log_fit import TemperatureLog
-from compgen.thermal.logged_rises import rises_at
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.temperature_log import COLD_START, Reference, Temperatures, check_sensors, read_temperature_log
 
@@ -60,20 +60,20 @@ def with_temperatures(
         _check_cold(log)
     rises = log.rises(reference, COLD_START)
     _check_clock(log, rises)
-    logged = rises_at(rises, heat, data.time, cold=reference == "start")
-    moved = rises_at(rises, heat, np.add.outer(CLOCK_SHIFTS, data.time).ravel(), cold=reference == "start").rise
-    shifted = moved.reshape(len(CLOCK_SHIFTS), *logged.rise.shape)
-    warm = np.maximum(logged.rise.max(axis=1) > 0.5, 0.0) * (data.time - log.time[0])
-    modelled = tuple(np.flatnonzero(logged.modelled).tolist())
+    filled = fill_rises(rises, heat, data.time, cold=reference == "start")
+    moved = fill_rises(rises, heat, np.add.outer(CLOCK_SHIFTS, data.time).ravel(), cold=reference == "start").rise
+    shifted = moved.reshape(len(CLOCK_SHIFTS), *filled.rise.shape)
+    warm = np.maximum(filled.rise.max(axis=1) > 0.5, 0.0) * (data.time - log.time[0])
+    modelled = tuple(np.flatnonzero(filled.modelled).tolist())
     findings = [*_lukewarm(log, reference), *_swapped(log, rises, heat), *_gaps(log, data.time)]
-    if logged.loose:
-        message = f"{source}: {logged.loose} readings far from their neighbours are left out"
+    if filled.loose:
+        message = f"{source}: {filled.loose} readings far from their neighbours are left out"
         findings.append(Finding(Level.NOTE, Code.LOG_LOOSE, message))
     if modelled:
         names = ", ".join(heat.names[k] for k in modelled)
         message = f"{source}: no sensor on {names}: their rises are modelled from the others, in the file's proportions"
         findings.append(Finding(Level.NOTE, Code.LOG_MODELLED, message))
-    return replace(data, rise=logged.rise, lag=logged.lag, shifted=shifted, modelled=modelled, warm=warm), findings
+    return replace(data, rise=filled.rise, lag=filled.lag, shifted=shifted, modelled=modelled, warm=warm), findings
 
 
 def as_warm_up(data: Measurements) -> Measurements:

@@ -15,7 +15,7 @@ from compgen.core.findings import Finding
 from compgen.core.toml import toml_value
 from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
-from compgen.error_model.knowledge import SourceParameters, parameters_of
+from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.posterior import KnownParameter, numbers_of
 from compgen.job.job import Cell
 from compgen.thermal import Duty

@@ -14,7 +14,7 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
-from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.error_model.unknown import Unknown
 from compgen.job.bounds import Bounds
 from compgen.job.own_file import OwnFile

@@ -9,7 +9,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, UM
-from compgen.error_model.knowledge import SourceParameters, parameters_of
+from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.job.anchored_start import drifting_rows, state_columns

@@ -19,7 +19,7 @@ from compgen.error_model.loads import loads_of
 from compgen.error_model.model import build_error_model
 from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, Visibility, freeze_parameters
 from compgen.error_model.sources import ORDER
-from compgen.error_model.uncertainty import table_of
+from compgen.error_model.uncertain_sources import source_table
 from compgen.identification import parameters
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.robot.kinematics import is_zero
@@ -29,7 +29,7 @@ PLACES = ("error_model/sources/", "error_model/schema.py", "verification/sources
 #: modules that treat one source in a way of its own, which no other source asks for
 SPECIAL = {
     "compensation/refinement.py": {"ThermalGrowth"},  # smooth along straight lines: nothing to refine
-    "error_model/knowledge.py": {"BaseFrame", "ToolFrame"},  # where the part stands is where the base does
+    "error_model/parameter_slopes.py": {"BaseFrame", "ToolFrame"},  # where the part stands is where the base does
     "error_model/validity.py": {"AxisMap"},  # it alone has a hull to leave
     "identification/validation.py": {"AxisMap", "BaseFrame", "ToolFrame"},  # of the cell, not of the arm
     "pipelines/study/questions.py": {"ThermalGrowth"},  # contributions of single lengths
@@ -129,7 +129,7 @@ def test_a_new_source_is_read_folded_and_written(arm):
     nominal = model.nominal_pose(theta)
     error = model.error(theta, np.zeros((1, len(arm.nodes))), nominal)[0]
     assert_allclose(error[:3], [0, nominal.position[0, 0] * 7 * MDEG / 2, 0], atol=1e-8)  # about joint 1, by half of it
-    written = table_of(sag)
+    written = source_table(sag)
     assert written["phase_deg"] == pytest.approx(60)
     assert written["amplitude_mdeg"] == [7, 0, 0, 0, 0, 0]
     assert written["sigma"] == {"amplitude_mdeg": 6 * [0.5]}

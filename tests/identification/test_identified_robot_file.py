@@ -11,7 +11,7 @@ from compgen.core.units import DEG, MDEG
 from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_zeros import JointZeros
-from compgen.error_model.uncertainty import UncertainSource, prior_of
+from compgen.error_model.uncertain_sources import UncertainSource, prior_of
 from compgen.identification import identified_robot_file
 from compgen.identification.identified_robot_file import robot_text
 from compgen.pipelines.files.robot_file import arm_of, load_arm

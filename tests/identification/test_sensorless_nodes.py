@@ -14,8 +14,8 @@ from compgen.identification.fit import fit
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.sensorless_nodes import sensorless_findings, sensorless_nodes, with_sensorless_nodes
+from compgen.thermal.filled_rises import fill_rises
 from compgen.thermal.log_fit import TemperatureLog
-from compgen.thermal.logged_rises import rises_at
 
 HIGH = 1.4  # times what the file's proportions say
 NODE = 2  # the middle joint
@@ -35,7 +35,7 @@ def warm(truth):
     data, _ = warming(truth, rng, count=60, tau=(2.0,) * 5, final=tuple(proportions))
     names = [n for k, n in enumerate(heat.names) if k != NODE]
     log = TemperatureLog(data.time, np.zeros(len(data.time)), {n: data.rise[:, heat.names.index(n)] for n in names})
-    logged = rises_at(log, heat, data.time, cold=True)
+    logged = fill_rises(log, heat, data.time, cold=True)
     return replace(data, rise=logged.rise, lag=logged.lag, modelled=(NODE,)), data.rise
 
 

@@ -26,7 +26,7 @@ from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
-from compgen.error_model.uncertainty import table_of
+from compgen.error_model.uncertain_sources import source_table
 from compgen.fanuc.frames import default_frames
 from compgen.job.motion_plan import plan_motion
 from compgen.pipelines import correct
@@ -226,7 +226,7 @@ def test_sigma_prior_and_provenance_are_read_and_written(robot):
     assert_allclose(known.prior["d"], np.array([400, 0, 400, 400, 400, 400]) * UM)
     assert_allclose(known.prior["alpha"], 50 * MDEG)
     table = tomllib.loads(SOURCES.read_text())["sources"]["link_offsets"]
-    written = table_of(known)
+    written = source_table(known)
     assert written["d_um"] == table["d_um"]
     assert written["beta_mdeg"] == table["beta_mdeg"]
     assert written["sigma"]["a_um"] == table["sigma"]["a_um"]

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from compgen.thermal.ensemble import Ensemble, Start
-from compgen.thermal.ensemble_starts import starts_to_fly, weighted_starts
+from compgen.thermal.ensemble import Ensemble, Start, starts_to_fly, weighted_starts
 
 WIDE = Ensemble((100.0, 4000.0), (0.25, 0.5, 1.0), (0, 39))
 

@@ -77,7 +77,7 @@ def follow(
     from compgen.pipelines.resume.resume import require_unedited, resume
     from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
-    from compgen.thermal.growing_log import read_growing_log
+    from compgen.thermal.temperature_log import read_growing_log
 
     bound = opt.checked_bound(max_um)
     within_um = (max_um or WITHIN_UM) if within_um is None else within_um

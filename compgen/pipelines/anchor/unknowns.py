@@ -17,7 +17,7 @@ from compgen.core.arrays import Array
 from compgen.core.pose import Pose
 from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
-from compgen.error_model.knowledge import SourceParameters, build_slopes
+from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.posterior import numbers_of
 from compgen.error_model.quantities import Quantity
 from compgen.job.anchored_start import base_rows, drifting_row

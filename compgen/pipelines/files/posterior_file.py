@@ -8,7 +8,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.findings import Finding
 from compgen.error_model.posterior import ParameterPosterior, numbers_of, posterior_hash, read_posterior
-from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.job.tables import IdentifiedTable
 from compgen.thermal.model import ArmHeat
 

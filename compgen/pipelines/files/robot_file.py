@@ -19,9 +19,8 @@ from compgen.core.toml import TomlText, check, override, read_toml, read_toml_te
 from compgen.core.units import UM
 from compgen.core.version import __version__
 from compgen.error_model.loads import loads_of
-from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
-from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources
 from compgen.error_model.unknown import OF_WARMTH, unknown_of
 from compgen.job.job import Cell
 from compgen.job.tables import IdentifiedTable, drifting_of, fit_limits_of

@@ -24,7 +24,7 @@ from compgen.identification.touches import Artefact, Touches, probing_directions
 from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM
 from compgen.pipelines.files.robot_file import Arm
-from compgen.thermal.logged_rises import HEIGHT, LAG
+from compgen.thermal.filled_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference
 
 

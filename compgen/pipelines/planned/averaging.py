@@ -29,8 +29,16 @@ from compgen.pipelines.planned.program_text import compose_program
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion, rises_during
-from compgen.thermal.ensemble import Ensemble, Start, duties_before, mean_rises, rises_at, rises_of
-from compgen.thermal.ensemble_starts import starts_to_fly, weighted_starts
+from compgen.thermal.ensemble import (
+    Ensemble,
+    Start,
+    duties_before,
+    mean_rises,
+    rises_at,
+    rises_of,
+    starts_to_fly,
+    weighted_starts,
+)
 from compgen.verification.deviation import Deviation, Extent, deviation_from_path
 from compgen.verification.twin import PreparedProgram, prepare
 

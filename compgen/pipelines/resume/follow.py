@@ -22,12 +22,11 @@ from compgen.pipelines.resume.page_times import PageTimes
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.thermal import Ambient
-from compgen.thermal.growing_log import GrowingLog, readings_in_steps
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_end import hidden_at_end
 from compgen.thermal.log_prior import Expected, prior_of, rounding_of
 from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, filter_of, misses, steadied
-from compgen.thermal.temperature_log import Reference
+from compgen.thermal.temperature_log import GrowingLog, Reference, readings_in_steps
 
 FROM_START = 0.05  # [K] that sensors are off together where their rises count from the log's beginning
 NIGHT = 3.0  # [K] the same of all rises together where the log has no air [assumed]

@@ -14,11 +14,11 @@ from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at
 from compgen.pipelines.resume.whole import Whole
 from compgen.thermal import tables
-from compgen.thermal.growing_log import read_growing_log
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import LogEnd, end_of
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.tables.schema import LogTable
+from compgen.thermal.temperature_log import read_growing_log
 
 
 def read_log(job: Job, file: str) -> tuple[TemperatureLog, bool]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.error_model.direction_memory import direction_states, reversal_widths
-from compgen.error_model.knowledge import build_slopes
+from compgen.error_model.parameter_slopes import build_slopes
 from compgen.job.job import Job
 from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of

@@ -20,7 +20,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import direction_states, reversal_widths
-from compgen.error_model.knowledge import build_slopes, parameters_of
+from compgen.error_model.parameter_slopes import build_slopes, parameters_of
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.study.geometry import Geometry, flown_pose, model_of

@@ -10,8 +10,8 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import PERCENT
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
-from compgen.error_model.knowledge import build_slopes
 from compgen.error_model.model import ErrorModel
+from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
 from compgen.error_model.unknown import Unknown, still_unknown

@@ -30,7 +30,7 @@ LOOSE = 3.0  # [K] from the median of five readings: a loose contact
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class LoggedRises:
+class FilledRises:
     """Rises of K nodes at M times."""
 
     rise: Array  # (M, K) [K]
@@ -47,7 +47,7 @@ class LoggedRises:
         return np.asarray(np.hypot(HEIGHT * self.rise, LAG * self.lag) * self.modelled)
 
 
-def rises_at(log: TemperatureLog, heat: ArmHeat, time: Array, cold: bool) -> LoggedRises:
+def fill_rises(log: TemperatureLog, heat: ArmHeat, time: Array, cold: bool) -> FilledRises:
     """Rises of all nodes of a model at times of a log.
 
     Args:
@@ -78,7 +78,7 @@ def rises_at(log: TemperatureLog, heat: ArmHeat, time: Array, cold: bool) -> Log
             _course(log, replace(law, tau=law.tau * np.exp(sign * STEP * modelled)), time) for sign in (1, -1)
         )
         lag = (slower - faster) / (2 * STEP) * modelled
-    return LoggedRises(rise, lag, modelled, loose)
+    return FilledRises(rise, lag, modelled, loose)
 
 
 def _course(log: TemperatureLog, heat: ArmHeat, time: Array) -> Array:

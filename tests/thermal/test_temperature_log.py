@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
-from compgen.thermal.growing_log import growing_log, readings_in_steps
+from compgen.thermal.temperature_log import growing_log, readings_in_steps
 
 NODES, SENSORS = ("j2", "face"), {"part_3": "j2"}
 HEAD = "time_s,ambient_degC,part_3_degC\n"
