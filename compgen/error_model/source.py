@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
 import casadi as ca
@@ -15,6 +16,8 @@ from compgen.robot.robot import Robot
 
 #: how the direction that a joint has come from follows its motion, as ``direction_memory`` has it
 Law = Literal["dahl", "play"]
+#: of fields by name; a letter stands for as many as the source has
+Shapes = Mapping[str, tuple[int | str, ...]]
 #: the steps of identification's ladder of models; "temperature" is in every model but the one of frames only
 Rung = Literal["temperature", "joint zeros", "geometry", "joints", "ripple"]
 
@@ -117,24 +120,26 @@ class Source(Protocol):
         Raises:
             InputError: The table does not fit the arm or itself.
         """
-        ...
 
     def entries_to_fit(self, visible: Visibility) -> Sequence[Entry]:
         """What measurements can tell apart from the frames of instrument and reflectors, in order of PARAMETERS."""
-        ...
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with this error in it; parameters that are exactly zero leave it as it is."""
-        ...
 
 
-class TableSource:
-    """What most sources have in common: no facts, and nothing to derive, since the table says it all."""
+class DeclaredSource:
+    """What sources have in common: by default no facts, and nothing to derive, since the table says it all."""
 
     __slots__ = ()
 
     FACTS: ClassVar[tuple[Fact, ...]] = ()
     BUDGET: ClassVar[str] = "geometry"
+    ARRAYS: ClassVar[Shapes] = MappingProxyType({})  # shapes of what is no parameter
+
+    def __post_init__(self) -> None:
+        lengths = freeze_parameters(self)
+        own(self, **{name: tuple(lengths.get(n, n) for n in shape) for name, shape in self.ARRAYS.items()})
 
     @staticmethod
     def derive(table: Any, arm: ArmFacts, key: str) -> dict[str, Any]:
@@ -160,11 +165,9 @@ class DirectionDependent(Protocol):
 
     def reversal_widths(self) -> ReversalWidths:
         """Over which the direction blends after a reversal."""
-        ...
 
     def with_widths(self, factor: Array) -> "Source":
         """The source with the widths of its joints times factors, (6,)."""
-        ...
 
 
 @runtime_checkable
@@ -173,7 +176,6 @@ class RiseDependent(Protocol):
 
     def nodes(self) -> set[int]:
         """Columns of the rises that it depends on."""
-        ...
 
 
 @runtime_checkable
@@ -182,7 +184,6 @@ class Expanding(Protocol):
 
     def expansions(self) -> Mapping[str, Entry]:
         """Of each length that grows, the parameter that is its coefficient over the file's, less one."""
-        ...
 
 
 @runtime_checkable
@@ -191,11 +192,9 @@ class Extensible(Protocol):
 
     def extended(self, arm: ArmFacts, nodes: Sequence[str]) -> tuple["Source", Mapping[str, Array]]:
         """The source with all terms that follow some nodes, its own first, and the priors of those added, by field."""
-        ...
 
     def only(self, terms: BoolArray) -> "Source":
         """The source with some of its terms, (B,)."""
-        ...
 
 
 @runtime_checkable
@@ -205,19 +204,21 @@ class LoadDependent(Protocol):
     @property
     def loads(self) -> Loads:
         """Masses and forces."""
-        ...
 
 
-def freeze_parameters(source: Any) -> None:
+def freeze_parameters(source: Any) -> dict[int | str, int]:
     """Make the parameters of a frozen source read-only copies of their declared shape; expressions stay as they are.
 
     A vector (n,) may be an SX column (n, 1), a matrix (n, m) an SX of that shape.
+
+    Returns:
+        What the letters of the shapes stand for.
 
     Raises:
         ValueError: A parameter has another shape.
     """
     shapes = {p.field: p.shape for p in source.PARAMETERS}
-    lengths: dict[str, int] = {}
+    lengths: dict[int | str, int] = {}
     for name in shapes:
         value = getattr(source, name)
         if isinstance(value, (list, tuple)) and any(isinstance(v, ca.SX) for v in value):
@@ -235,3 +236,4 @@ def freeze_parameters(source: Any) -> None:
             value = np.array(value, dtype=float)
             value.flags.writeable = False
         object.__setattr__(source, name, value)
+    return lengths

@@ -1,4 +1,4 @@
-r"""The starts that one file serves (how late, at which override, in which run), the mean of the rises over them, and which stand for all.
+r"""The starts that one file serves (how late, at which override, in which run): mean rises, and which stand for all.
 
 A robot that stands for d before a run begins with z(d) = g + (z - g) exp(-rate d); at the share s of the written speed
 it is at waypoint n after t_n / s. Runs count alike, overrides count alike, delays count evenly from a to b. Rises are

@@ -13,7 +13,7 @@ constant (rises below some 40 K). Parameters: the robot file, fitted by robots/m
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, Self
+from typing import Literal, Self
 
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
@@ -74,44 +74,25 @@ def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor:
         housings: Between them.
         floor: Conductance of the base plate to the floor, which is at the air's temperature [W/K].
     """
-    capacity: list[float] = []
-    film: list[float] = []
-    part: list[int] = []
-    place: list[float] = []
-    reach: list[float] = []  # [W/K] from a volume's middle to its face
-    contact: list[float] = []  # [W/K] at the face between a volume and the next, inf inside a body
-    power: list[Array] = []
+    rows: list[tuple[int, float, float, float, float, tuple[float, ...]]] = []
     for k, body in enumerate(bodies):
-        n = body.volumes
-        capacity += [body.capacity / n] * n
-        film += [body.film / n] * n
-        part += [2 * k] * n
-        place += [(i + 0.5) * body.length / n for i in range(n)]
-        reach += [2 * body.conductance / (body.length / n)] * n
-        power += [np.zeros(6)] * n
-        contact += [np.inf] * (n - 1)
+        n, step = body.volumes, body.length / body.volumes
+        reach = 2 * body.conductance / step  # [W/K] from a volume's middle to its face
+        rows += [
+            (2 * k, body.capacity / n, body.film / n, (i + 0.5) * body.length / n, reach, 6 * (0.0,)) for i in range(n)
+        ]
         if k < len(housings):
             housing = housings[k]
-            contact += [housing.inward, housing.outward]
-            capacity.append(housing.capacity)
-            film.append(housing.film)
-            part.append(2 * k + 1)
-            place.append(0.0)
-            reach.append(np.inf)
-            power.append(np.array([float(j in housing.drives) for j in range(6)]))
+            shares = tuple(float(j in housing.drives) for j in range(6))
+            rows.append((2 * k + 1, housing.capacity, housing.film, 0.0, np.inf, shares))
+    part, capacity, film, place, across, share = (np.array(column) for column in zip(*rows, strict=True))
     film[0] += floor
-    across = np.array(reach)
-    g = 1 / (1 / across[:-1] + 1 / across[1:] + 1 / np.array(contact))
+    contact = np.full(len(part) - 1, np.inf)  # [W/K] at the face between a volume and the next
+    at = np.flatnonzero(part % 2)
+    contact[at - 1], contact[at] = [h.inward for h in housings], [h.outward for h in housings]
+    g = 1 / (1 / across[:-1] + 1 / across[1:] + 1 / contact)
     laplacian = np.diag(np.append(g, 0) + np.append(0, g)) - np.diag(g, 1) - np.diag(g, -1)
-    share = np.array(power)
-    return Volumes(
-        capacity=np.array(capacity),
-        laplacian=laplacian,
-        film=np.array(film),
-        power=share,
-        part=np.array(part),
-        place=np.array(place),
-    )
+    return Volumes(capacity=capacity, laplacian=laplacian, film=film, power=share, part=part, place=place)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -230,29 +211,3 @@ def modal_form(volumes: Volumes) -> tuple[Array, Array]:
     diagonal = (np.diag(volumes.laplacian) + volumes.film) * root**2
     rate, vectors = eigh_tridiagonal(diagonal, np.diag(volumes.laplacian, 1) * root[1:] * root[:-1])
     return rate, root[:, None] * vectors
-
-
-class EnergyBalance(NamedTuple):
-    """Where the heat of a stretch of time goes: supplied = lost + stored, each in joules."""
-
-    supplied: float  # by the drives
-    lost: float  # to the air
-    stored: float  # in the arm
-
-
-def energy_balance(network: NetworkModel, power: Array, start: Array, duration: float) -> EnergyBalance:
-    """Heat in, heat out and heat stored over a stretch of constant losses in still air, exactly [J].
-
-    Args:
-        network: The model.
-        power: Losses of the drives, (6,) [W].
-        start: State at its beginning, (V,).
-        duration: [s].
-    """
-    goal = network.steady_state_of(power)
-    approach = -np.expm1(-network.rate * duration)  # share of the way to the goal
-    mean = goal * duration + (start - goal) * approach / network.rate
-    lost = float(network.volumes.film @ (network.to_volumes @ mean))
-    change = network.to_volumes @ ((goal - start) * approach)
-    supplied = float((network.volumes.power @ power).sum() * duration)
-    return EnergyBalance(supplied, lost, float(network.volumes.capacity @ change))

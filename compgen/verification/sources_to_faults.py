@@ -9,10 +9,9 @@ from compgen.error_model.loads import Loads
 from compgen.error_model.source import Source
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
-from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_coupling import JointCoupling
-from compgen.error_model.sources.joint_ripple import JointRipple
+from compgen.error_model.sources.joint_waves import GearHarmonics, JointRipple
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.measured_map import AxisMap

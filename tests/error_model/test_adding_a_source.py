@@ -13,7 +13,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import IDENTITY
 from compgen.core.toml import check
 from compgen.core.units import MDEG
-from compgen.error_model import reader, schema
+from compgen.error_model import schema, uncertain_sources
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.loads import loads_of
 from compgen.error_model.model import build_error_model
@@ -107,7 +107,7 @@ class SourcesWithSag(schema.SourcesTable):
 def arm(monkeypatch):
     """A robot whose package knows one more source."""
     cell = load_cell("m710ic50")
-    for module in (reader, parameters):
+    for module in (uncertain_sources, parameters):
         monkeypatch.setattr(module, "ORDER", (*ORDER, Sag))
     growth = cell.sources[0].a, cell.sources[0].d
     return ArmFacts(cell.robot, cell.heat.names, growth, loads_of(schema.LoadsTable(), cell.robot))
@@ -115,7 +115,7 @@ def arm(monkeypatch):
 
 def read(arm, **sag):
     tables = check(SourcesWithSag, {"sag": sag}, "robots/x.toml")
-    return reader.read_sources(tables, arm, "robots/x.toml")
+    return uncertain_sources.read_sources(tables, arm, "robots/x.toml")
 
 
 def test_a_new_source_is_read_folded_and_written(arm):

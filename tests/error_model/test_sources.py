@@ -28,9 +28,9 @@ from compgen.error_model.source import ReversalWidths, State
 from compgen.error_model.sources import ORDER
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
-from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_coupling import JointCoupling
+from compgen.error_model.sources.joint_waves import GearHarmonics
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.sources.link_offsets import LinkOffsets, parallel_axes
 from compgen.error_model.sources.measured_map import AxisMap, basis_expr

@@ -8,8 +8,8 @@ import pytest
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MDEG
-from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
+from compgen.error_model.sources.joint_waves import GearHarmonics
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.uncertain_sources import UncertainSource, prior_of
 from compgen.identification import identified_robot_file

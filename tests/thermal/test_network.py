@@ -20,7 +20,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
 from compgen.thermal.drive_losses import joint_torques, segment_losses
 from compgen.thermal.model import extrapolations
-from compgen.thermal.network import Body, Housing, assemble_volumes, energy_balance, modal_form
+from compgen.thermal.network import Body, Housing, assemble_volumes, modal_form
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
 import m710ic50_network_fit as network_fit
@@ -118,6 +118,16 @@ def test_twelve_hours_of_a_hundred_volumes_every_second_are_a_hundred_times_fast
     assert_allclose(by_modes[: len(by_solver)], by_solver, atol=1e-6)  # K
     print(f"modes {min(spent):.3f} s, BDF {solver:.1f} s, ratio {solver / min(spent):.0f}")
     assert solver > 100 * min(spent)
+
+
+def energy_balance(network, power, start, duration):
+    """Heat in, heat out and heat stored over a stretch of constant losses in still air, exactly [J]."""
+    goal = network.steady_state_of(power)
+    approach = -np.expm1(-network.rate * duration)  # share of the way to the goal
+    mean = goal * duration + (start - goal) * approach / network.rate
+    lost = float(network.volumes.film @ (network.to_volumes @ mean))
+    change = network.to_volumes @ ((goal - start) * approach)
+    return float((network.volumes.power @ power).sum() * duration), lost, float(network.volumes.capacity @ change)
 
 
 def test_energy_balance_closes(heat):

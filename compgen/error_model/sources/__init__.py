@@ -3,8 +3,8 @@
 To add one, touch three places:
 
 1. ``error_model/sources/<name>.py``: a frozen dataclass that fulfils ``error_model.source.Source``. It declares its
-   parameters with units and priors, how its other fields come from its table (``TableSource``: there are none), what
-   measurements can tell of it, and what it does to the chain. ``ORDER`` below says when it acts.
+   parameters with units and priors, how its other fields come from its table (``DeclaredSource``: there are none),
+   what measurements can tell of it, and what it does to the chain. ``ORDER`` below says when it acts.
 2. Its table in ``error_model/schema.py``, each key described below its field, and the table's name in ``SourcesTable``.
 3. The twin: its numbers in ``verification/sources_to_faults.py``, its physics, written again, in
    ``verification/twin/``. Until then every proof of a robot that has it is refused.
@@ -20,10 +20,9 @@ that what it does depends on the commanded pose and not on those before it.
 from compgen.error_model.source import Source
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
-from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_coupling import JointCoupling
-from compgen.error_model.sources.joint_ripple import JointRipple
+from compgen.error_model.sources.joint_waves import GearHarmonics, JointRipple
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.measured_map import AxisMap

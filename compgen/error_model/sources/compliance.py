@@ -15,19 +15,18 @@ from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import ComplianceTable
 from compgen.error_model.source import (
     ArmFacts,
+    DeclaredSource,
     Entry,
     Fitting,
     Parameter,
     State,
-    TableSource,
     Visibility,
-    freeze_parameters,
 )
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointCompliance(TableSource):
+class JointCompliance(DeclaredSource):
     """Turn of each joint per torque about it."""
 
     compliance: Any  # (6,) [rad/(N m)]
@@ -45,9 +44,6 @@ class JointCompliance(TableSource):
         ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("joints", ComplianceTable())
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
 
     @staticmethod
     def derive(table: ComplianceTable, arm: ArmFacts, key: str) -> dict[str, Any]:

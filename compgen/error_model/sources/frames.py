@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 
 from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.expressions import column, rotation_expr
-from compgen.error_model.source import Entry, Fitting, Parameter, State, TableSource, Visibility, freeze_parameters
+from compgen.error_model.source import DeclaredSource, Entry, Fitting, Parameter, State, Visibility
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class BaseFrame(TableSource):
+class BaseFrame(DeclaredSource):
     """Displacement of the arm in World."""
 
     position: Any  # (3,) [m] World
@@ -38,9 +38,6 @@ class BaseFrame(TableSource):
     )
     FITTING: ClassVar[Fitting | None] = None
 
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
-
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """None: the frame of the instrument takes its place."""
         return []
@@ -51,7 +48,7 @@ class BaseFrame(TableSource):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ToolFrame(TableSource):
+class ToolFrame(DeclaredSource):
     """Displacement of the tool in the flange."""
 
     position: Any  # (3,) [m] flange
@@ -77,9 +74,6 @@ class ToolFrame(TableSource):
         ),
     )
     FITTING: ClassVar[Fitting | None] = None
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """None: the places of the reflectors take its place."""

@@ -15,28 +15,29 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array
 from compgen.core.units import MDEG, URAD
 from compgen.error_model.expressions import entries
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import HysteresisTable
 from compgen.error_model.source import (
     ArmFacts,
+    DeclaredSource,
     Entry,
     Fact,
     Fitting,
     Law,
     Parameter,
     ReversalWidths,
+    Shapes,
     State,
     Visibility,
-    freeze_parameters,
 )
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Hysteresis:
+class Hysteresis(DeclaredSource):
     """Half-widths of each joint, and how far it must turn to be on the other side."""
 
     backlash: Any  # (6,) [rad] half-width
@@ -67,10 +68,7 @@ class Hysteresis:
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("width", "width_mdeg", MDEG), Fact("law", "law", None))
     FITTING: ClassVar[Fitting | None] = Fitting("joints", HysteresisTable(width_mdeg=6 * [200.0]))
     BUDGET: ClassVar[str] = "lost motion"
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
-        own(self, width=(6,))
+    ARRAYS: ClassVar[Shapes] = {"width": (6,)}
 
     @staticmethod
     def derive(table: HysteresisTable, arm: ArmFacts, key: str) -> dict[str, Any]:

@@ -12,25 +12,25 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array
 from compgen.core.units import PPM
 from compgen.error_model.expressions import plus
 from compgen.error_model.schema import JointCouplingTable
 from compgen.error_model.source import (
     ArmFacts,
+    DeclaredSource,
     Entry,
     Fitting,
     Parameter,
+    Shapes,
     State,
-    TableSource,
     Visibility,
-    freeze_parameters,
 )
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointCoupling(TableSource):
+class JointCoupling(DeclaredSource):
     """Ratios between the commanded motion of each joint and the error of each."""
 
     ratio: Any  # (6, 6) [rad/rad], row: the joint that errs
@@ -48,10 +48,7 @@ class JointCoupling(TableSource):
         ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("joints", JointCouplingTable())
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
-        own(self, zero=(6,))
+    ARRAYS: ClassVar[Shapes] = {"zero": (6,)}
 
     @staticmethod
     def derive(table: JointCouplingTable, arm: ArmFacts, key: str) -> dict[str, Any]:

@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 from compgen.core.units import MDEG
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.schema import JointZerosTable
-from compgen.error_model.source import Entry, Fitting, Parameter, State, TableSource, Visibility, freeze_parameters
+from compgen.error_model.source import DeclaredSource, Entry, Fitting, Parameter, State, Visibility
 from compgen.robot.kinematics import Chain
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointZeros(TableSource):
+class JointZeros(DeclaredSource):
     """Constant errors of the joint angles."""
 
     offset: Any  # (6,) [rad] on theta
@@ -31,9 +31,6 @@ class JointZeros(TableSource):
         ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("joint zeros", JointZerosTable())
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Joints that move, less the first and the last: the frames of instrument and reflectors hold those."""

@@ -17,14 +17,14 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.units import MDEG, UM
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.schema import LinkOffsetsTable
-from compgen.error_model.source import Entry, Fitting, Parameter, State, TableSource, Visibility, freeze_parameters
+from compgen.error_model.source import DeclaredSource, Entry, Fitting, Parameter, State, Visibility
 from compgen.robot.kinematics import Chain
 
 PARALLEL = 1e-3  # rad: twists nearer to 0 or 180 deg than this make their axes parallel
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class LinkOffsets(TableSource):
+class LinkOffsets(DeclaredSource):
     """Constant errors of the six DH rows."""
 
     d: Any  # (6,) [m]
@@ -49,9 +49,6 @@ class LinkOffsets(TableSource):
         ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("geometry", LinkOffsetsTable())
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Of each row d, or beta where axes are parallel, a and alpha.

@@ -21,26 +21,26 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM, UM
 from compgen.error_model.schema import MapTable
 from compgen.error_model.source import (
     ArmFacts,
+    DeclaredSource,
     Entry,
     Fitting,
     Parameter,
     ReversalWidths,
+    Shapes,
     State,
-    TableSource,
     Visibility,
-    freeze_parameters,
 )
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class AxisMap(TableSource):
+class AxisMap(DeclaredSource):
     """One line of stations along a World axis."""
 
     forward: Any  # (S, 3) [m] actual less commanded while moving towards larger coordinates
@@ -71,10 +71,7 @@ class AxisMap(TableSource):
     )
     FITTING: ClassVar[Fitting | None] = None
     BUDGET: ClassVar[str] = "measured map"
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
-        own(self, station=("S",), place=(3,))
+    ARRAYS: ClassVar[Shapes] = {"station": ("S",), "place": (3,)}
 
     @staticmethod
     def derive(table: MapTable, arm: ArmFacts, key: str) -> dict[str, Any]:

@@ -19,13 +19,23 @@ from typing import Any, ClassVar, get_args
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import MM
 from compgen.error_model.expressions import cross, entries, rotation_expr
 from compgen.error_model.schema import Link, ThermalBendTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import (
+    ArmFacts,
+    DeclaredSource,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    Shapes,
+    State,
+    Visibility,
+)
 from compgen.robot.kinematics import Chain, frames_at_zero, is_zero
 from compgen.robot.robot import Robot
 
@@ -33,7 +43,7 @@ ARCSEC = 4.84813681109536e-06  # rad
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class ThermalBend:
+class ThermalBend(DeclaredSource):
     """Bends of links, each about an axis with one state."""
 
     rate: Any  # (B,) [rad/K]
@@ -67,10 +77,13 @@ class ThermalBend:
         "temperature", ThermalBendTable(link=[], plane=[], node=[], rate_arcsec_K=[])
     )
     BUDGET: ClassVar[str] = "bends and drift"
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
-        own(self, column=(), row=("B",), axis=("B", 3), lever=("B", 3), node=("B",))
+    ARRAYS: ClassVar[Shapes] = {
+        "column": (),
+        "row": ("B",),
+        "axis": ("B", 3),
+        "lever": ("B", 3),
+        "node": ("B",),
+    }
 
     @staticmethod
     def derive(table: ThermalBendTable, arm: ArmFacts, key: str) -> dict[str, Any]:

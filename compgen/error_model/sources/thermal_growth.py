@@ -11,25 +11,25 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array
 from compgen.error_model.expressions import entries, weighted_sum
 from compgen.error_model.schema import ThermalGrowthTable
 from compgen.error_model.source import (
     ArmFacts,
+    DeclaredSource,
     Entry,
     Fitting,
     Parameter,
+    Shapes,
     State,
-    TableSource,
     Visibility,
-    freeze_parameters,
 )
 from compgen.robot.dh_lengths import DH_LENGTHS, LengthName
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ThermalGrowth(TableSource):
+class ThermalGrowth(DeclaredSource):
     """Growth of each DH length per kelvin of each node."""
 
     a: Array  # (6, K) [m/K]
@@ -58,10 +58,7 @@ class ThermalGrowth(TableSource):
     )
     FITTING: ClassVar[Fitting | None] = Fitting("temperature")
     BUDGET: ClassVar[str] = "cte"
-
-    def __post_init__(self) -> None:
-        own(self, a=(6, "K"), d=(6, "K"))
-        freeze_parameters(self)
+    ARRAYS: ClassVar[Shapes] = {"a": (6, "K"), "d": (6, "K")}
 
     @staticmethod
     def derive(table: ThermalGrowthTable, arm: ArmFacts, key: str) -> dict[str, Any]:

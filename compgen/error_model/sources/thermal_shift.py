@@ -16,13 +16,23 @@ from typing import Any, ClassVar, cast
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import UM
 from compgen.error_model.expressions import entries
 from compgen.error_model.schema import ThermalShiftTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import (
+    ArmFacts,
+    DeclaredSource,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    Shapes,
+    State,
+    Visibility,
+)
 from compgen.robot.dh_lengths import DH_LENGTHS, LengthName, dh_length
 from compgen.robot.kinematics import Chain, is_zero
 from compgen.robot.robot import Robot
@@ -34,7 +44,7 @@ OFFERED = ("d1", "base x", "base y")  # beside the lengths that have no profile
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class ThermalShift:
+class ThermalShift(DeclaredSource):
     """Shifts along axes, each with one state."""
 
     rate: Any  # (B,) [m/K]
@@ -51,10 +61,7 @@ class ThermalShift:
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("of", "of", None), Fact("node_name", "node", None))
     FITTING: ClassVar[Fitting | None] = Fitting("temperature", ThermalShiftTable(of=[], node=[], rate_um_K=[]))
     BUDGET: ClassVar[str] = "bends and drift"
-
-    def __post_init__(self) -> None:
-        freeze_parameters(self)
-        own(self, row=("B",), axis=("B", 3), node=("B",))
+    ARRAYS: ClassVar[Shapes] = {"row": ("B",), "axis": ("B", 3), "node": ("B",)}
 
     @staticmethod
     def derive(table: ThermalShiftTable, arm: ArmFacts, key: str) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.evaluation import evaluate
 from compgen.error_model.source import State
-from compgen.error_model.sources.joint_ripple import JointRipple
+from compgen.error_model.sources.joint_waves import JointRipple
 from compgen.robot.kinematics import Chain, nominal_chain
 
 ORDER = np.array([3, 14, 26])
@@ -51,5 +51,5 @@ def test_slope_against_a_parameter_is_the_difference_quotient(robot):
 
 
 def test_orders_and_columns_must_agree():
-    with pytest.raises(ValueError, match="2 columns for 3 orders"):
+    with pytest.raises(ValueError, match=r"order: shape \(3,\), expected \(2,\)"):
         JointRipple(np.zeros((6, 2)), np.zeros((6, 2)), ORDER)
