@@ -117,10 +117,10 @@ def build_slopes(robot: Robot, parameters: SourceParameters, which: tuple[int, .
     fields: dict[tuple[int, str], Any] = {}
     for k, number in enumerate(which):
         entry = parameters.entries[number]
-        given = np.asarray(getattr(parameters.sources[entry.source], entry.field), dtype=float)
-        filled = fields.setdefault((entry.source, entry.field), ca.SX(ca.DM(given)))
+        own_value = np.asarray(getattr(parameters.sources[entry.source], entry.field), dtype=float)
+        filled = fields.setdefault((entry.source, entry.field), ca.SX(ca.DM(own_value)))
         filled[entry.index if len(entry.index) > 1 else entry.index[0]] = symbols[k]
-        values.append(float(given[entry.index]))
+        values.append(float(own_value[entry.index]))
     chain = nominal_chain(robot, theta, tool)
     state = State(chain, rise, direction, travel)
     for k, source in enumerate(parameters.sources):

@@ -83,7 +83,7 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
     left = tuple(source.NAME for source in sources if source not in kept)
     if not left:
         return chain
-    whole = build_error_model(robot, sources, len(rise), Pose(np.zeros(3), np.eye(3)))
+    arm = build_error_model(robot, sources, len(rise), Pose(np.zeros(3), np.eye(3)))
     warmth = np.tile(rise if len(rise) else np.zeros(1), (POSES, 1))
-    gap = whole.actual_pose(zero + q, warmth).position - chain.flange_pose(q).position
+    gap = arm.actual_pose(zero + q, warmth).position - chain.flange_pose(q).position
     return RigidChain(chain.line, chain.point, chain.flange, left, float(np.linalg.norm(gap, axis=1).max()))

@@ -108,16 +108,16 @@ def source_of(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -
         InputError: The table does not fit the arm or itself.
     """
     derived = kind.derive(table, arm, key)
-    given: dict[str, Any] = {c.field: np.array(getattr(table, c.key)) * c.unit for c in kind.PARAMETERS}
+    fields: dict[str, Any] = {c.field: np.array(getattr(table, c.key)) * c.unit for c in kind.PARAMETERS}
     for fact in kind.FACTS:
         value = getattr(table, fact.key)
         if fact.unit is None:
-            given[fact.field] = value if isinstance(value, str) else tuple(value)
+            fields[fact.field] = value if isinstance(value, str) else tuple(value)
         else:
-            given[fact.field] = np.array(value) * fact.unit
+            fields[fact.field] = np.array(value) * fact.unit
     make: Any = kind
     try:
-        source: Source = make(**given, **derived)
+        source: Source = make(**fields, **derived)
     except ValueError as failure:  # rows of unequal length, or not as many columns as orders
         raise InputError(f"{key}: {failure}; give each row an entry for each order") from None
     return source

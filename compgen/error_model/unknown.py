@@ -63,6 +63,6 @@ def unknown_of(tables: Sequence[UnknownTable], where: str) -> tuple[Unknown, ...
     return tuple(rows) or NOT_KNOWN
 
 
-def still_unknown(unknown: Sequence[Unknown], known: Collection[str]) -> tuple[Unknown, ...]:
+def remaining_unknown(unknown: Sequence[Unknown], known: Collection[str]) -> tuple[Unknown, ...]:
     """What is left once some sources of the budget are known."""
     return tuple(row for row in unknown if not row.until or row.until not in known)

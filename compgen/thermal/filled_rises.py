@@ -47,7 +47,7 @@ class FilledRises:
         return np.asarray(np.hypot(HEIGHT * self.rise, LAG * self.lag) * self.modelled)
 
 
-def fill_rises(log: TemperatureLog, heat: ArmHeat, time: Array, cold: bool) -> FilledRises:
+def fill_rises(log: TemperatureLog, heat: ArmHeat, time: Array, *, cold: bool) -> FilledRises:
     """Rises of all nodes of a model at times of a log.
 
     Args:

@@ -57,6 +57,9 @@ class ThermalModel(Protocol):
     def steady_states(self, motion: JointMotion) -> Array:
         """State that each segment of a program would reach in the end, (N - 1, S)."""
 
+    def mean_losses(self, motion: Callable[[], JointMotion]) -> MeanLosses:
+        """Heat of the drives over a program, whose motion is asked for only where the model needs it."""
+
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link ("a2", "d4", ...) at distances x (M,) [m] from its base end, (M,) [K]."""
 
@@ -74,9 +77,6 @@ class ArmHeat(ThermalModel, Protocol):
 
     def starting(self, state: Array | None) -> Self:
         """The model that begins with a state, (S,); None: cold, in balance with the air."""
-
-    def mean_losses(self, motion: Callable[[], JointMotion]) -> MeanLosses:
-        """Heat of the drives over a program, whose motion is asked for only where the model needs it."""
 
     def heat_sources(self, loss: tuple[float, ...] = ()) -> HeatSources:
         """Where heat comes from; ``loss`` of each drive while the robot works [W], default as the drives are rated."""
@@ -101,7 +101,7 @@ def state_with_rises(heat: ArmHeat, which: IntArray, rise: Array, state: Array |
     return np.asarray(state + heat.state_gain(which) @ (rise - heat.outputs[which] @ state))
 
 
-def with_losses(heat: ArmHeat, duties: Sequence[Duty], motion: JointMotion) -> list[Duty]:
+def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion) -> list[Duty]:
     """Duties with the losses of a program that ran at their feeds, where the model asks for them.
 
     Args:

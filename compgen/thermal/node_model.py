@@ -134,10 +134,10 @@ class NodeModel:
 
 def cold_arm() -> NodeModel:
     """Of an arm whose warmth nobody has measured: one node, which never rises."""
-    still, ever = np.zeros(1), np.array([0.0, np.inf])
+    never, ever = np.zeros(1), np.array([0.0, np.inf])
     return NodeModel(
         names=("arm",),
-        reference_rise=still,
+        reference_rise=never,
         exponent=np.ones(1),
         tau=np.full(1, HOUR),
         idle=0.0,

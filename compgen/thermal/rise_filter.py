@@ -209,8 +209,8 @@ def transition(lag: tuple[float, ...], law: tuple[float, ...], time: float) -> t
     for k in range(K):
         A = np.array([[-1 / lag[k], 1 / lag[k]], [0.0, -1 / MEMORY]])
         G = np.diag([0.0, 2 * law[k] ** 2 / MEMORY])
-        whole = expm(np.block([[-A, G], [np.zeros((2, 2)), A.T]]) * time)
-        f = whole[2:, 2:].T
+        exponential = expm(np.block([[-A, G], [np.zeros((2, 2)), A.T]]) * time)
+        f = exponential[2:, 2:].T
         rows = np.ix_([k, K + k], [k, K + k])
-        F[rows], Q[rows] = f, f @ whole[:2, 2:]
+        F[rows], Q[rows] = f, f @ exponential[:2, 2:]
     return F, (Q + Q.T) / 2

@@ -65,8 +65,8 @@ def expand_steps(
         else:
             duties = [Duty(step.state, step.feed, step.duration or 0.0, step.share)]
         if step.shifts:
-            whole, duties, now = duties, [], clock
-            for duty in whole:
+            uncut, duties, now = duties, [], clock
+            for duty in uncut:
                 duties += cut_at_shifts(duty, shifts, now)
                 now += duty.duration
         clock += sum(d.duration for d in duties)

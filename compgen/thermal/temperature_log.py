@@ -56,25 +56,25 @@ class Temperatures:
         Raises:
             InputError: The reference was not measured.
         """
-        still, has_air = np.zeros(len(self.time)), self.ambient is not None
+        constant, has_air = np.zeros(len(self.time)), self.ambient is not None
         if reference == "ambient":
             if self.ambient is None:
                 raise InputError(
                     f"{self.table.source}: column ambient_degC: missing; rises shall count from the air "
                     "(reference = 'ambient')"
                 )
-            return TemperatureLog(self.time, still, {n: v - self.ambient for n, v in self.readings.items()})
+            return TemperatureLog(self.time, constant, {n: v - self.ambient for n, v in self.readings.items()})
         early = self.time <= self.time[0] + window
         if reference == "start":
-            air = still if self.ambient is None else self.ambient - float(np.median(self.ambient[early]))
+            air = constant if self.ambient is None else self.ambient - float(np.median(self.ambient[early]))
             rises = {n: v - _first_reading(self, n, early) for n, v in self.readings.items()}
             return TemperatureLog(self.time, air, rises, has_air)
-        air = still if self.ambient is None else self.ambient - reference
+        air = constant if self.ambient is None else self.ambient - reference
         return TemperatureLog(self.time, air, {n: v - reference for n, v in self.readings.items()}, has_air)
 
 
 def read_temperature_log(
-    source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str], air: bool = False
+    source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str], *, air: bool = False
 ) -> Temperatures:
     """Read a log.
 
@@ -88,11 +88,13 @@ def read_temperature_log(
         InputError: Not readable, a column that is missing, unknown or of a rise that another one shows too, a cell that
             is no number, time that does not rise, a temperature that no cell has.
     """
-    return temperatures_of(read_csv(source, ("time_s", "ambient_degC") if air else ("time_s",)), nodes, sensors, air)
+    return temperatures_of(
+        read_csv(source, ("time_s", "ambient_degC") if air else ("time_s",)), nodes, sensors, air=air
+    )
 
 
 def temperatures_of(
-    table: CsvTable, nodes: Sequence[str], sensors: Mapping[str, str], air: bool = False
+    table: CsvTable, nodes: Sequence[str], sensors: Mapping[str, str], *, air: bool = False
 ) -> Temperatures:
     """``read_temperature_log`` for a table that is at hand."""
     source = table.source
@@ -202,10 +204,10 @@ def read_growing_log(source: str | Path, nodes: Sequence[str], sensors: Mapping[
 
 def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str]) -> GrowingLog:
     """``read_growing_log`` for bytes that are at hand."""
-    whole = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
+    lines = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
     rows = [
         (n, [cell.strip() for cell in line.split(",")])
-        for n, line in enumerate(whole.splitlines(), 1)
+        for n, line in enumerate(lines.splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not rows:

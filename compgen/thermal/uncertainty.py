@@ -11,13 +11,13 @@ in ``DisturbedHeat``.
 Sizes are standard deviations of the robot file's table ``thermal.uncertainty``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.thermal.duty import Duty, JointMotion
+from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.history import History
 from compgen.thermal.integration import state_after
 from compgen.thermal.model import ThermalModel
@@ -157,6 +157,10 @@ class DisturbedHeat:
         faster = replace(motion, driven=motion.driven * (1 + self.change.feed))
         states = self.changed.steady_states(faster)
         return np.hstack([states, np.broadcast_to(self._goal, (len(states), len(self.names)))])
+
+    def mean_losses(self, motion: Callable[[], JointMotion]) -> MeanLosses:
+        """Heat of the drives over a program."""
+        return self.base.mean_losses(motion)
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link without what is missed, (M,) [K]."""

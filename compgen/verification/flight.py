@@ -14,7 +14,7 @@ from compgen.program.ways import chains, commanded_joints, interpolate_poses, pa
 from compgen.thermal import Duty, initial_state
 from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.history import History
-from compgen.thermal.network import with_losses
+from compgen.thermal.model import with_losses
 from compgen.verification.twin import Twin
 
 #: starts, and how much each counts in the mean of the rises

@@ -14,7 +14,7 @@ import compgen
 from compgen.cli.screen.junit import Outcome, junit_xml
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
-from compgen.error_model.unknown import NOT_KNOWN, Unknown, still_unknown
+from compgen.error_model.unknown import NOT_KNOWN, Unknown, remaining_unknown
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
@@ -72,7 +72,7 @@ def test_small_sources_are_not_listed():
 
 
 def test_what_is_identified_is_no_longer_unknown():
-    assert [row.what for row in still_unknown(NOT_KNOWN, {"geometry"})] == [
+    assert [row.what for row in remaining_unknown(NOT_KNOWN, {"geometry"})] == [
         "play", "repeatability", "the controller's motion",
     ]  # fmt: skip
 

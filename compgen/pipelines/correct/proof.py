@@ -13,8 +13,7 @@ from compgen.core.arrays import Array, BoolArray, norm, rms
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector
 from compgen.pipelines.correct.station_corrections import LARGEST_TURN, explained_turns
-from compgen.thermal.ensemble import Ensemble, Start
-from compgen.thermal.ensemble_starts import starts_to_fly, weighted_starts
+from compgen.thermal.ensemble import Ensemble, Start, starts_to_fly, weighted_starts
 from compgen.verification.flight import Flight, pose_errors
 
 

@@ -25,8 +25,7 @@ from compgen.pipelines.uncertainty.band import DrivenProgram
 from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
-from compgen.thermal.ensemble import Start, duties_before
-from compgen.thermal.ensemble_starts import starts_to_fly
+from compgen.thermal.ensemble import Start, duties_before, starts_to_fly
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import PreparedProgram, prepare
 from compgen.verification.verdict import judge

@@ -14,7 +14,7 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
-from compgen.error_model.unknown import Unknown, still_unknown
+from compgen.error_model.unknown import Unknown, remaining_unknown
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
 from compgen.job.uncertainty import JobUncertainty, open_log_end, quantities_of
@@ -82,7 +82,7 @@ def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
         UNSEEN, (0.0, band.hidden), "the largest error of one sensor that nothing in the log contradicts", ""
     )
     of_log = (hidden,) if band.hidden else ()
-    return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources, *of_log
+    return *remaining_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources, *of_log
 
 
 def assumed_findings(cell: Cell) -> tuple[Finding, ...]:

@@ -1,6 +1,6 @@
 """The thermal models of a robot file: nodes with their profiles, the network, and what they make grow."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from compgen.robot.dh_lengths import DH_LENGTHS, dh_length
 from compgen.robot.robot import Robot
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.thermal.drive_losses import Drives
-from compgen.thermal.network import Body, Housing, NetworkModel, assemble_volumes, modal_form
+from compgen.thermal.network import Body, Housing, NetworkModel, Volumes, assemble_volumes, modal_form
 from compgen.thermal.node_model import MeasuredBox
 from compgen.thermal.tables import schema as sc
 
@@ -129,22 +129,7 @@ def network_of(
     for length in heated:
         if length not in rows:
             raise InputError(f"{key}.body: no body is named '{length}', which has a profile; add it")
-    probes, names = [], []
-    for i, probe in enumerate(table.probe):
-        if probe.part not in rows:
-            raise InputError(f"{key}.probe.{i}.part: '{probe.part}' is unknown{suggest(probe.part, list(rows))}")
-        candidates = np.flatnonzero(volumes.part == rows[probe.part])
-        weight = np.zeros(len(volumes.part))
-        weight[candidates[int(np.argmin(np.abs(volumes.place[candidates] - (probe.at_mm or 0.0) * MM)))]] = 1.0
-        probes.append(weight)
-        names.append(probe.name)
-    for body in bodies:
-        if body.name in heated or body.name == "base":
-            inside = volumes.part == rows[body.name]
-            probes.append(inside / inside.sum())
-            names.append(body.name)
-    if len(set(names)) < len(names):
-        raise InputError(f"{key}.probe: two rises have one name among {', '.join(names)}; rename a probe")
+    names, probes = _named_rises(table, volumes, bodies, rows, heated, key)
     rate, shapes = modal_form(volumes)
     model = NetworkModel(
         names=tuple(names),
@@ -181,6 +166,38 @@ def network_of(
         for p in nodes.profiles
     )
     return model, means
+
+
+def _named_rises(
+    table: sc.NetworkTable,
+    volumes: Volumes,
+    bodies: Sequence[Body],
+    rows: Mapping[str, int],
+    heated: Sequence[str],
+    key: str,
+) -> tuple[list[str], list[Array]]:
+    """Names of the rises, and what each takes from the volumes (V,): probes, then means of the base and of what grows.
+
+    Raises:
+        InputError: A probe of no part, or two rises of one name.
+    """
+    probes, names = [], []
+    for i, probe in enumerate(table.probe):
+        if probe.part not in rows:
+            raise InputError(f"{key}.probe.{i}.part: '{probe.part}' is unknown{suggest(probe.part, list(rows))}")
+        candidates = np.flatnonzero(volumes.part == rows[probe.part])
+        weight = np.zeros(len(volumes.part))
+        weight[candidates[int(np.argmin(np.abs(volumes.place[candidates] - (probe.at_mm or 0.0) * MM)))]] = 1.0
+        probes.append(weight)
+        names.append(probe.name)
+    for body in bodies:
+        if body.name in heated or body.name == "base":
+            inside = volumes.part == rows[body.name]
+            probes.append(inside / inside.sum())
+            names.append(body.name)
+    if len(set(names)) < len(names):
+        raise InputError(f"{key}.probe: two rises have one name among {', '.join(names)}; rename a probe")
+    return names, probes
 
 
 def growth_of(robot: Robot, names: Sequence[str], reference: Array, profiles: Sequence[Profile]) -> tuple[Array, Array]:

@@ -48,7 +48,7 @@ def uncertainty_of(
     if is_network:
         growth = {length: _from_the_other_end(limits) for length, limits in growth.items()}
 
-    def given(value: float | None, assumed: float, unit: float = 1.0) -> float:
+    def value_or(value: float | None, assumed: float, unit: float = 1.0) -> float:
         return assumed if value is None else value * unit
 
     # the network has other names; its errors build up like the arm as a whole
@@ -56,11 +56,11 @@ def uncertainty_of(
     if is_network:
         lag = np.full(len(heat.names), float(lag.mean()))
     return ThermalUncertainty(
-        law=given(table.law_K, LAW),
-        sensors=given(table.sensors_K, SENSORS),
-        air=given(table.air_K, AIR),
-        feed=given(table.feed_percent, FEED, PERCENT),
-        missing=given(table.missing_percent, MISSING, PERCENT),
+        law=value_or(table.law_K, LAW),
+        sensors=value_or(table.sensors_K, SENSORS),
+        air=value_or(table.air_K, AIR),
+        feed=value_or(table.feed_percent, FEED, PERCENT),
+        missing=value_or(table.missing_percent, MISSING, PERCENT),
         lag=lag,
         reference_time=thermal.reference_h * HOUR,
         idle=thermal.idle_fraction,
