@@ -8,9 +8,8 @@ from command_line import refused, run
 from shipped import ROOT, path_file, quiet
 
 from compgen.core.units import UM
-from compgen.pipelines.study.live_build import build_live
-from compgen.pipelines.study.live_check import Agreement
-from compgen.pipelines.study.live_model import planned_setting
+from compgen.pipelines.study.live_build import Agreement, build_live
+from compgen.pipelines.study.live_day import planned_setting
 from compgen.report.live import live_section
 
 LINE = ROOT / "paths" / "line_y.toml"

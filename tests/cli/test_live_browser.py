@@ -11,8 +11,8 @@ from shipped import ROOT, path_file, quiet
 from compgen.core.units import UM
 from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import build_live
-from compgen.pipelines.study.live_check import drawn_settings
-from compgen.pipelines.study.live_model import at, overrides_of, planned_setting
+from compgen.pipelines.study.live_day import drawn_settings, overrides_of, planned_setting
+from compgen.pipelines.study.live_places import at
 
 BROWSER_AND_PYTHON = 1e-6  # [um] that the script may be from the same formula in Python
 PAGE_AND_COMMAND = 0.2  # [um] that a page may be from the full computation

@@ -8,13 +8,10 @@ from shipped import path_file, quiet
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study.geometry import lay_out
-from compgen.pipelines.study.live_build import build_live
-from compgen.pipelines.study.live_check import check, drawn_settings
-from compgen.pipelines.study.live_model import at, overrides_of, planned_setting, state_of
-from compgen.pipelines.study.sample_band import band_at_samples
-from compgen.thermal import state_after
-from compgen.thermal.ensemble import Start, duties_before
+from compgen.pipelines.study.geometry import band_at_samples, lay_out
+from compgen.pipelines.study.live_build import build_live, check
+from compgen.pipelines.study.live_day import drawn_settings, history_at, overrides_of, planned_setting
+from compgen.pipelines.study.live_places import at
 from compgen.verification.deviation import deviation_from_path
 
 #: a schedule: runs of another program and a pause before, two shifts of own runs, air that swings
@@ -134,13 +131,15 @@ def test_as_planned_before_and_after_are_the_report_s(spiral):
     assert overrides_of(spiral.live.day, setting) == []
 
 
-def test_the_state_is_that_of_the_thermal_model(schedule):
-    setting = moved(schedule, run=14.0)
-    state, job = state_of(schedule.live, setting), schedule.job
-    heat, history = job.heat, job.history
-    expected = state_after(heat, duties_before(history, Start(13)), np.zeros(len(heat.rate)))
-    np.testing.assert_allclose(state.z, expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
-    assert state.elapsed == pytest.approx(history.clock + history.runs[13])
+def test_the_state_is_that_of_the_job_read_anew(schedule):
+    setting = moved(schedule, run=14.0, repeat=11.0, feed=75.0, duty=0.7)
+    history, day = history_at(schedule.live.day, setting), schedule.live.day
+    overrides = [*SCHEDULE, NETWORK, *overrides_of(day, setting)]
+    job = load_job(path_file("line_y"), overrides=overrides)
+    expected = job.history.state(job.heat)
+    np.testing.assert_allclose(history.state(day.cell.heat), expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+    assert history.clock == pytest.approx(job.history.clock)
+    assert history.clock > schedule.job.history.runs[13]
 
 
 def test_settings_are_drawn_the_same_every_time_and_inside_the_ranges(schedule):
@@ -167,9 +166,8 @@ def test_stretches_that_keep_to_the_shifts_have_their_sliders(model):
     live_job = built("line_y", *IN_SHIFTS, f"robot.thermal.model={model}")
     assert kinds(live_job)[:-3] == ["duration", "repeat", "feed", "duty", "duration", "feed", "duty"]
     assert check(live_job).largest < 0.02 * UM
-    state = state_of(live_job.live, planned_setting(live_job.live.day))
     before = live_job.job.history.before
-    assert [stage.state for stage in state.stages] == [duty.state for duty in before]
+    assert history_at(live_job.live.day, planned_setting(live_job.live.day)).before == before
     assert {"moving", "idle", "off"} == {duty.state for duty in before}
 
 

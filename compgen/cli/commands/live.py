@@ -24,8 +24,7 @@ def sliders(path: str, robot: str | None, overrides: Sequence[str], quiet: bool,
     Raises:
         CompgenError: The path cannot be read, driven or corrected, and there is nothing else on the page.
     """
-    from compgen.pipelines.study.live_build import build_live
-    from compgen.pipelines.study.live_check import check
+    from compgen.pipelines.study.live_build import build_live, check
     from compgen.report.live import live_section, without_sliders
 
     try:

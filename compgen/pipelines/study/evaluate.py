@@ -14,8 +14,7 @@ from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study.geometry import Geometry, execute_with, lay_out
-from compgen.pipelines.study.sample_band import band_at_samples
+from compgen.pipelines.study.geometry import Geometry, band_at_samples, execute_with, lay_out
 from compgen.pipelines.study.scenarios import Scenario, Study
 from compgen.verification.deviation import Deviation, deviation_from_path, statistics
 

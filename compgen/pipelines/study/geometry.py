@@ -1,19 +1,28 @@
 """What scenarios share that differ in temperatures only: path, joints, timing and the controller's execution."""
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.pose import Pose
+from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.uncertainty import JobUncertainty, quantities_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
+from compgen.pipelines.uncertainty.band import Places, columns_at
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion
+from compgen.thermal.history import History
+from compgen.verification.band import Band, band_of
 from compgen.verification.twin import Execution, PreparedProgram, prepare
+
+SAMPLES = 200  # of a band, evenly
+DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -72,17 +81,22 @@ def executed(job: Job, path: ToolPath, prepared: PreparedProgram) -> Geometry:
     )
 
 
-def execute_with(job: Job, geometry: Geometry) -> Execution:
-    """The uncorrected text executed with another job's warmth: the twin's clock, heat and arm."""
-    rise = geometry.rises(job)
-    actual = flown_pose(job, geometry, rise)
+def execute_with(job: Job, geometry: Geometry, rise: Array | None = None) -> Execution:
+    """The uncorrected text executed with another job's warmth: the twin's clock, heat and arm.
+
+    Args:
+        job: With that warmth.
+        geometry: Executed before.
+        rise: At the samples, (M, K) [K]; None: as the job's run.
+    """
+    rise = geometry.rises(job) if rise is None else rise
     return Execution(
         segment=geometry.segment,
         fraction=geometry.fraction,
         time=geometry.now,
         rise=rise,
         theta=geometry.theta,
-        actual=actual,
+        actual=flown_pose(job, geometry, rise),
     )
 
 
@@ -105,3 +119,64 @@ def displacement(job: Job, geometry: Geometry, rise: Array) -> Array:
     """Error vectors at the samples for given rises (K,) or (M, K) [K], (M, 3) [m]: actual minus nominal."""
     model, theta = model_of(job), geometry.theta
     return np.asarray(model.actual_pose(theta, np.atleast_2d(rise)).position - model.nominal_pose(theta).position)
+
+
+def band_at_samples(job: Job, geometry: Geometry, history: History | None = None, rise: Array | None = None) -> Band:
+    """What a job's files leave open at some samples of its path, wherever it touches.
+
+    Args:
+        job: Its warmth may be another than the geometry's.
+        geometry: The path, executed.
+        history: What went before, where it is not the job's.
+        rise: Then, (K,) or at the samples (n, K) [K]; None: as the job's rises run.
+    """
+    some = some_samples(geometry)
+    thin = geometry.at(some)
+    rises = thin.rises(job) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
+    motion = turns_at(job, geometry, some)
+    places = Places(theta=thin.theta, time=thin.now, rise=rises, motion=motion, tool=job.tool.pose)
+    uncertainty = uncertainty_along(job, geometry)
+    columns = columns_at(job.cell, history or job.history, job.feed, uncertainty, places, model_of(job))
+    return band_of([columns], np.arange(len(some)), part_weight(geometry, thin), job.cell.fit.scale)
+
+
+def turns_at(job: Job, geometry: Geometry, rows: IntArray) -> DirectionState:
+    """Which way a job's joints and tool have turned at some samples."""
+    return direction_states(reversal_widths(job.sources), geometry.theta, _nominal(job, geometry)).at(rows)
+
+
+def uncertainty_along(job: Job, geometry: Geometry) -> JobUncertainty:
+    """What a job does not know, with the middle of its way for the middle of the part."""
+    position = _nominal(job, geometry)
+    return quantities_of(job, middle=(position.min(axis=0) + position.max(axis=0)) / 2)
+
+
+def _nominal(job: Job, geometry: Geometry) -> Array:
+    """Where the controller believes the tool is, (M, 3) [m]."""
+    return model_of(job).nominal_pose(geometry.theta).position
+
+
+def some_samples(geometry: Geometry) -> IntArray:
+    """Which samples of a geometry stand for its band: evenly where the tool touches, and what lies farthest out there.
+
+    What is open is smooth along the part and largest at its rim: the farthest in each direction are among them, for
+    either way that the tool goes, because play and friction follow it.
+    """
+    position = _nominal(geometry.job, geometry)
+    touching = np.flatnonzero(part_weight(geometry, geometry))
+    rows = touching if len(touching) else np.arange(len(geometry.now))
+    along = np.gradient(position, axis=0)[rows] if len(rows) > 1 else np.zeros((1, 3))
+    evenly = rows[np.linspace(0, len(rows) - 1, min(SAMPLES, len(rows))).astype(int)]
+    ways = [rows[sign * along[:, axis] >= 0] for axis in range(3) for sign in (-1, 1)]
+    rim = [way[np.argmax(position[way] @ DIRECTIONS.T, axis=0)] for way in ways if len(way)]
+    return np.asarray(np.unique(np.concatenate([evenly, *rim])))
+
+
+def part_weight(geometry: Geometry, thin: Geometry) -> Array:
+    """One between waypoints that both touch, zero elsewhere, at the samples of a thinned geometry.
+
+    A job's band is of its touching waypoints: beyond the last of them it would be a little larger.
+    """
+    contact = geometry.path.contact
+    both = contact[:-1] & contact[1:]
+    return np.asarray((both if both.any() else contact[:-1] | contact[1:])[thin.segment].astype(float))

@@ -1,30 +1,33 @@
-"""From a path file to what its living page carries: plan, correction and text once, and what each kelvin does."""
+"""From a path file to what its living page carries, and how far its formula is from the full computation.
+
+Plan, correction and text are made once, with what each kelvin does to them. Then the files are read anew at settings
+that are drawn with a seed, and both texts flown by the twin at every sample.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, own, rms
 from compgen.core.stages import Progress
-from compgen.job.job import Job
+from compgen.core.units import UM
+from compgen.pipelines.files.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.averaging import planned_rises
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.pipelines.study.geometry import Geometry, executed, lay_out
-from compgen.pipelines.study.live_band import LiveBand, band_places
-from compgen.pipelines.study.live_day import NodeLaw, fixed_stages
-from compgen.pipelines.study.live_model import Heat, Live
-from compgen.pipelines.study.live_places import Flown, fly_planned, places_of
-from compgen.pipelines.study.live_sliders import Day, day_of
-from compgen.thermal import Duty, state_after
-from compgen.thermal.ensemble import Start, duties_before
-from compgen.thermal.history import History
+from compgen.pipelines.study.geometry import Geometry, band_at_samples, executed, flown_pose, lay_out, some_samples
+from compgen.pipelines.study.live_band import LiveBand, band_at, band_places
+from compgen.pipelines.study.live_day import Setting, cycle_of, drawn_settings, overrides_of, planned_setting
+from compgen.pipelines.study.live_places import Flown, Live, at, fly_planned, places_of
+from compgen.pipelines.study.live_sliders import day_of
+from compgen.verification.deviation import percentile99, sample_lengths
 from compgen.verification.twin import prepare
 
 FIRST_START = "start={run=1, delay_min=0}"
+BOUND = 0.2 * UM
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -43,6 +46,29 @@ class LiveJob:
     band: LiveBand
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Agreement:
+    """The formula less the full computation at D settings: largest, p99 and rms of the error on the part."""
+
+    settings: tuple[Setting, ...]
+    before: Array  # (D, 3) [m]
+    after: Array  # (D, 3) [m]
+    band: Array  # (D,) [m] of its largest radius
+
+    def __post_init__(self) -> None:
+        own(self, before=("D", 3), after=("D", 3), band=("D",))
+
+    @property
+    def largest(self) -> float:
+        """How far the two are apart at most, in any of the numbers that are shown [m]."""
+        return float(max(np.abs(rows).max() for rows in (self.before, self.after, self.band)))
+
+    @property
+    def is_close(self) -> bool:
+        """Whether that is within what a page promises."""
+        return self.largest <= BOUND
+
+
 def build_live(path_file: str, robot: str | None, overrides: Sequence[str], progress: Progress) -> LiveJob:
     """Plan, correct and execute a path, and take what its living page carries.
 
@@ -56,16 +82,19 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
     planned, corrected = generate.generate(job, progress)
     prepared = prepare(twin_of(job), corrected.program, job.history.before, job.history.air)
     before, after = (
-        fly_planned(job, geometry, rises_as_planned(job, geometry))
+        fly_planned(job, geometry, _rises_as_planned(job, geometry))
         for geometry in (planned_text, executed(job, planned.path, prepared))
     )
-    cte = next((slider.value for slider in day.sliders if slider.kind == "cte"), None)
-    dearer = None
+    cte, dearer = next((slider.value for slider in day.sliders if slider.kind == "cte"), None), None
     if cte is not None:
         dearer = load_job(path_file, robot, [*overrides, f"robot.thermal.cte_um_m_K={2 * cte!r}"])
-    places = [places_of(job, flown, dearer) for flown in (before, after)]
-    live = Live(day, _heat(first, day), places[0], places[1], 1.0 if cte is None else cte)
-    band = band_places(job, live, planned_text, dearer)
+    live = Live(
+        day=day,
+        cycle=cycle_of(day),
+        before=places_of(job, before, dearer),
+        after=places_of(job, after, dearer),
+        cte=1.0 if cte is None else cte,
+    )
     return LiveJob(
         path_file=path_file,
         robot=robot,
@@ -76,37 +105,48 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
         before=before,
         after=after,
         live=live,
-        band=band,
+        band=band_places(job, live, planned_text, dearer),
     )
 
 
-def rises_as_planned(job: Job, geometry: Geometry) -> Array:
+def _rises_as_planned(job: Job, geometry: Geometry) -> Array:
     """Rises at the samples of a text as planned; of a file for several starts their mean, (M, K) [K]."""
     if job.ensemble is None:
         return geometry.rises(job)
     return geometry.rises_of(geometry.prepared.with_rise(planned_rises(job, geometry.motion)))
 
 
-def _heat(job: Job, day: Day) -> Heat:
-    heat, history = job.cell.heat, job.history
-    stops = next((slider.stops for slider in day.sliders if slider.kind == "run"), (1.0,))
-    run = np.array([history.runs[int(n) - 1] for n in stops])
-    until = [cycle_until(history, t) for t in run.tolist()]
-    cycle = np.array([state_after(heat, duties, np.zeros(len(heat.rate))) for duties in until])
-    stages = tuple(tuple(fixed_stages(duties)) for duties in until)
-    law = None if heat.law is None else NodeLaw.of(heat.law)
-    return Heat(
-        model=heat,
-        law=law,
-        air=history.air,
-        standing=heat.steady_state(history.standing),
-        run=run,
-        cycle=cycle,
-        cycle_stages=stages,
-    )
+def check(live_job: LiveJob) -> Agreement:
+    """Compare at the planned setting and at drawn ones: the job read anew with each, both texts flown by the twin.
+
+    Raises:
+        CompgenError: A setting cannot be read or flown.
+    """
+    live = live_job.live
+    settings = (planned_setting(live.day), *drawn_settings(live.day.sliders))
+    texts = ((live_job.before, live.before), (live_job.after, live.after))
+    errors: tuple[list[Array], list[Array]] = ([], [])
+    band: list[float] = []
+    for setting in settings:
+        job = _job_at(live_job, setting)
+        for rows, (flown, places) in zip(errors, texts, strict=True):
+            shown = at(live, setting, places)
+            rows.append(np.array([shown.largest, shown.p99, shown.rms]) - _full(job, flown))
+        geometry = live_job.before.geometry
+        whole = band_at_samples(job, geometry, rise=geometry.rises(job)[some_samples(geometry)]).largest
+        band.append(band_at(live, live_job.band, setting).largest - whole)
+    return Agreement(settings, np.array(errors[0]), np.array(errors[1]), np.array(band))
 
 
-def cycle_until(history: History, time: float) -> tuple[Duty, ...]:
-    """What the cycle does until a moment [s] after the first run's start."""
-    alone = replace(history, before=(), runs=(time,))
-    return duties_before(alone, Start())
+def _job_at(live_job: LiveJob, setting: Setting) -> Job:
+    """The job of a setting, read from its files."""
+    overrides = overrides_of(live_job.live.day, setting, averaged=live_job.job.ensemble is not None)
+    return load_job(live_job.path_file, live_job.robot, [*live_job.overrides, *overrides])
+
+
+def _full(job: Job, flown: Flown) -> Array:
+    """Largest, p99 and rms of the error of a text on the part, flown by the twin in another state, (3,) [m]."""
+    actual = flown_pose(job, flown.geometry, flown.geometry.rises(job)).position
+    size = np.linalg.norm((flown.error + actual - flown.position)[flown.on_part], axis=1)
+    weight = sample_lengths(flown.arc)[flown.on_part]
+    return np.array([size.max(), percentile99(size, weight), rms(size, weight)])

@@ -1,28 +1,39 @@
-r"""The day before a program as stages that sliders move: what each does to the modes of a heat model, in closed form.
-
-A stage repeats n times a stretch of motion of length T, which heats towards m, and a rest of length D towards h:
-
-    z -> e^{-rate (T + D)} z + c        once,     c = (m (1 - e^{-rate T}) - h) e^{-rate D} + h
-    z -> q^n z + c (1 - q^n) / (1 - q)  n times,  q = e^{-rate (T + D)}
-
-With f the feed and s the share of the time in motion, the nodes' goals are their own law, and the network's lie between
-moving and held, which are known at the feeds of a table (each is a program planned anew):
-
-    m = A (i + (1 - i) s (f / f_ref)^p)        h = A i            (nodes)
-    m = s M(f) + (1 - s) H(f)                  h = H(f)           (network)
-
-Servo off, goals are zero. ``report/live/live.js`` has the same formulas with the same letters.
-"""
+"""The day before a program as sliders move it: the steps of its path file, and the history that a setting leaves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.thermal import Duty, NodeModel
-from compgen.thermal.schedule import Shift, cut_at_shifts
+from compgen.core.units import HOUR, MINUTE, MM
+from compgen.pipelines.files.day_plan import Programs, plan_history
+from compgen.pipelines.files.job import Cell
+from compgen.thermal import Duty, NodeModel, ThermalModel, state_after
+from compgen.thermal.ensemble import Start, duties_before, started
+from compgen.thermal.history import History
+from compgen.thermal.schedule import Shift, Step
+
+STARTS = ("delay", "run")  # kinds of sliders that say which start is meant
+ONE_START = "compensation.average_over={override_percent=[100]}"  # of a file that serves several: this one alone
+Setting = tuple[float, ...]  # a value of each slider, in its unit
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Slider:
+    """One number of the day that can be moved."""
+
+    kind: str  # duration, repeat, feed, duty, air, delay, run or cte
+    key: str  # of the path or robot file
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    value: float  # as planned, in its unit
+    stops: tuple[float, ...] = ()  # the only values that it takes; any where there are none
+    stage: int = -1  # that it moves
+    knots: tuple[float, ...] = ()  # what a unit of it adds to the air at each knot [K]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,147 +42,116 @@ class Stops:
 
     feed: Array  # (F,) [m/s] rising
     run_time: Array  # (F,) [s] of one run
-    moving: Array  # (F, S) M; without columns for the nodes
-    held: Array  # (F, S) H
+    moving: Array  # (F, S) steady states of endless motion; without columns where a law says them
+    held: Array  # (F, S) and of standing
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stage:
+    """An entry of [[before]], and what a page needs to move it."""
+
+    step: Step
+    run_time: float = 0.0  # [s] of one run as planned, where it repeats
+    goal: Array | None = None  # (S,) steady state that no slider moves; None: by law or stops
+    stops: Stops | None = None  # None: the law of the nodes says its heat
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Stage:
-    """An entry of [[before]], or a part of one."""
+class Day:
+    """The day of a job, and the sliders that move it."""
 
-    state: Literal["moving", "idle", "off"]
-    duration: float  # [s] T; of repeats one run
-    feed: float = 0.0  # [m/s]
-    share: float = 1.0
-    count: int = 1  # n
-    dwell: float = 0.0  # [s] D
-    rest: Literal["moving", "idle", "off"] = "idle"  # during the dwell
-    repeated: bool = False  # runs of a program, whose time the feed decides
-    stops: Stops | None = None  # None: the law of the nodes says its heat
-    goal: Array | None = None  # (S,) of a stage whose heat no slider moves; None: by law or stops
-    keeps_to_shifts: bool = False  # moves in the working hours only: idle in their breaks, off between them
-
-    @property
-    def total(self) -> float:
-        """How long it takes in all [s]."""
-        return self.count * (self.duration + self.dwell)
+    stages: tuple[Stage, ...]
+    sliders: tuple[Slider, ...]
+    missing: tuple[str, ...]  # sentences: which sliders there are not, and why
+    shifts: tuple[Shift, ...]  # of every day, for stages that keep to them
+    clock: float  # [s] of the day at which the first stage begins
+    cell: Cell
+    history: History  # as planned, to the first run
+    programs: Programs  # that its steps name
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class NodeLaw:
-    """The law of S nodes."""
+class Cycle:
+    """What the cycle does until each of R runs that a slider stops at."""
 
-    rate: Array  # (S,) [1/s]
-    amplitude: Array  # (S,) [K] A
-    exponent: Array  # (S,) p
-    idle: float  # i
-    reference_feed: float  # [m/s] f_ref
+    run: Array  # (R,) [s] when it begins, from the first
+    duties: tuple[tuple[Duty, ...], ...]  # (R,)
 
-    @classmethod
-    def of(cls, heat: NodeModel) -> "NodeLaw":
-        """Of the robot file's nodes."""
-        amplitude = heat.reference_rise / -np.expm1(-heat.reference_time / heat.tau)
-        return cls(1 / heat.tau, amplitude, heat.exponent, heat.idle, heat.reference_feed)
-
-    def moving(self, feed: float, share: float) -> Array:
-        """m, (S,)."""
-        motion = (feed / self.reference_feed) ** self.exponent
-        return np.asarray(self.amplitude * (self.idle + (1 - self.idle) * share * motion))
-
-    def held(self) -> Array:
-        """h, (S,)."""
-        return self.amplitude * self.idle
-
-    def changed(self, feed: float, scale: Array, lag: Array, reference_time: float) -> "NodeLaw":
-        """With relative changes of the feed and of the rises, and changes of the logarithms of the time constants."""
-        old, new = self.rate, self.rate * np.exp(-lag)
-        steady = np.expm1(-reference_time * old) / np.expm1(-reference_time * new)
-        return replace(
-            self,
-            rate=new,
-            amplitude=self.amplitude * (1 + scale) * steady,
-            reference_feed=self.reference_feed / (1 + feed),
-        )
+    def modes(self, heat: ThermalModel) -> Array:
+        """Modes of a model that begin it at zero, in still air, (R, S)."""
+        return np.array([state_after(heat, duties, np.zeros(len(heat.rate))) for duties in self.duties])
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class BuildUp:
-    """How what a law misses builds up: towards one while in motion."""
-
-    rate: Array  # (K,) [1/s]
-    idle: float
-
-    def moving(self, feed: float, share: float) -> Array:
-        """m, (K,)."""
-        return np.full(len(self.rate), self.idle + (1 - self.idle) * share)
-
-    def held(self) -> Array:
-        """h, (K,)."""
-        return np.full(len(self.rate), self.idle)
+def law_of(heat: ThermalModel) -> NodeModel | None:
+    """The model, where its heat is a law in feed and duty; None where programs say it."""
+    return heat if isinstance(heat, NodeModel) else None
 
 
-def after_stages(law: NodeLaw | BuildUp | None, rate: Array, stages: Sequence[Stage], state: Array) -> Array:
-    """State after the stages in still air, (S,).
+def cycle_of(day: Day) -> Cycle:
+    """The cycle of a day, until the runs of its slider; until the first where there is none."""
+    stops = next((slider.stops for slider in day.sliders if slider.kind == "run"), (1.0,))
+    runs, alone = [int(number) - 1 for number in stops], replace(day.history, before=())
+    duties = tuple(duties_before(alone, Start(run)) for run in runs)
+    return Cycle(np.array(day.history.runs)[runs], duties)
+
+
+def planned_setting(day: Day) -> Setting:
+    """All sliders as planned."""
+    return tuple(slider.value for slider in day.sliders)
+
+
+def drawn_settings(sliders: Sequence[Slider], count: int = 20, seed: int = 19) -> tuple[Setting, ...]:
+    """Settings anywhere in the ranges of the sliders, at their steps; the same for the same sliders."""
+    generator = np.random.default_rng(seed)
+
+    def draw(slider: Slider) -> float:
+        if slider.stops:
+            return slider.stops[int(generator.integers(len(slider.stops)))]
+        steps = round((slider.high - slider.low) / slider.step)
+        return float(round(slider.low + slider.step * int(generator.integers(steps + 1)), 9))
+
+    return tuple(tuple(draw(slider) for slider in sliders) for _ in range(count))
+
+
+def overrides_of(day: Day, setting: Setting, *, averaged: bool = False) -> list[str]:
+    """What ``--set`` says of a setting: the sliders that are not as planned.
 
     Args:
-        law: Of the goals; None: every stage that heats has stops or a goal of its own.
-        rate: Of the modes, (S,) [1/s].
-        stages: In order.
-        state: Where they begin, (S,).
+        day: Its sliders.
+        setting: Where they stand.
+        averaged: Whether the path's own file serves several starts: then the one that is meant is said as planned too.
     """
-    z = np.array(state, dtype=float)
-    for stage in stages:
-        m, h = goals_of(law, stage, len(rate))
-        one = (m * -np.expm1(-rate * stage.duration) - h) * np.exp(-rate * stage.dwell) + h
-        q = rate * (stage.duration + stage.dwell)
-        # q^n without a power, and its sum without a difference where nothing decays
-        sum_of_powers = np.where(q > 0, np.expm1(-stage.count * q) / np.where(q > 0, np.expm1(-q), 1.0), stage.count)
-        z = z * np.exp(-stage.count * q) + one * sum_of_powers
-    return z
+    overrides = [ONE_START] if averaged else []
+    for slider, value in zip(day.sliders, setting, strict=True):
+        if value != slider.value or (averaged and slider.kind in STARTS):
+            text = str(int(value)) if slider.kind in ("repeat", "run") else repr(round(value, 9))
+            overrides.append(f"{slider.key}={text}")
+    return overrides
 
 
-def cut(stages: Sequence[Stage], shifts: Sequence[Shift], clock: float) -> tuple[Stage, ...]:
-    """Stages with those that keep to the shifts cut at their edges; ``clock`` is when they begin, [s] of the day."""
-    pieces: list[Stage] = []
-    for stage in stages:
-        now, parts = clock, [Duty(stage.state, stage.feed, stage.duration * stage.count)]
-        if not stage.keeps_to_shifts:
-            parts = []
-            pieces.append(stage)
-        elif stage.dwell:
-            parts = [Duty(stage.state, stage.feed, stage.duration), Duty(stage.rest, 0.0, stage.dwell)] * stage.count
-        for part in parts:
-            pieces += [_piece(stage, duty) for duty in cut_at_shifts(part, shifts, now)]
-            now += part.duration
-        clock += stage.total
-    return tuple(pieces)
+def history_at(day: Day, setting: Setting) -> History:
+    """What the cell did until the start that a setting means, with the moved numbers in the steps of its path file."""
+    steps, air, start = [stage.step for stage in day.stages], day.history.air, Start()
+    planned = list(steps)
+    for slider, value in zip(day.sliders, setting, strict=True):
+        if slider.kind == "air":
+            air = replace(air, rise=air.rise + (value - slider.value) * np.array(slider.knots))
+        elif slider.kind == "delay":
+            start = replace(start, delay=value * MINUTE)
+        elif slider.kind == "run":
+            start = replace(start, run=int(value) - 1)
+        elif slider.stage >= 0 and value != slider.value:
+            steps[slider.stage] = _moved(steps[slider.stage], slider.kind, value)
+    before = day.history.before
+    if steps != planned:
+        before = plan_history(day.programs, day.cell, air, (steps, (), ()), day.shifts, day.clock).before
+    return started(replace(day.history, before=before, air=air), start)
 
 
-def _piece(stage: Stage, duty: Duty) -> Stage:
-    """What a stage does in one stretch of its time."""
-    return replace(stage, state=duty.state, duration=duty.duration, count=1, dwell=0.0, keeps_to_shifts=False)
-
-
-def goals_of(law: NodeLaw | BuildUp | None, stage: Stage, modes: int) -> tuple[Array, Array]:
-    """m and h of a stage, (S,) each."""
-    zero = np.zeros(modes)
-    if law is None:
-        if stage.goal is not None:
-            return stage.goal, zero
-        if stage.stops is None:
-            return zero, zero
-        k = int(np.argmin(np.abs(stage.stops.feed - stage.feed)))
-        moving, held = stage.stops.moving[k], stage.stops.held[k]
-        m = stage.share * moving + (1 - stage.share) * held
-    else:
-        m, held = law.moving(stage.feed, stage.share), law.held()
-    first = {"moving": m, "idle": held, "off": zero}[stage.state]
-    return first, held if stage.rest == "idle" else zero
-
-
-def fixed_stages(duties: Sequence[Duty], goal: "dict[Duty, Array] | None" = None) -> list[Stage]:
-    """Stretches as stages that no slider moves; ``goal`` of each for a model that is no law."""
-    return [
-        Stage(state=d.state, duration=d.duration, feed=d.feed, share=d.share, goal=None if goal is None else goal[d])
-        for d in duties
-    ]
+def _moved(step: Step, kind: str, value: float) -> Step:
+    """A step with one slider at a value."""
+    if kind == "duration":
+        return replace(step, duration=value * HOUR)
+    if kind == "repeat":
+        return replace(step, repeat=int(value))
+    return replace(step, share=value) if kind == "duty" else replace(step, feed=value * MM)

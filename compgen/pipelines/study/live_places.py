@@ -1,5 +1,9 @@
 r"""Places of a program on which a living page computes: what stays, what each kelvin adds, and when the tool is there.
 
+The planned program is what "before" flies; "after" flies the one corrected program, made for the planned state, in
+whatever state the sliders stand at (``at``). Rises are ``thermal``'s own; ``report/live/live.js`` has them in closed
+form, with the same letters.
+
 The error is linear in the rises r, which are what the start left and what the program itself adds:
 
     e(n) = e0(n) + (1 - x) d(j) + x d(j + 1)         at sample n, the share x of the way from place j to j + 1
@@ -21,13 +25,15 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.parameter_slopes import build_slopes, parameters_of
+from compgen.core.arrays import Array, BoolArray, IntArray, rms
+from compgen.error_model.knowledge import build_slopes, parameters_of
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.study.geometry import Geometry, flown_pose, model_of
-from compgen.pipelines.study.sample_band import DIRECTIONS
-from compgen.thermal import still_air
-from compgen.verification.deviation import deviation_from_path, sample_lengths
-from compgen.verification.twin import Execution
+from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with, model_of, turns_at
+from compgen.pipelines.study.live_day import Cycle, Day, Setting, history_at
+from compgen.thermal import Duty, ThermalModel, rise_history, still_air
+from compgen.thermal.history import History
+from compgen.verification.deviation import deviation_from_path, percentile99, sample_lengths
 
 LEAST, MOST = 1000, 8000  # places along the part
 OF_PIECE = 16  # of them on each stretch of it between two ways through the air
@@ -53,7 +59,7 @@ class Flown:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Places:
+class LivePlaces:
     """P places of one text and M samples between them, in the order of the path."""
 
     arc: Array  # (P,) [m]
@@ -69,7 +75,7 @@ class Places:
     length: Array  # (M,) [m] of part that each stands for; 0 of those that only the largest error asks for
 
 
-def places_of(job: Job, flown: Flown, dearer: Job | None) -> Places:
+def places_of(job: Job, flown: Flown, dearer: Job | None) -> LivePlaces:
     """The places of a text that was executed.
 
     Args:
@@ -102,7 +108,7 @@ def places_of(job: Job, flown: Flown, dearer: Job | None) -> Places:
         for x in (position, both - growth, growth, own_heat(job, geometry)[rows], own[chosen], share[chosen], length)
     )
     position, slope, growth, program, own, share, length = carried
-    return Places(
+    return LivePlaces(
         arc=arc[rows],
         position=position,
         time=geometry.now[rows],
@@ -124,23 +130,14 @@ def single(values: Array) -> Array:
 
 def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
     """A text flown as planned, at rises (M, K) [K]."""
-    position = flown_pose(job, geometry, rise).position
-    actual = Pose(position, np.broadcast_to(np.eye(3), (len(position), 3, 3)))
-    flown = Execution(
-        segment=geometry.segment,
-        fraction=geometry.fraction,
-        time=geometry.now,
-        rise=rise,
-        theta=geometry.theta,
-        actual=actual,
-    )
-    deviation = deviation_from_path(geometry.path, [flown], len(rise))
+    execution = execute_with(job, geometry, rise)
+    deviation = deviation_from_path(geometry.path, [execution], len(rise))
     return Flown(
         geometry=geometry,
         on_part=samples_on_part(geometry),
         arc=deviation.arc,
         rise=rise,
-        position=position,
+        position=execution.actual.position,
         error=deviation.error,
     )
 
@@ -210,9 +207,8 @@ def _chosen(own: Array, weight: Array, places: IntArray, largest: BoolArray) -> 
 def _slopes(job: Job, geometry: Geometry, rows: IntArray) -> Array:
     """B of a job's sources, (P, 3, K) [m/K]."""
     slopes = build_slopes(job.robot, parameters_of(job.sources), (0,), len(job.heat.names), job.tool.pose)
-    position = model_of(job).nominal_pose(geometry.theta).position
-    motion = direction_states(reversal_widths(job.sources), geometry.theta, position).at(rows)
-    return slopes(geometry.theta[rows], np.zeros((len(rows), len(job.heat.names))), motion)[1]
+    none = np.zeros((len(rows), len(job.heat.names)))
+    return slopes(geometry.theta[rows], none, turns_at(job, geometry, rows))[1]
 
 
 def own_heat(job: Job, geometry: Geometry) -> Array:
@@ -220,3 +216,46 @@ def own_heat(job: Job, geometry: Geometry) -> Array:
     heat = job.cell.heat
     cold = replace(twin_of(job), heat=heat.starting(None))
     return geometry.rises_of(geometry.prepared.reheated(cold, (), still_air()))
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Live:
+    """A job's day, and the places of its two texts."""
+
+    day: Day
+    cycle: Cycle
+    before: LivePlaces  # of the planned text
+    after: LivePlaces  # of the corrected one
+    cte: float  # as planned; 1 where no slider moves it
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shown:
+    """What the page shows of one text [m]."""
+
+    largest: float
+    p99: float
+    rms: float
+
+
+def at(live: Live, setting: Setting, places: LivePlaces) -> Shown:
+    """The error of one text with the sliders at a setting."""
+    rise = rises_left(live.day.cell.heat, history_at(live.day, setting), places.time) + places.program
+    slope = places.slope + expansion_factor(live, setting) * places.growth
+    moved = np.einsum("pik,pk->pi", slope, rise)
+    j, x = places.place, places.share[:, None]
+    size = np.linalg.norm(places.own + (1 - x) * moved[j] + x * moved[np.minimum(j + 1, len(moved) - 1)], axis=1)
+    even = places.length > 0
+    weights = places.length[even]
+    return Shown(float(size.max()), percentile99(size[even], weights), rms(size[even], weights))
+
+
+def rises_left(heat: ThermalModel, history: History, time: Array) -> Array:
+    """What a day leaves at times after it if the arm gave off nothing more, (P,) [s] to (P, K) [K]."""
+    duties = [*history.before, Duty("off", 0.0, 0.0)]
+    return rise_history(heat, duties, history.clock + time, air=history.air)
+
+
+def expansion_factor(live: Live, setting: Setting) -> float:
+    """cte / cte_0."""
+    return next((v / live.cte for s, v in zip(live.day.sliders, setting, strict=True) if s.kind == "cte"), 1.0)

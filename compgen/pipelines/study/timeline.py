@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.job.job import Job
-from compgen.pipelines.study.geometry import displacement, lay_out
-from compgen.pipelines.study.sample_band import band_at_samples
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.study.geometry import band_at_samples, displacement, lay_out
 from compgen.thermal import rise_history
 from compgen.thermal.ensemble import Start, duties_before, mean_rises
 from compgen.verification.band import Band

@@ -1,5 +1,7 @@
-// The sliders of a what-if page. The formulas are those of compgen/pipelines/study/live_day.py, live_places.py,
-// live_model.py and live_band.py, with the same letters:
+// The sliders of a what-if page, in closed form: what the package has in thermal/ and pipelines/uncertainty/band.py, here
+// for a browser. Places and samples: pipelines/study/live_places.py; the band's quantities: live_band.py, with the same
+// letters. With the day's state z_0 by its stages, tau when the run begins, w what a robot that stands still tends to, C
+// what the cycle adds until then, T how long it is since the first stage, and a u what air does to modes since then,
 //
 //   z = w + (e^{-rate tau} z_0 + C - w) e^{-rate d}          the modes as the program starts, run at tau, d late
 //   r(p) = O (e^{-rate t_p} z + a u(T + t_p)) + F(p)         rises at place p
@@ -28,6 +30,18 @@ const sliders = live.sliders, S = heat.rate.length, K = heat.names.length;
 const zeros = count => new Float64Array(count);
 
 // ---- the day: stages, each in closed form --------------------------------------------------------------------------
+// A stage repeats n times a stretch of motion of length T, which heats towards m, and a rest of length D towards h:
+//
+//   z -> e^{-rate (T + D)} z + c        once,     c = (m (1 - e^{-rate T}) - h) e^{-rate D} + h
+//   z -> q^n z + c (1 - q^n) / (1 - q)  n times,  q = e^{-rate (T + D)}
+//
+// With f the feed and s the share of the time in motion, the nodes' goals are their own law, and the network's lie
+// between moving and held, which are known at the feeds of a table (each is a program planned anew):
+//
+//   m = A (i + (1 - i) s (f / f_ref)^p)        h = A i            (nodes)
+//   m = s M(f) + (1 - s) H(f)                  h = H(f)           (network)
+//
+// Servo off, goals are zero. No power is taken for q^n, and where nothing decays its sum is n.
 // A law is that of the nodes {rate, amplitude, exponent, idle, reference_feed}, of what builds up {rate, idle}, or null.
 function movingGoal(law, feed, share) {
   if (!law.amplitude) return law.rate.map(() => law.idle + (1 - law.idle) * share);

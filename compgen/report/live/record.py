@@ -9,12 +9,11 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR, MM
 from compgen.pipelines.study.live_band import LiveBand, LiveQuantity
 from compgen.pipelines.study.live_build import LiveJob
-from compgen.pipelines.study.live_day import NodeLaw, Stage
-from compgen.pipelines.study.live_model import ONE_START, Heat
-from compgen.pipelines.study.live_places import Places
-from compgen.pipelines.study.live_sliders import Slider
+from compgen.pipelines.study.live_day import ONE_START, Slider, Stage, law_of
+from compgen.pipelines.study.live_places import Live, LivePlaces
 from compgen.pipelines.uncertainty.band import MISSING
 from compgen.report.figure import LIGHT_TO_DARK
+from compgen.thermal import NodeModel
 from compgen.verification.band import ONE_SIDED, quantiles
 
 CELSIUS_SPOKEN = {"h": "hours", "mm/s": "millimetres per second", "degC": "degrees Celsius", "min": "minutes"}
@@ -30,10 +29,10 @@ def live_record(live_job: LiveJob) -> dict[str, Any]:
         "stages": [_stage(stage) for stage in live.day.stages],
         "shifts": [[[s.start, s.end], *map(list, s.breaks)] for s in live.day.shifts],
         "clock": live.day.clock,
-        "heat": _heat(live.heat, live_job),
+        "heat": _heat(live),
         "before": _places(live.before),
         "after": _places(live.after),
-        "band": _band(live_job.band),
+        "band": _band(live_job),
         "cte": live.cte,
         "cte_limits": None if limits is None else list(limits),
         "box": {
@@ -59,7 +58,7 @@ def packed(values: Array | IntArray, kind: str = "f8") -> dict[str, str] | None:
 
 def sources_of(band: LiveBand) -> list[str]:
     """Under which names a band's sources stand, in the order of the page."""
-    names = [q.source for q in band.quantities]
+    names = [q.quantity.source or "" for q in band.quantities]
     return list(dict.fromkeys([*names, MISSING, *(name for name, _ in band.undirected), ONE_SIDED]))
 
 
@@ -71,7 +70,7 @@ def _slider(slider: Slider, live_job: LiveJob) -> dict[str, Any]:
         "spoken": CELSIUS_SPOKEN.get(slider.unit, slider.unit),
     }  # fmt: skip
     if slider.kind == "run":
-        record["when"] = [_when(float(t), live_job) for t in live_job.live.heat.run]
+        record["when"] = [_when(float(t), live_job) for t in live_job.live.cycle.run]
     return record
 
 
@@ -84,11 +83,11 @@ def _when(time: float, live_job: LiveJob) -> str:
 
 
 def _stage(stage: Stage) -> dict[str, Any]:
-    stops = stage.stops
+    step, stops = stage.step, stage.stops
     return {
-        "state": stage.state, "duration": stage.duration, "feed": stage.feed, "share": stage.share,
-        "count": stage.count, "dwell": stage.dwell, "rest": stage.rest, "repeated": stage.repeated,
-        "keeps_to_shifts": stage.keeps_to_shifts,
+        "state": step.state, "duration": step.duration if step.repeat is None else stage.run_time, "feed": step.feed,
+        "share": step.share, "count": step.repeat or 1, "dwell": step.dwell, "rest": step.rest,
+        "repeated": step.repeat is not None, "keeps_to_shifts": step.shifts,
         "goal": None if stage.goal is None else packed(stage.goal),
         "stops": None if stops is None else {
             "feed": stops.feed.tolist(), "run_time": stops.run_time.tolist(), "moving": packed(stops.moving),
@@ -97,16 +96,15 @@ def _stage(stage: Stage) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _heat(heat: Heat, live_job: LiveJob) -> dict[str, Any]:
-    model, air = heat.model, heat.air
-    moving = [
-        sum(stage.total * stage.share for stage in stages if stage.state == "moving") for stages in heat.cycle_stages
-    ]
+def _heat(live: Live) -> dict[str, Any]:
+    heat, history = live.day.cell.heat, live.day.history
+    law, air = law_of(heat), history.air
+    moving = [sum(d.duration * d.share for d in until if d.state == "moving") for until in live.cycle.duties]
     return {
-        "names": list(model.names), "rate": packed(model.rate), "outputs": packed(model.outputs),
-        "ambient": packed(model.ambient), "start": None if model.start is None else packed(model.start),
-        "law": None if heat.law is None else _law(heat.law), "standing": packed(heat.standing),
-        "run": heat.run.tolist(), "cycle": packed(heat.cycle), "run_moving": moving,
+        "names": list(heat.names), "rate": packed(heat.rate), "outputs": packed(heat.outputs),
+        "ambient": packed(heat.ambient), "start": None if heat.start is None else packed(heat.start),
+        "law": None if law is None else _law(law), "standing": packed(heat.steady_state(history.standing)),
+        "run": live.cycle.run.tolist(), "cycle": packed(live.cycle.modes(heat)), "run_moving": moving,
         "air": {
             "time": packed(air.time), "rise": packed(air.rise), "amplitude": air.amplitude, "period": air.period,
             "peak": air.peak,
@@ -114,14 +112,15 @@ def _heat(heat: Heat, live_job: LiveJob) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _law(law: NodeLaw) -> dict[str, Any]:
+def _law(law: NodeModel) -> dict[str, Any]:
+    amplitude = law.steady_rise("moving", np.array([law.reference_feed]))[0]
     return {
-        "rate": packed(law.rate), "amplitude": packed(law.amplitude), "exponent": packed(law.exponent),
+        "rate": packed(law.rate), "amplitude": packed(amplitude), "exponent": packed(law.exponent),
         "idle": law.idle, "reference_feed": law.reference_feed,
     }  # fmt: skip
 
 
-def _places(places: Places) -> dict[str, Any]:
+def _places(places: LivePlaces) -> dict[str, Any]:
     return {
         "arc": packed(places.arc), "position": packed(places.position, "f4"), "time": packed(places.time),
         "slope": packed(places.slope, "f4") if places.slope.any() else None, "growth": packed(places.growth, "f4"),
@@ -131,7 +130,8 @@ def _places(places: Places) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _band(band: LiveBand) -> dict[str, Any]:
+def _band(live_job: LiveJob) -> dict[str, Any]:
+    band, warmth = live_job.band, live_job.job.cell.warmth
     sources = sources_of(band)
     return {
         "time": packed(band.time), "on_part": band.on_part.astype(int).tolist(),
@@ -142,7 +142,7 @@ def _band(band: LiveBand) -> dict[str, Any]:
             {"laws": [_law(law) for law in pair.laws], "cycle": [packed(c) for c in pair.cycle], "step": pair.step}
             for pair in band.models
         ],
-        "build_up": {"rate": packed(band.build_up.rate), "idle": band.build_up.idle},
+        "build_up": {"rate": packed(1 / warmth.lag), "idle": warmth.idle},
         "build_up_cycle": packed(band.build_up_cycle),
         "sources": sources, "one_sided": sources.index(ONE_SIDED), "missing_source": sources.index(MISSING),
         "undirected": [[sources.index(name), size] for name, size in band.undirected],
@@ -151,11 +151,12 @@ def _band(band: LiveBand) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _quantity(q: LiveQuantity, sources: list[str]) -> dict[str, Any]:
+def _quantity(live_quantity: LiveQuantity, sources: list[str]) -> dict[str, Any]:
+    q, by_rise, absolute = live_quantity.quantity, live_quantity.by_rise, live_quantity.absolute
     return {
-        "source": sources.index(q.source), "column": packed(q.column, "f4"),
-        "by_rise": None if q.by_rise is None else packed(q.by_rise, "f4"), "expands": q.expands, "mean": q.mean,
-        "deviation": q.deviation, "absolute": None if q.absolute is None else list(q.absolute),
-        "missed": q.missed.tolist(), "start": q.start.tolist(), "air": q.air, "model": q.model,
-        "has_heat": bool(q.missed.any() or q.start.any() or q.air or q.model >= 0),
+        "source": sources.index(q.source or ""), "column": packed(live_quantity.column, "f4"),
+        "by_rise": None if by_rise is None else packed(by_rise, "f4"), "expands": live_quantity.expands,
+        "mean": q.mean, "deviation": q.deviation, "absolute": None if absolute is None else list(absolute),
+        "missed": live_quantity.missed.tolist(), "start": q.cause.heat.start.tolist(), "air": q.cause.heat.air,
+        "model": live_quantity.model, "has_heat": live_quantity.has_heat,
     }  # fmt: skip

@@ -16,11 +16,9 @@ from compgen.core.findings import first_message
 from compgen.core.units import UM
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.study.live_band import band_at
-from compgen.pipelines.study.live_build import LiveJob
-from compgen.pipelines.study.live_check import BOUND, Agreement
-from compgen.pipelines.study.live_model import at, planned_setting
-from compgen.pipelines.study.live_places import Places
-from compgen.pipelines.study.live_sliders import Slider
+from compgen.pipelines.study.live_build import BOUND, Agreement, LiveJob
+from compgen.pipelines.study.live_day import Slider, planned_setting
+from compgen.pipelines.study.live_places import LivePlaces, at
 from compgen.pipelines.uncertainty.band import not_known
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
@@ -178,7 +176,7 @@ def _numbers(live_job: LiveJob) -> str:
     return table(head, rows)
 
 
-def _views(places: Places) -> list[tuple[str, str]]:
+def _views(places: LivePlaces) -> list[tuple[str, str]]:
     """Pairs of World's axes, those along which the path extends most first."""
     extent = np.ptp(places.position, axis=0)
     pairs = [("01", "from above"), ("02", "from the side"), ("12", "from the front")]
@@ -221,7 +219,7 @@ def _figures(live_job: LiveJob) -> str:
 def _band(live_job: LiveJob) -> str:
     live, job = live_job.live, live_job.job
     shown = band_at(live, live_job.band, planned_setting(live.day))
-    sizes = dict(shown.budget)
+    sizes = {share.source: share.largest for share in shown.budget}
     rows = [
         [escape(name), f'<span id="live-source-{n}">{rounded(sizes.get(name, 0.0) / UM)}</span>']
         for n, name in enumerate(sources_of(live_job.band))
