@@ -17,9 +17,9 @@ from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study.evaluate import Shared
-from compgen.pipelines.study.evaluate import evaluate as evaluate_scenario
 from compgen.pipelines.study.scenarios import build
+from compgen.pipelines.study.workers import Shared
+from compgen.pipelines.study.workers import evaluate as evaluate_scenario
 
 
 class Owner:
@@ -109,13 +109,13 @@ def test_three_hundred_models_leave_no_function_behind():
 
 def test_scenarios_leave_no_function_behind():
     """Each has a robot of its own, and with it inverse kinematics, a twin and an error model."""
-    study = build(path_file("line_y"), None, (), ["robot.thermal.cte_um_m_K=10:12:24"], None, False)
+    study = build(path_file("line_y"), None, (), ["robot.thermal.cte_um_m_K=10:12:24"], None, correct=False)
     shared = Shared()
     counts = []
     for scenario in study.scenarios:
         assert evaluate_scenario(study, scenario, shared)["state"] == "done"
         counts.append(live_functions())
-    # the last geometries stay (pipelines/study/evaluate.py): each has a robot, whose functions are as many as these
+    # the last geometries stay (pipelines/study/workers.py): each has a robot, whose functions are as many as these
     assert counts[-1] <= counts[5]
 
 

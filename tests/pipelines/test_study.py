@@ -22,10 +22,10 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study import ASKS, ask, build, run
-from compgen.pipelines.study.evaluate import geometry_key
+from compgen.pipelines.study import ASKS, build, run
 from compgen.pipelines.study.geometry import execute_with, lay_out
 from compgen.pipelines.study.questions import passes
+from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import answer_csv, headline, study_csv
 from compgen.thermal.history import History
@@ -48,7 +48,7 @@ def rows_of(study, workers=1, done=()):
 
 @pytest.fixture(scope="module")
 def study():
-    return build(PATH, None, (), GRID, None, False)
+    return build(PATH, None, (), GRID, None, correct=False)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_every_row_is_what_predict_says(study, rows):
 
 def test_scenarios_that_change_temperatures_share_their_geometry(study):
     assert len({geometry_key(s) for s in study.scenarios}) == 1
-    feeds = build(PATH, None, (), ("feed=50,100",), None, False)
+    feeds = build(PATH, None, (), ("feed=50,100",), None, correct=False)
     assert len({geometry_key(s) for s in feeds.scenarios}) == 2
 
 
@@ -100,7 +100,7 @@ def test_other_workers_give_the_same_rows(study, rows):
 
 
 def test_correction_is_the_pipelines(rows):
-    corrected = rows_of(build(PATH, None, (), ("before.0.duration_h=3",), None, True))[0]
+    corrected = rows_of(build(PATH, None, (), ("before.0.duration_h=3",), None, correct=True))[0]
     _, whole = generate.generate(load_job(PATH, overrides=["before.0.duration_h=3"]), quiet)
     assert corrected["after_max_um"] == pytest.approx(statistics(whole.deviation)["total"]["max_um"], rel=1e-5)
     assert corrected["inside"] is True
@@ -110,7 +110,7 @@ def test_correction_is_the_pipelines(rows):
 
 
 def test_a_scenario_that_fails_is_a_row_with_its_reason():
-    found = rows_of(build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,1"), None, False))
+    found = rows_of(build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,1"), None, correct=False))
     assert [r["state"] for r in found] == ["done", "done", "failed", "failed"]
     assert "out of reach" in found[2]["reason"]
     table = list(csv.DictReader(io.StringIO(study_csv(build_of(found), found).decode())))
@@ -120,12 +120,12 @@ def test_a_scenario_that_fails_is_a_row_with_its_reason():
 
 
 def build_of(found):
-    return build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,1"), None, False)
+    return build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,1"), None, correct=False)
 
 
 def test_a_list_is_read_row_by_row(tmp_path):
     (tmp_path / "l.csv").write_text("feed,before.0.duration_h\n50,1\n100,2\n")
-    study = build(PATH, None, (), (), str(tmp_path / "l.csv"), False)
+    study = build(PATH, None, (), (), str(tmp_path / "l.csv"), correct=False)
     assert [dict(s.values) for s in study.scenarios] == [
         {"process.feed_mm_s": "50", "before.0.duration_h": "1"},
         {"process.feed_mm_s": "100", "before.0.duration_h": "2"},
@@ -154,7 +154,7 @@ def test_a_list_is_read_row_by_row(tmp_path):
 )
 def test_a_study_that_cannot_be_is_refused(vary, words):
     with pytest.raises(InputError) as told:
-        build(PATH, None, (), vary, None, False)
+        build(PATH, None, (), vary, None, correct=False)
     assert all(w in str(told.value) for w in words), told.value
 
 
@@ -171,7 +171,7 @@ def test_a_study_that_cannot_be_is_refused(vary, words):
 def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
     (tmp_path / "l.csv").write_text(text)
     with pytest.raises(InputError) as told:
-        build(PATH, None, (), (), str(tmp_path / "l.csv"), False)
+        build(PATH, None, (), (), str(tmp_path / "l.csv"), correct=False)
     assert all(w in str(told.value) for w in words), told.value
 
 
@@ -315,7 +315,7 @@ def test_warm_up_is_long_enough_and_no_longer():
     """A slow spiral drifts: at the answer the drift is at the limit, a little earlier above."""
     job = load_job(path_file("circle_1300"), overrides=["before=[]", "process.feed_mm_s=20"])
     limit = 0.35 * UM
-    told = ask("warmup", job, limit)
+    told = ASKS["warmup"](job, limit)
     hours = float(told.sentence.split()[2])
     assert 0.1 < hours < 40
     table = told.table
@@ -326,7 +326,7 @@ def test_warm_up_is_long_enough_and_no_longer():
 def test_validity_is_the_start_window(line):
     """The same question, asked of the correction: pipeline.start_window."""
     _, corrected = generate.generate(line, quiet)
-    told = ask("validity", line, line.start_drift)
+    told = ASKS["validity"](line, line.start_drift)
     assert float(told.sentence.split(" up to ")[1].split()[0]) * 60 == pytest.approx(corrected.start_window, abs=31)
     kelvin = float(told.sentence.split("+-")[1].split()[0])
     warmer = load_job(PATH, overrides=[f"ambient.value_degC={20 + kelvin}"])
@@ -336,7 +336,7 @@ def test_validity_is_the_start_window(line):
 
 
 def test_contributions_add_up(line):
-    told = ask("contributions", line, 5 * UM)
+    told = ASKS["contributions"](line, 5 * UM)
     nodes = [v for label, v in zip(told.labels, told.table[:, 1], strict=True) if label.startswith("node")]
     lengths = [v for label, v in zip(told.labels, told.table[:, 1], strict=True) if label.startswith("length")]
     whole = generate.predict(line, quiet)
@@ -348,7 +348,7 @@ def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
     """The growth of the column (d1) and of a3 lift the tool as much as their profiles say."""
     robot = flawed_file(tmp_path, drop=NOT_GROWTH)
     job = load_job(PATH, robot=robot)
-    answer = ask("contributions", job, 5 * UM)
+    answer = ASKS["contributions"](job, 5 * UM)
     lengths = dict(zip(answer.labels, answer.table[:, 1].tolist(), strict=True))
     assert {"length d1", "length a3"} <= set(lengths)
     nodes = sum(v for label, v in lengths.items() if label.startswith("node"))
@@ -359,7 +359,7 @@ def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
 
 
 def test_steady_is_ninety_five_percent_of_the_end(line):
-    told = ask("steady", line, 5 * UM)
+    told = ASKS["steady"](line, 5 * UM)
     hours, error = told.table[:, 0], told.table[:, 1]
     late = load_job(PATH, overrides=["before.0.duration_h=2000"])
     cold, geometry = load_job(PATH, overrides=["before=[]"]), lay_out(late)
@@ -385,7 +385,7 @@ def test_passes_take_the_quickest_that_stays_inside(line):
 
 
 def test_pages_and_tables_hold_what_was_found(study, rows, line):
-    answers = [ask(key, line, 5 * UM) for key in ("contributions", "validity")]
+    answers = [ASKS[key](line, 5 * UM) for key in ("contributions", "validity")]
     page = study_html("t", study, rows, answers).decode()
     printed = page.replace("&#x27;", "'").replace("µm", "um").casefold()
     assert all(a.sentence.split(",")[0].casefold() in printed for a in answers)

@@ -71,7 +71,7 @@ def whatif(
     from compgen.core.exceptions import InputError
     from compgen.core.units import UM
     from compgen.pipelines.study import build
-    from compgen.pipelines.study.answers import answer_questions, base_job, check_study
+    from compgen.pipelines.study.questions import answer_questions, base_job, check_study
     from compgen.report.files import study_files, study_sentences
     from compgen.report.live import NONE
 
@@ -79,8 +79,8 @@ def whatif(
     opt.checked_bound(max_um)
     if max_um is not None and not (vary or scenario_list):
         raise InputError(f"--max-um {max_um:g}: no scenario to judge; give --vary KEY=V1,V2 or --list FILE.csv")
-    check_study(questions or [], within_um, bool(vary or scenario_list) or live)
-    study = build(path, robot, overrides, vary or (), scenario_list, correct) if vary or scenario_list else None
+    check_study(questions or [], within_um, varied=bool(vary or scenario_list) or live)
+    study = build(path, robot, overrides, vary or (), scenario_list, correct=correct) if vary or scenario_list else None
     folder = opt.output_folder(path, output, "_whatif")
     identity = study.identity if study else None
     folder = study_folder(folder, path, identity, set(questions or []), output is not None, fresh)

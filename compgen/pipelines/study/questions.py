@@ -4,18 +4,19 @@ All of them look at the uncorrected text executed by the controller (its joints 
 would do to the tool: a file that is right for one state is off, in another, by the difference of their displacements.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
 
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.units import HOUR, MINUTE, MM, UM
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
-from compgen.job.job import Job
-from compgen.job.start_window import late_rise
+from compgen.pipelines.files.job import Job
+from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.start_window import late_rise
 from compgen.pipelines.study.geometry import displacement, execute_with, lay_out
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
@@ -161,6 +162,32 @@ def steady(job: Job, limit: float) -> Answer:
     return Answer(key="steady", sentence=sentence, columns=("hours", "error_um", "to_go_um"), table=table, limit=limit)
 
 
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Passes in one order at one feed."""
+
+    names: tuple[str, ...]
+    feed: float  # [m/s]
+    worst: float  # [m] largest error without correction
+    time: float  # [s]
+
+
+def _orders_at(jobs: list[Job], feed: float) -> Iterator[Candidate]:
+    """Passes at a feed in each order, one warming the robot for the next."""
+    laid = [lay_out(job) for job in jobs]
+    some = [g.thinned(150) for g in laid]
+    heat, history = jobs[0].heat, jobs[0].history
+    for order in permutations(range(len(jobs))):
+        state, worst, spent = history.state(heat), 0.0, 0.0
+        for n in order:
+            motion = laid[n].motion
+            rises, end = rises_during(heat, state, motion, history.air, history.clock + spent)
+            at = np.array([np.interp(some[n].now, motion.time, c) for c in rises.T]).T
+            worst = max(worst, _largest(displacement(jobs[n], some[n], at)))
+            state, spent = end, spent + float(motion.time[-1])
+        yield Candidate(tuple(jobs[n].name for n in order), feed, worst, spent)
+
+
 def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job], limit: float) -> Answer:
     """The best order and feed of passes: the quickest whose error stays within a limit [m], else the smallest error.
 
@@ -172,30 +199,20 @@ def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job
     """
     if len(jobs) > MOST_PASSES:
         raise InputError(f"--pass: {len(jobs)} passes have too many orders; give at most {MOST_PASSES}")
-    candidates = []
-    for feed in feeds:
-        paced = [plan(job, feed) for job in jobs]
-        laid = [lay_out(job) for job in paced]
-        some = [g.thinned(150) for g in laid]
-        for order in permutations(range(len(jobs))):
-            heat, history = paced[0].heat, paced[0].history
-            state, worst, spent = history.state(heat), 0.0, 0.0
-            for n in order:
-                motion = laid[n].motion
-                rises, end = rises_during(heat, state, motion, history.air, history.clock + spent)
-                at = np.array([np.interp(some[n].now, motion.time, c) for c in rises.T]).T
-                worst = max(worst, _largest(displacement(paced[n], some[n], at)))
-                state, spent = end, spent + float(motion.time[-1])
-            candidates.append((feed, order, worst, spent))
-    inside = [f for f in candidates if f[2] <= limit]
-    best = min(inside, key=lambda f: (f[3], f[2])) if inside else min(candidates, key=lambda f: (f[2], f[3]))
-    names = " then ".join(jobs[n].name for n in best[1])
-    kept = "stays within" if inside else "no order and feed keeps"
-    sentence = f"{names} at {best[0] / MM:g} mm/s: {best[3] / MINUTE:.1f} min, largest error {best[2] / UM:.1f} um " + (
-        f"({kept} {limit / UM:g} um)" if inside else f"is the least ({kept} {limit / UM:g} um)"
+    candidates = [candidate for feed in feeds for candidate in _orders_at([plan(job, feed) for job in jobs], feed)]
+    inside = [c for c in candidates if c.worst <= limit]
+    if inside:
+        best = min(inside, key=lambda c: (c.time, c.worst))
+        kept = f"(stays within {limit / UM:g} um)"
+    else:
+        best = min(candidates, key=lambda c: (c.worst, c.time))
+        kept = f"is the least (no order and feed keeps {limit / UM:g} um)"
+    sentence = (
+        f"{' then '.join(best.names)} at {best.feed / MM:g} mm/s: {best.time / MINUTE:.1f} min, largest error "
+        f"{best.worst / UM:.1f} um {kept}"
     )
-    labels = tuple(" > ".join(jobs[n].name for n in f[1]) for f in candidates)
-    table = np.array([[f[0] / MM, f[3] / MINUTE, f[2] / UM] for f in candidates])
+    labels = tuple(" > ".join(c.names) for c in candidates)
+    table = np.array([[c.feed / MM, c.time / MINUTE, c.worst / UM] for c in candidates])
     return Answer(
         key="passes",
         sentence=sentence,
@@ -212,11 +229,74 @@ ASKS: dict[str, Callable[[Job, float], Answer]] = {
     "contributions": contributions,
     "steady": steady,
 }
+QUESTIONS = (*ASKS, "passes")
 
 
-def ask(key: str, job: Job, limit: float) -> Answer:
-    """One of ``ASKS``."""
-    return ASKS[key](job, limit)
+def check_study(questions: Sequence[str], within_um: float, *, varied: bool) -> None:
+    """Raises InputError for a study of nothing, an unknown question, or a limit [um] that is none."""
+    for question in questions:
+        if question not in QUESTIONS:
+            raise InputError(f"--ask {question}: unknown; known: {', '.join(QUESTIONS)}")
+    if not 0 < within_um < 1e6:
+        raise InputError(f"--within-um {within_um:g}: must be above 0; give micrometres")
+    if not (questions or varied):
+        raise InputError("nothing to study; give --vary KEY=V1,V2, --list FILE.csv or --ask QUESTION")
+
+
+def base_job(path: str, robot: str | None, overrides: Sequence[str]) -> Job | None:
+    """The job that all scenarios share; None where only scenarios can be read."""
+    try:
+        return load_job(path, robot, overrides)
+    except CompgenError:
+        return None
+
+
+def answer_questions(
+    path: str,
+    robot: str | None,
+    overrides: Sequence[str],
+    questions: Sequence[str],
+    limit: float,
+    pass_paths: Sequence[str],
+    feeds: str | None,
+) -> list[Answer]:
+    """The answer to each question, asked once.
+
+    Args:
+        path: The path file in question.
+        robot: Robot name or file; None for what the path file says.
+        overrides: ``key=value`` for the path in question.
+        questions: Their names.
+        limit: The X of the questions [m].
+        pass_paths: Path files of the passes; the path in question when empty.
+        feeds: Feeds for the passes, as typed [mm/s].
+    """
+    answers = []
+    for question in dict.fromkeys(questions):
+        if question == "passes":
+            answers.append(_answer_passes(path, robot, overrides, limit, pass_paths or [path], feeds))
+        else:
+            answers.append(ASKS[question](load_job(path, robot, overrides), limit))
+    return answers
+
+
+def _answer_passes(
+    path: str, robot: str | None, overrides: Sequence[str], limit: float, pass_paths: Sequence[str], feeds: str | None
+) -> Answer:
+    def overrides_of(file: str) -> Sequence[str]:
+        return overrides if file == path else []
+
+    def at_feed(job: Job, feed: float) -> Job:
+        file = files[job.source]
+        return load_job(file, robot, [*overrides_of(file), f"process.feed_mm_s={feed / MM!r}"])
+
+    jobs = [load_job(file, robot, overrides_of(file)) for file in pass_paths]
+    files = {job.source: file for job, file in zip(jobs, pass_paths, strict=True)}
+    try:
+        speeds = [float(feed) * MM for feed in feeds.split(",")] if feeds else []
+    except ValueError:
+        raise InputError(f"--feeds {feeds}: not numbers; give mm/s as in 20,100,200") from None
+    return passes(jobs, speeds or [jobs[0].feed * share for share in (0.25, 0.5, 1)], at_feed, limit)
 
 
 def _moving(job: Job) -> Duty:
@@ -238,30 +318,26 @@ def _largest(vectors: Array) -> float:
 
 
 def _first_below(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
-    """Where a curve falls below a limit and stays there, by bisection."""
+    """Where a curve falls below a limit and stays there; None where it ends above it."""
     over = np.flatnonzero(y > limit)
     if not len(over):
         return float(x[0])
     k = int(over[-1])
-    if k == len(x) - 1:
-        return None
-    low, high = float(x[k]), float(x[k + 1])
-    for _ in range(30):
-        middle = (low + high) / 2
-        low, high = (middle, high) if f(middle) > limit else (low, middle)
-    return high
+    return None if k == len(x) - 1 else _last_inside(f, float(x[k + 1]), float(x[k]), limit)
 
 
 def _first_above(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
-    """Where a curve that begins below a limit first crosses it."""
+    """Where a curve that begins below a limit first crosses it; None where it never does."""
     over = np.flatnonzero(y > limit)
     if not len(over):
         return None
     k = int(over[0])
-    if k == 0:
-        return float(x[0])
-    low, high = float(x[k - 1]), float(x[k])
+    return float(x[0]) if k == 0 else _last_inside(f, float(x[k - 1]), float(x[k]), limit)
+
+
+def _last_inside(f: Callable[[float], float], inside: float, outside: float, limit: float) -> float:
+    """Where a curve crosses a limit, by bisection from a place where it is inside to one where it is not."""
     for _ in range(30):
-        middle = (low + high) / 2
-        low, high = (low, middle) if f(middle) > limit else (middle, high)
-    return low
+        middle = (inside + outside) / 2
+        inside, outside = (inside, middle) if f(middle) > limit else (middle, outside)
+    return inside

@@ -2,9 +2,10 @@
 
 import itertools
 import json
+import math
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -22,6 +23,8 @@ _NUMBERS_WITH_COLONS = re.compile(r"[\s\d.+\-eE]+(:[\s\d.+\-eE]*)+")
 _RANGE = re.compile(r"[^:]+:[^:]+:\s*\+?\d+\s*")
 _GAP, _QUOTED = re.compile(r"^\s*,|,\s*,"), re.compile(r"[\"'\[{]")
 _ROW = re.compile(r"(\w+)\.\d+\.")  # of a key, the table of a list that it is in
+#: what refusals of keys say that no file has
+UNKNOWN = ("unknown key", "there is no", "no such file", "nested more than", "must be a table")
 #: short names of keys that studies vary most
 SHORT = {
     "feed": "process.feed_mm_s",
@@ -35,6 +38,10 @@ SHORT = {
     "payload": "robot.thermal.network.payload_kg",
     "model": "robot.thermal.model",
 }
+
+
+#: why the files refuse some values, by key; None where they take them
+Refused = Callable[[Iterable[tuple[str, str]]], CompgenError | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +70,7 @@ class Study:
 
 
 def build(
-    path: str, robot: str | None, base: Sequence[str], vary: Sequence[str], listed: str | None, correct: bool
+    path: str, robot: str | None, base: Sequence[str], vary: Sequence[str], listed: str | None, *, correct: bool
 ) -> Study:
     """Read what shall vary.
 
@@ -82,9 +89,7 @@ def build(
     rows = [dict(zip(keys, row, strict=True)) for keys, table in [_listed(listed)] for row in table] if listed else [{}]
     if not axes and not listed:
         raise InputError("--vary: nothing to vary; give KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200, or --list")
-    count = len(rows)
-    for _, values in axes:
-        count *= len(values)
+    count = len(rows) * math.prod(len(values) for _, values in axes)
     if count > MOST:
         raise InputError(f"--vary: {count} scenarios are over {MOST}; give fewer values")
     keys = [key for key, _ in axes]
@@ -95,8 +100,16 @@ def build(
     scenarios = tuple(
         Scenario(n, tuple({**row, **point}.items())) for n, (row, point) in enumerate(itertools.product(rows, grid))
     )
-    _check_keys(path, robot, base, scenarios)
-    _check_values(path, robot, base, scenarios)
+
+    def refused(values: Iterable[tuple[str, str]]) -> CompgenError | None:
+        try:
+            load_job(path, robot, [*base, *(f"{key}={value}" for key, value in values)])
+        except CompgenError as failure:
+            return failure
+        return None
+
+    _check_keys(refused, scenarios[0])
+    _check_values(refused, scenarios)
     inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
     identity = sha256(json.dumps(inputs).encode()).hexdigest()
     return Study(
@@ -136,17 +149,18 @@ def _axis(item: str) -> tuple[str, list[str]]:
 
 
 def _values(text: str) -> list[str]:
-    parts = text.split(":")
-    if len(parts) == 3:
-        try:
-            first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
-        except ValueError:
-            pass
-        else:
-            if 1 <= count <= MOST:
-                step = (last - first) / max(count - 1, 1)
-                return [repr(round(first + n * step, 12)) for n in range(count)]
-            return []
+    try:
+        first, last, count = (kind(part) for kind, part in zip((float, float, int), text.split(":"), strict=True))
+    except ValueError:
+        return _typed_values(text)
+    if not 1 <= count <= MOST:
+        return []
+    step = (last - first) / max(count - 1, 1)
+    return [repr(round(first + n * step, 12)) for n in range(int(count))]
+
+
+def _typed_values(text: str) -> list[str]:
+    """Values between commas as TOML has them, else as words."""
     try:
         table: list[Any] = tomllib.loads(f"x = [{text}]")["x"]
     except (ValueError, RecursionError):
@@ -172,43 +186,23 @@ def _listed(file: str) -> tuple[list[str], list[list[str]]]:
     return keys, [list(row) for row in zip(*columns, strict=True)]
 
 
-def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:
+def _check_keys(refused: Refused, first: Scenario) -> None:
     """Raises InputError for a key that no file knows."""
-    seen: set[str] = set()
-    for scenario in scenarios[:1]:
-        for key, value in scenario.values:
-            if key in seen:
-                continue
-            seen.add(key)
-            try:
-                load_job(path, robot, [*base, f"{key}={value}"])
-            except CompgenError as failure:
-                message = str(failure)
-                if any(
-                    words in message
-                    for words in ("unknown key", "there is no", "no such file", "nested more than", "must be a table")
-                ):
-                    hint = suggest(key, list(SHORT)) if "." not in key and "did you mean" not in message else ""
-                    raise InputError(f"--vary {key}: {message}{hint}") from None
-                row = _ROW.match(key)
-                if row and ": missing" in message and ": missing" in _reason(path, robot, base, scenario):
-                    short = next((f"{name}, " for name, long in SHORT.items() if long == key), "")
-                    raise InputError(
-                        f"--vary {short}{key}: {message.removesuffix('; add it')}: the file has no such [[{row[1]}]] "
-                        "to vary; write it there, or give what is missing with --set"
-                    ) from None
+    for key, value in first.values:
+        message = str(refused([(key, value)]) or "")
+        if any(words in message for words in UNKNOWN):
+            hint = suggest(key, list(SHORT)) if "." not in key and "did you mean" not in message else ""
+            raise InputError(f"--vary {key}: {message}{hint}") from None
+        row = _ROW.match(key)
+        if row and ": missing" in message and ": missing" in str(refused(first.values) or ""):
+            short = next((f"{name}, " for name, long in SHORT.items() if long == key), "")
+            raise InputError(
+                f"--vary {short}{key}: {message.removesuffix('; add it')}: the file has no such [[{row[1]}]] "
+                "to vary; write it there, or give what is missing with --set"
+            ) from None
 
 
-def _reason(path: str, robot: str | None, base: Sequence[str], scenario: Scenario) -> str:
-    """Why a scenario is none; empty where it is one."""
-    try:
-        load_job(path, robot, [*base, *scenario.overrides()])
-    except CompgenError as failure:
-        return str(failure)
-    return ""
-
-
-def _check_values(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:
+def _check_values(refused: Refused, scenarios: Sequence[Scenario]) -> None:
     """Raises InputError for a value that its key never takes; one that only the arm cannot follow is a failed scenario.
 
     A value is looked at in the first and in the last scenario that has it: another varied key may change what a key
@@ -218,9 +212,10 @@ def _check_values(path: str, robot: str | None, base: Sequence[str], scenarios: 
         last = {dict(scenario.values)[key]: scenario for scenario in scenarios}
         first = {dict(scenario.values)[key]: scenario for scenario in reversed(scenarios)}
         for value in _telling(list(last)):
-            messages = [_refusal(path, robot, base, key, scenario) for scenario in (first[value], last[value])]
-            if all(messages):
-                raise InputError(f"--vary {key}: {messages[0]}; change this value or leave it out")
+            failures = [refused(scenario.values) for scenario in (first[value], last[value])]
+            where = f": {key.removeprefix('robot.')}: "
+            if all(isinstance(failure, TableError) and where in str(failure) for failure in failures):
+                raise InputError(f"--vary {key}: {failures[0]}; change this value or leave it out")
 
 
 def _telling(values: Sequence[str]) -> list[str]:
@@ -234,14 +229,3 @@ def _telling(values: Sequence[str]) -> list[str]:
             words[value] = None
     ends = [numbers[end] for end in dict.fromkeys((min(numbers), max(numbers)))] if numbers else []
     return [*ends, *words]
-
-
-def _refusal(path: str, robot: str | None, base: Sequence[str], key: str, scenario: Scenario) -> str:
-    """Why the file's table refuses what a scenario gives a key; empty where it takes it, or something else is wrong."""
-    try:
-        load_job(path, robot, [*base, *scenario.overrides()])
-    except TableError as failure:
-        return str(failure) if f": {key.removeprefix('robot.')}: " in str(failure) else ""
-    except CompgenError:
-        pass
-    return ""

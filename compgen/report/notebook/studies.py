@@ -13,7 +13,7 @@ from compgen.core.toml import brief_value
 from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.study import Answer, Row, Study, build, run
-from compgen.pipelines.study.answers import answer_questions, base_job, check_study
+from compgen.pipelines.study.questions import answer_questions, base_job, check_study
 from compgen.report.answer_figures import TITLES, answer_figure
 from compgen.report.files import study_files, study_sentences
 from compgen.report.key_words import words_of
@@ -158,9 +158,9 @@ def study(
     limit_um = number(within_um, "within_um")
     processes = whole_number(workers, "workers", 0, MAX_PROCESSES)
     report_progress = progress_of(progress)
-    check_study(questions, limit_um, bool(axes or listed))
+    check_study(questions, limit_um, varied=bool(axes or listed))
     with numpy_alone():
-        grid = build(name, robot_name, base, axes, listed, correct) if axes or listed else None
+        grid = build(name, robot_name, base, axes, listed, correct=correct) if axes or listed else None
         answers = answer_questions(name, robot_name, base, questions, limit_um * UM, pass_files, feeds)
         rows = _rows(grid, processes, report_progress) if grid is not None else []
     result = StudyResult(
