@@ -8,11 +8,9 @@ import numpy as np
 from compgen.core.arrays import rms
 from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM
-from compgen.pipelines.comparison.agreement import RISES
-from compgen.pipelines.comparison.comparison import Comparison, FindingText, Pair
+from compgen.pipelines.comparison.comparison import RISES, Comparison, FindingText, MatchedScenarios, Pair
 from compgen.pipelines.comparison.outputs import Output
 from compgen.pipelines.comparison.positions import Movement
-from compgen.pipelines.comparison.scenarios import MatchedScenarios
 from compgen.report.key_words import unit_of
 
 SCHEMA = 1

@@ -8,8 +8,7 @@ import numpy as np
 
 from compgen.core.commands import Command
 from compgen.core.units import UM
-from compgen.pipelines.comparison.comparison import Comparison, Pair
-from compgen.pipelines.comparison.scenarios import MatchedScenarios
+from compgen.pipelines.comparison.comparison import Comparison, MatchedScenarios, Pair
 from compgen.report.compare_record import number_unit, positions_record
 from compgen.report.inputs import SHORT
 from compgen.report.key_words import ascii_units, unit_of, words_of

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.pipelines.comparison.nearest import distance_to_path
-from compgen.pipelines.comparison.texts import CHORD, Commanded, drawn
+from compgen.pipelines.comparison.texts import CHORD, Commanded, distance_to_path, drawn
 
 
 def brute_force(points, path):

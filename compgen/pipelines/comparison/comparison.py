@@ -1,23 +1,49 @@
-"""Two outputs of one kind, side by side: what changed in what went in, and in what came out."""
+"""Two outputs of one kind, side by side: what changed in what went in, and in what came out.
+
+Reports hold all digits of a double. Sums in another order, another machine, another version of a library move the
+last of them, which is nothing that anybody changed: two numbers are the same that differ by less than the last digit
+that a table shows.
+"""
 
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import floor, log10
 from typing import Any
 
+import numpy as np
+
+from compgen.core.arrays import Array
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.input_keys import dotted_keys
 from compgen.core.message_text import beyond_text
+from compgen.core.units import UM
 from compgen.pipelines.comparison import numbers
-from compgen.pipelines.comparison.agreement import tolerance_of
-from compgen.pipelines.comparison.course import Course, course_of
-from compgen.pipelines.comparison.outputs import Output, naming_damage, read_output
+from compgen.pipelines.comparison.error_along import ErrorAlong, error_along
+from compgen.pipelines.comparison.outputs import Output, naming_damage, number, read_output
 from compgen.pipelines.comparison.positions import Movement, movement
-from compgen.pipelines.comparison.scenarios import MatchedScenarios, match_scenarios
 from compgen.verification.verdict import Verdict
 
+RISES = "rise_K."  # what the keys of rises begin with
+#: by what a key ends with, the last digit that is shown: 0.01 um, mdeg, s or K, and 0.01 % of a share
+SHOWN = {"_um": 0.01, "_mdeg": 0.01, "_s": 0.01, "at_feed": 1e-4}
+DIGITS = 6  # that are shown of every other number that is no count
+ERROR = SHOWN["_um"] * UM  # [m]
+_COLUMN = {"before": "before_on_part_max_um", "after": "after_on_part_max_um"}  # of a scenario
 FindingText = tuple[str, str, str]  # of a finding: level, code, message
+
+
+def tolerance_of(key: str, a: float, b: float) -> float:
+    """What the values of a key may differ by, in its own unit; counts are exact."""
+    if isinstance(a, int) and isinstance(b, int):
+        return 0.0
+    if key.startswith(RISES):
+        return 0.01
+    shown = next((limit for ending, limit in SHOWN.items() if key.endswith(ending)), None)
+    if shown is not None:
+        return shown
+    return 10.0 ** (floor(log10(max(abs(a), abs(b)))) + 1 - DIGITS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +81,24 @@ class ChangedFindings:
     changed: tuple[FindingText, ...]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class MatchedScenarios:
+    """Scenarios that both studies have, and how their largest errors changed."""
+
+    both: int  # with the same values, done in both
+    only_a: int
+    only_b: int
+    changes: Mapping[str, Array]  # side to b - a [m], of scenarios that have it in both
+    worst: Mapping[str, Mapping[str, Any]]  # side to the values of the scenario that changed most
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether both studies have the same scenarios with the same errors."""
+        return not (
+            self.only_a or self.only_b or any(np.any(np.abs(change) >= ERROR) for change in self.changes.values())
+        )
+
+
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Comparison:
     """What differs between outputs A and B."""
@@ -69,7 +113,7 @@ class Comparison:
     movement: Movement | str  # of the commanded positions, or why it is not known
     findings: ChangedFindings
     scenarios: MatchedScenarios | None  # of two studies
-    courses: tuple[Course | None, Course | None]  # the errors over the path
+    courses: tuple[ErrorAlong | None, ErrorAlong | None]  # the errors over the path
 
     @property
     def kind(self) -> Command:
@@ -117,19 +161,19 @@ def compare(first: str, second: str) -> Comparison:
         raise InputError(f"{first} and {second}: both are {a.file}; give two outputs")
     if a.kind != b.kind:
         raise InputError(f"{first} is of cgen {a.kind}, {second} of cgen {b.kind}: not of one kind; give two of one")
-    inputs = _changed_inputs(a, b)
+    inputs, of_a, of_b = _changed_inputs(a, b), numbers.numbers_of(a), numbers.numbers_of(b)
     return Comparison(
         a=a,
         b=b,
         notes=tuple(_notes(a, b, inputs)),
         inputs=inputs,
-        error=_pairs(numbers.error_of(a), numbers.error_of(b)),
-        time=_pairs(numbers.time_of(a), numbers.time_of(b)),
-        program=_pairs(numbers.program_of(a), numbers.program_of(b)),
+        error=_pairs(of_a.error, of_b.error),
+        time=_pairs(of_a.time, of_b.time),
+        program=_pairs(of_a.program, of_b.program),
         movement=movement(a, b),
         findings=_changed_findings(numbers.findings_of(a), numbers.findings_of(b)),
         scenarios=match_scenarios(a, b) if a.kind == Command.WHATIF else None,
-        courses=(course_of(a), course_of(b)),
+        courses=(error_along(a), error_along(b)),
     )
 
 
@@ -145,6 +189,28 @@ def _changed_findings(a: list[FindingText], b: list[FindingText]) -> ChangedFind
         new=tuple(finding for finding in only_b.elements() if finding[:2] not in kinds[0]),
         changed=tuple(finding for finding in only_b.elements() if finding[:2] in kinds[0]),
     )
+
+
+def match_scenarios(a: Output, b: Output) -> MatchedScenarios:
+    """The scenarios of two studies by the values of all keys that either varied."""
+    tables = []
+    for output in (a, b):
+        with naming_damage(output):
+            keys = [str(key) for key in output.record["keys"]]
+            rows = [row for row in output.record["scenarios"] if row["state"] == "done"]
+            tables.append({tuple(sorted((key, str(row[key])) for key in keys)): row for row in rows})
+    same = [values for values in tables[0] if values in tables[1]]
+    changes, worst = {}, {}
+    for side, column in _COLUMN.items():
+        with naming_damage(b):
+            pairs = [(values, tables[0][values], tables[1][values]) for values in same]
+            rows = [
+                (v, (number(y[column]) - number(x[column])) * UM) for v, x, y in pairs if column in x and column in y
+            ]
+        if rows:
+            changes[side] = np.array([change for _, change in rows])
+            worst[side] = dict(rows[int(np.abs(changes[side]).argmax())][0])
+    return MatchedScenarios(len(same), len(tables[0]) - len(same), len(tables[1]) - len(same), changes, worst)
 
 
 def _changed_inputs(a: Output, b: Output) -> tuple[Pair, ...] | None:

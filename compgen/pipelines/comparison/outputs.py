@@ -79,17 +79,7 @@ def read_output(name: str) -> Output:
     """
     if not name.strip() or "\0" in name:
         raise InputError(f"output {name!r}: an empty name; {_MEND}")
-    place = Path(name)
-    if _is_folder(place):
-        reports = [place / report for report in RECORDS if (place / report).is_file()]
-        if not reports:
-            raise InputError(f"{name}: no {', '.join(RECORDS[:2])} or {RECORDS[2]} in it: not an output; {_MEND}")
-        if len(reports) > 1:
-            names = ", ".join(report.name for report in reports)
-            raise InputError(f"{name}: it holds several outputs ({names}); name the report that is meant")
-        file = reports[0]
-    else:
-        file = place
+    file = _report_in(Path(name), name)
     try:
         record = read_json(read_regular(file))
     except OSError as failure:
@@ -110,14 +100,24 @@ def read_output(name: str) -> Output:
         raise InputError(f"{file}: damaged: its provenance is no table; run the command anew")
     if command is None:
         raise InputError(f"{file}: not a report of generate, predict, correct, whatif or heat; {_MEND}")
-    return Output(name, COMPARED[command], record, file, file == place)
+    return Output(name, COMPARED[command], record, file, file == Path(name))
 
 
-def _is_folder(place: Path) -> bool:
+def _report_in(place: Path, name: str) -> Path:
+    """The report of a folder; what was given, where it is none."""
     try:
-        return place.is_dir()
+        is_folder = place.is_dir()
     except OSError:  # a name that no file can have: reading it says why
-        return False
+        is_folder = False
+    if not is_folder:
+        return place
+    reports = [place / report for report in RECORDS if (place / report).is_file()]
+    if not reports:
+        raise InputError(f"{name}: no {', '.join(RECORDS[:2])} or {RECORDS[2]} in it: not an output; {_MEND}")
+    if len(reports) > 1:
+        names = ", ".join(report.name for report in reports)
+        raise InputError(f"{name}: it holds several outputs ({names}); name the report that is meant")
+    return reports[0]
 
 
 def number(value: Any) -> float:

@@ -18,9 +18,8 @@ from compgen.core.arrays import Array, IntArray, row_norms, step_lengths
 from compgen.core.commands import Command
 from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.core.units import DEG, MM
-from compgen.pipelines.comparison.nearest import distance_to_path
 from compgen.pipelines.comparison.outputs import Output, naming_damage
-from compgen.pipelines.comparison.texts import Commanded, commanded_positions, drawn
+from compgen.pipelines.comparison.texts import Commanded, commanded_positions, distance_to_path, drawn
 
 SAME_POINT = 1e-7  # [m] two planned points of one place
 SAME_PATH = 1e-4  # [m] two planned paths that are one but for where their points are: above a chord, below a move

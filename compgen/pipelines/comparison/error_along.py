@@ -20,7 +20,7 @@ TABLES = {
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Course:
+class ErrorAlong:
     """Errors at N places, NaN where there is none."""
 
     title: str  # of the abscissa, with its unit
@@ -29,7 +29,7 @@ class Course:
     after: Array | None  # (N,) [m]; None where nothing was corrected
 
 
-def course_of(output: Output) -> Course | None:
+def error_along(output: Output) -> ErrorAlong | None:
     """An output's errors over its way; None where its report was given alone.
 
     Raises:
@@ -41,25 +41,25 @@ def course_of(output: Output) -> Course | None:
     if table is None:
         return None
     with naming_damage(output):
-        return _course(output.kind, table)
+        return _of_table(output.kind, table)
 
 
-def _course(kind: Command, table: CsvTable) -> Course:
+def _of_table(kind: Command, table: CsvTable) -> ErrorAlong:
     if kind in (Command.GENERATE, Command.PREDICT):
         length = np.concatenate([[0.0], np.cumsum(step_lengths(_columns(table, "{}_mm") * MM))])
         after = None if kind == Command.PREDICT else np.linalg.norm(_columns(table, "after_d{}_um") * UM, axis=1)
-        return Course(
+        return ErrorAlong(
             "length along the path [m]", length, np.linalg.norm(_columns(table, "before_d{}_um") * UM, axis=1), after
         )
     if kind == Command.CORRECT:
         before, after = (table.numbers(f"{side}_um", gaps=True) * UM for side in ("before", "after"))
-        return Course("station", table.numbers("station"), before, after)
+        return ErrorAlong("station", table.numbers("station"), before, after)
     if kind == Command.HEAT:
         error, residual = (table.numbers(f"{name}_um", gaps=True) * UM for name in ("error", "residual"))
-        return Course("run", np.arange(1.0, len(error) + 1), error, residual)
+        return ErrorAlong("run", np.arange(1.0, len(error) + 1), error, residual)
     before = table.numbers("before_max_um", gaps=True) * UM
     corrected = table.numbers("after_max_um", gaps=True) * UM if table.has("after_max_um") else None
-    return Course("scenario", table.numbers("index"), before, corrected)
+    return ErrorAlong("scenario", table.numbers("index"), before, corrected)
 
 
 def _columns(table: CsvTable, name: str) -> Array:
