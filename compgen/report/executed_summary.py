@@ -20,7 +20,7 @@ def executed_summary(run: ExecutedRun, text: ProgramText, robot: Robot, bound: f
     course, clock, deviation = run.course, run.clock, run.deviation
     first, last = run.covered
     late = clock.late[np.isfinite(clock.late)]
-    log = run.laid.log
+    log = run.followed.log
     return {
         "schema": SCHEMA,
         "command": Command.EXECUTED,

@@ -64,7 +64,7 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             for fit in identified.tried
         ],
         "program": {"file": text.file, "name": text.name, "sha256": text.sha256},
-        "log": {"file": run.laid.log.table.source, "rows": len(run.laid.time)},
+        "log": {"file": run.followed.log.table.source, "rows": len(run.followed.time)},
         "override_percent": None if main is None else main.override / PERCENT,
         "provenance": {"compgen": __version__},
     }

@@ -22,7 +22,7 @@ import numpy as np
 from compgen.core.exceptions import InputError
 from compgen.fanuc.frames import default_frames
 from compgen.identification.motion.fit import times_of
-from compgen.pipelines.executed.executed import Situation, judge, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
@@ -54,7 +54,7 @@ def judged(text, log, situation):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "log.csv"
         file.write_bytes(log)
-        return judge(read_text(str(file.with_name("PART.LS")), text), read_position_log(file), situation)
+        return judge_log(read_text(str(file.with_name("PART.LS")), text), read_position_log(file), situation)
 
 
 def one_run(seed, situation):

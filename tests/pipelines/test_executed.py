@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from compgen import fanuc
 from compgen.core.exceptions import InputError
 from compgen.fanuc.frames import default_frames
-from compgen.pipelines.executed.executed import Situation, judge, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.robot.motion import ControllerMotion
@@ -27,7 +27,7 @@ def situation(robot, programs=None):
 def judged(tmp_path, robot, content, log, programs=None, **more):
     (tmp_path / "log.csv").write_bytes(log if isinstance(log, bytes) else log.encode())
     text = read_text(str(tmp_path / "PART.LS"), content)
-    return judge(text, read_position_log(tmp_path / "log.csv"), situation(robot, programs), **more)
+    return judge_log(text, read_position_log(tmp_path / "log.csv"), situation(robot, programs), **more)
 
 
 def by_steps(course, run=None, logger=None):

@@ -49,7 +49,7 @@ def executed(
     """Say whether a log of positions is of this program, at which override, in which time, and how true to the path."""
     from compgen.pipelines.correct.program_file import read_frames, read_program, read_registers
     from compgen.pipelines.correct.programs_beside import programs_beside
-    from compgen.pipelines.executed.executed import Situation, judge, read_text
+    from compgen.pipelines.executed.executed import Situation, judge_log, read_text
     from compgen.pipelines.files.robot_choice import robot_of_program
     from compgen.pipelines.files.robot_file import find_robot, load_robot
     from compgen.report.executed_page import executed_html
@@ -73,7 +73,7 @@ def executed(
         situation.course(content)  # what is wrong with the program is named before the log is read
     positions = read_position_log(log)
     use_cores(workers)
-    run = judge(text, positions, situation, others, bound)
+    run = judge_log(text, positions, situation, others, bound)
     summary = executed_summary(run, text, arm, bound)
     inputs = measured_inputs(
         arm.name,

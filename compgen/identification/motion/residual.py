@@ -11,7 +11,7 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import arc_lengths_of, tangents_of
-from compgen.verification.executed.projection import nearest
+from compgen.verification.executed.tracking import nearest
 from compgen.verification.twin.controller.smoothing import moments, smooth
 
 

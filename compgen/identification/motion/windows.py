@@ -20,8 +20,7 @@ from compgen.core.rotations import interpolate_rotation
 from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
-from compgen.robot.turns import posture_indices
-from compgen.verification.executed.course import Course
+from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.twin.controller.command import run_law
 
@@ -63,7 +62,7 @@ def windows_of(run: ExecutedRun, robot: Robot) -> list[Window]:
     spans = _spans(run, written)
     if not spans:
         raise InputError(
-            f"{run.laid.log.table.source}: no run between two stops is logged at one override for {SHORTEST:g} s; "
+            f"{run.followed.log.table.source}: no run between two stops is logged at one override for {SHORTEST:g} s; "
             "log a longer run, its override left alone"
         )
     spans = _telling(course, written, spans)
@@ -136,7 +135,7 @@ def _spans(run: ExecutedRun, written: Array) -> list[_Span]:
     return spans
 
 
-def _telling(course: Course, written: Array, spans: list[_Span]) -> list[_Span]:
+def _telling(course: ProgramCourse, written: Array, spans: list[_Span]) -> list[_Span]:
     """As many spans as are looked at: half of them those where smoothing shows most, the others evenly spread."""
     if len(spans) <= WINDOWS:
         return spans
@@ -150,7 +149,7 @@ def _telling(course: Course, written: Array, spans: list[_Span]) -> list[_Span]:
     return [spans[k] for k in np.union1d(most, evenly).tolist()]
 
 
-def _posture(course: Course, robot: Robot) -> int | None:
+def _posture(course: ProgramCourse, robot: Robot) -> int | None:
     """The one posture of a course; None where there are several, or joints are not known."""
     if not np.isfinite(course.theta).all():
         return None
@@ -181,12 +180,12 @@ def _window(
     since = deviation.time[rows] - deviation.time[rows[0]]
     blocks = block + np.floor(since / BLOCK).astype(np.int64)
     at = deviation.row[rows]
-    off = run.laid.projection.off[at]
+    off = run.followed.projection.off[at]
     return Window(
         position=position,
         theta=theta,
         arc=arc,
-        place=run.laid.position[at],
+        place=run.followed.position[at],
         row_arc=deviation.arc[rows],
         off=off,
         block=blocks,

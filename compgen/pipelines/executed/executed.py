@@ -1,10 +1,10 @@
-"""How a log of a run is judged: the program's text with what lies beside it, the log laid along it, the verdict."""
+"""How a log of a run is judged: the program's text with what lies beside it, the log followed along it, the verdict."""
 
 import base64
 import json
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,10 @@ from compgen.fanuc.listing.listing import loads
 from compgen.fanuc.registers import Register
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.robot.robot import Robot
-from compgen.verification.executed.course import Course
-from compgen.verification.executed.identity import Likeness, likeness
-from compgen.verification.executed.judgement import ExecutedRun, judge_run, measure
-from compgen.verification.executed.laid_log import lay
+from compgen.verification.executed.course import ProgramCourse
+from compgen.verification.executed.followed_log import follow_log
+from compgen.verification.executed.judgement import ExecutedRun, findings_of_run, measure
+from compgen.verification.executed.path_deviation import Likeness, likeness
 from compgen.verification.executed.position_log import PositionLog
 
 INPUTS = "inputs "  # how the remark begins that names what a program was made from
@@ -106,12 +106,12 @@ class Situation:
     find_program: Callable[[str], bytes | None]
     world: bool = False  # whether Cartesian positions of logs are in World
 
-    def course(self, content: bytes) -> Course:
+    def course(self, content: bytes) -> ProgramCourse:
         """The course of a program's text."""
         return course_of_text(content, self.robot, self.frames, self.registers, self.find_program)
 
 
-def judge(
+def judge_log(
     text: ProgramText,
     log: PositionLog,
     situation: Situation,
@@ -131,27 +131,28 @@ def judge(
         InputError: Not a program, or a log that is not of it.
     """
     course = situation.course(text.content)
-    laid = lay(log, course, situation.robot, situation.world)
-    deviation, clock = measure(course, laid)
+    followed = follow_log(log, course, situation.robot, world=situation.world)
+    deviation, clock = measure(course, followed)
     others = [*also, *([("the planned program", text.planned)] if text.planned is not None else [])]
-    likenesses, findings = list[Likeness](), list(text.findings)
+    likenesses, findings = list[Likeness](), list[Finding]()
     for name, content in others:
         try:
             other = situation.course(content)
         except InputError as failure:
             raise InputError(f"{name}: {failure}") from failure
-        like = likeness(course, deviation, laid, name, other)
-        if like is None:
-            message = f"{name} is another path: the log does not follow it"
-            findings.append(Finding(Level.NOTE, Code.EXECUTED_UNLIKE, message))
-        else:
+        like = likeness(course, deviation, followed, name, other)
+        if like is not None:
             likenesses.append(like)
-    judged = judge_run(course, laid, deviation, clock, likenesses, bound)
+            continue
+        message = f"{name} is another path: the log does not follow it"
+        findings.append(Finding(Level.NOTE, Code.EXECUTED_UNLIKE, message))
+    judged = findings_of_run(course, followed, deviation, clock, likenesses, bound)
     order = list(Level)
-    every = sorted((*judged, *findings), key=lambda f: order.index(f.level))
-    return replace(
-        ExecutedRun(
-            course=course, laid=laid, deviation=deviation, clock=clock, likeness=tuple(likenesses), findings=()
-        ),
-        findings=tuple(every),
+    return ExecutedRun(
+        course=course,
+        followed=followed,
+        deviation=deviation,
+        clock=clock,
+        likeness=tuple(likenesses),
+        findings=tuple(sorted((*judged, *text.findings, *findings), key=lambda f: order.index(f.level))),
     )

@@ -28,8 +28,7 @@ from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
-from compgen.robot.turns import apply_turns
-from compgen.verification.executed.course import Course, arc_lengths_of, at_numbers, divided, speed_clock
+from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, at_numbers, divided, speed_clock
 from compgen.verification.twin.timing import time_program
 
 SHORTEST = 1e-9  # m
@@ -41,7 +40,7 @@ def course_of_text(
     frames: Frames,
     registers: dict[int, Register] | None = None,
     find_program: Callable[[str], bytes | None] = lambda name: None,
-) -> Course:
+) -> ProgramCourse:
     """The course of a program.
 
     Args:
@@ -74,7 +73,7 @@ def canonical_program(data: bytes, find_program: Callable[[str], bytes | None]) 
         return None
 
 
-def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Course:
+def _canonical_course(program: Program, robot: Robot, frames: Frames) -> ProgramCourse:
     """The course of a program of straight lines, and arcs, in one frame with one tool."""
     known = ("uframe", program.uframe, frames.uframe), ("utool", program.utool, frames.utool)
     for kind, number, table in known:
@@ -116,7 +115,7 @@ def _course(
     tool: Pose,
     numbers: tuple[int, int],
     counted: bool = False,
-) -> Course:
+) -> ProgramCourse:
     """A course of positions, with nodes on its arcs; an orientation there is that of the nearest position."""
     number, position = divided(nodes["position"], via)
     base, nearest = np.floor(number).astype(np.int64), np.rint(number).astype(np.int64)
@@ -125,7 +124,7 @@ def _course(
         columns[name] = np.where(number % 1 > 0, 0, nodes[name][base]).astype(nodes[name].dtype)
     for name in ("cruise", "periods", "planned", "theta"):
         columns[name] = at_numbers(nodes[name], number)
-    return Course(
+    return ProgramCourse(
         position=position,
         rotation=rotation[nearest],
         arc=arc_lengths_of(position),
@@ -144,7 +143,7 @@ def _listed_course(
     frames: Frames,
     registers: dict[int, Register],
     find_program: Callable[[str], bytes | None],
-) -> Course:
+) -> ProgramCourse:
     """The course of anyone's program, its motions as listed."""
     around = ProgramContext(frames, registers, called_programs(program, find_program))
     poses = around.poses(program, robot)

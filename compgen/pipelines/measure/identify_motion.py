@@ -12,7 +12,7 @@ from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.identify import IdentifiedMotion, identify
 from compgen.identification.motion.windows import windows_of
-from compgen.pipelines.executed.executed import ProgramText, Situation, judge
+from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.executed.position_log import PositionLog
@@ -35,7 +35,7 @@ def identify_motion(
     Raises:
         InputError: Not a program, a log that is not of it, or one of a run with no steady motion.
     """
-    run = judge(text, log, situation)
+    run = judge_log(text, log, situation)
     another = (Code.EXECUTED_ANOTHER, Code.EXECUTED_OLDER, Code.EXECUTED_OFFSET)
     wrong = next((f for f in run.findings if f.code in another), None)
     if wrong is not None:
@@ -66,7 +66,7 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
         "identified": {
             "robot": robot.name,
             "verdict": "accepted" if identified.accepted else "rejected",
-            "log_sha256": sha256(read_regular(run.laid.log.table.source)).hexdigest(),
+            "log_sha256": sha256(read_regular(run.followed.log.table.source)).hexdigest(),
             "program": program.name,
             "override_percent": 100.0 if main is None else main.override / PERCENT,
             "held_out_um": round(identified.largest / UM, 3),

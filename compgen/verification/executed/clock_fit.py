@@ -8,12 +8,13 @@ and from stop to stop t_0 changes by what the stop costs: its ramps, its wait, a
 One log cannot part a clock that is off by a share from a program that is slower by it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own
-from compgen.verification.executed.course import Course
+from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.rates import SAME_RATE, Stretch, badness, stretches_of, window_rates
 
 RAMP_TIME = 0.6  # [s] at both ends of a run that are left out, if its ramps take no more
@@ -63,7 +64,7 @@ class ClockFit:
         return max(self.stretches, key=lambda s: s.end - s.begin, default=None)
 
 
-def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit:
+def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> ClockFit:
     """Fit the clock of a log's rows that are on the course.
 
     Args:
@@ -95,22 +96,26 @@ def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit
             expected=0.0,
             rounded=rounded,
         )
-    stretches = _pooled(time, course.at(clock, arc), run, inside, stretches)
-    return _assessed(
-        course,
-        clock,
-        time,
-        arc=arc,
-        run=run,
-        inside=inside,
-        stretches=stretches,
-        held=held,
-        rounded=rounded,
-        still=stands,
+    steady = _Steady(
+        course=course, clock=clock, time=time, arc=arc, shown=course.at(clock, arc), run=run, inside=inside
     )
+    return _assessed(steady, _pooled(steady, stretches), held, stands, rounded=rounded)
 
 
-def _planned_runs(course: Course, edges: Array) -> tuple[Array, Array]:
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class _Steady:
+    """M rows of a log with those at steady speed."""
+
+    course: ProgramCourse
+    clock: Array  # (N,) [s] of the course's nodes
+    time: Array  # (M,) [s] log's clock
+    arc: Array  # (M,) [m]
+    shown: Array  # (M,) [s] what the course's clock shows there
+    run: IntArray  # (M,) from 1, 0 before the first
+    inside: BoolArray  # (M,) at steady speed
+
+
+def _planned_runs(course: ProgramCourse, edges: Array) -> tuple[Array, Array]:
     """Of runs between edges (R + 1,) [m]: time at written speeds, and with ramps, without waits, (R,) [s]."""
     clock = course.periods if course.counted else course.cruise
     waited = np.append(0.0, np.cumsum(course.wait))[np.searchsorted(course.arc, edges - NODE)]
@@ -132,7 +137,7 @@ def _takes_whole_periods(
     return len(counted) == len(written) and off[0] > PLAIN > 3 * off[1] and counted_spread < 2 * spread + PLAIN
 
 
-def standing_rows(course: Course, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
+def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
     """First and last row of each time that the robot stands, by bins of a fixed length in time."""
     width = max(STAND_BIN, 3 * float(np.median(np.diff(time))))
     edges = np.unique(np.append(np.searchsorted(time, np.arange(time[0], time[-1], width)), len(time) - 1))
@@ -200,89 +205,98 @@ def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: 
 
 
 def _assessed(
-    course: Course,
-    clock: Array,
-    time: Array,
-    arc: Array,
-    run: IntArray,
-    inside: BoolArray,
-    stretches: tuple[Stretch, ...],
-    held: Array,
-    rounded: bool,
-    still: list[tuple[int, int]],
+    steady: _Steady, stretches: tuple[Stretch, ...], held: Array, still: list[tuple[int, int]], *, rounded: bool
 ) -> ClockFit:
-    """Offsets of the runs, what stops cost, and the time that all of it took."""
-    c = course.at(clock, arc)
-    rows = np.flatnonzero(inside)
-    turns, rates = np.array([s.begin for s in stretches[1:]]), np.array([s.rate for s in stretches])
-    turns = _refined(time[rows], c[rows], turns, rates, stretches)
-    stretches = tuple(
-        Stretch(a, b, s.rate, s.sigma)
-        for s, a, b in zip(
-            stretches, [stretches[0].begin, *turns.tolist()], [*turns.tolist(), stretches[-1].end], strict=True
-        )
-    )
+    """Offsets of the runs, what stops cost, and the time that all of it took.
+
+    Args:
+        steady: The rows.
+        stretches: At one override each.
+        held: Where the robot was held, (H,) [m].
+        still: First and last row of each time that it stands.
+        rounded: Whether the clock is that of whole periods.
+    """
+    course, time, arc, c = steady.course, steady.time, steady.arc, steady.shown
+    rows = np.flatnonzero(steady.inside)
+    turns = _refined(time[rows], c[rows], stretches)
+    rates, nominal = (np.array([getattr(s, name) for s in stretches]) for name in ("rate", "override"))
     knots = np.concatenate([[time[0]], turns, [time[-1]]])
     fitted = np.interp(time[rows], knots, np.concatenate([[0.0], np.cumsum(rates * np.diff(knots))]))
-    begins = np.flatnonzero(np.append(True, np.diff(run[rows]) != 0))
-    which = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(rows))))
+    begins = np.flatnonzero(np.append(True, np.diff(steady.run[rows]) != 0))
     ends = np.append(begins[1:], len(rows)) - 1
+    which = np.repeat(np.arange(len(begins)), ends - begins + 1)
     offset = np.bincount(which, c[rows] - fitted) / np.bincount(which)
     stretch = np.searchsorted(turns, time[rows], side="right")
     late = np.full(len(time), np.nan)
     late[rows] = -(c[rows] - fitted - offset[which]) / rates[stretch]
 
     # between the last steady row of a run and the first of the next
+    before = stretch[ends[:-1]]
     a, b = rows[ends[:-1]], rows[begins[1:]]
-    lost = -np.diff(offset) / rates[stretch[ends[:-1]]]
-    cost, wait = np.append(0.0, np.cumsum(stop_costs(course))), np.append(0.0, np.cumsum(course.wait))
-    node_a, node_b = np.searchsorted(course.arc, arc[a]), np.searchsorted(course.arc, arc[b])
-    nominal = np.array([s.override for s in stretches])
-    planned = (cost[node_b] - cost[node_a]) / nominal[stretch[ends[:-1]]]
-    waits = wait[node_b] - wait[node_a]
-    hold = np.searchsorted(held, arc[b]) - np.searchsorted(held, arc[a]) > 0
-    beyond = lost - planned - waits
-    stood = hold | (beyond > BEYOND) | (waits > 0)
-    stands = []
-    for k in np.flatnonzero(stood).tolist():
-        inner = course.arc[node_a[k] : node_b[k]][course.stop[node_a[k] : node_b[k]]]
-        at = float(held[np.searchsorted(held, arc[a[k]])]) if hold[k] or not len(inner) else float(inner[0])
-        since = float(np.interp(at, arc[[a[k], b[k]]], time[[a[k], a[k]]]))
-        stands.append(Stand(since, at, float(beyond[k]), float(waits[k]), not hold[k]))
-
-    stands = _other_stands(course, time, arc, still, stands, np.column_stack([time[a], time[b]]))
+    between = _Between(steady, a, b, held, nominal[before])
+    beyond = -np.diff(offset) / rates[before] - between.ramps - between.waits
+    stood = between.is_hold | (beyond > BEYOND) | (between.waits > 0)
+    stands = [between.stand(k, float(beyond[k])) for k in np.flatnonzero(stood).tolist()]
+    edges = [stretches[0].begin, *turns.tolist(), stretches[-1].end]
     first, last = int(rows[0]), int(rows[-1])
     marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
-    expected = float((np.diff(marks) / nominal).sum() + planned.sum() + waits.sum())
-    took = float(time[last] - time[first] - beyond[stood].sum())
-    resting = np.flatnonzero(arc[:first] <= course.arc[0] + AT_REST)
-    begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
-    since = time[first] - (c[first] - clock[begin] + (cost[begin + 1] - cost[begin]) / 2) / rates[0]
-    start = float(time[resting[-1]] if len(resting) else since)
     return ClockFit(
-        stretches=stretches, stands=tuple(stands), start=start, late=late, took=took, expected=expected, rounded=rounded
+        stretches=tuple(replace(s, begin=x, end=y) for s, (x, y) in zip(stretches, pairwise(edges), strict=True)),
+        stands=tuple(_other_stands(course, time, arc, still, stands, np.column_stack([time[a], time[b]]))),
+        start=_begun(steady, first, float(rates[0])),
+        late=late,
+        took=float(time[last] - time[first] - beyond[stood].sum()),
+        expected=float((np.diff(marks) / nominal).sum() + between.ramps.sum() + between.waits.sum()),
+        rounded=rounded,
     )
 
 
-def _pooled(
-    time: Array, clock: Array, run: IntArray, inside: BoolArray, stretches: tuple[Stretch, ...]
-) -> tuple[Stretch, ...]:
+class _Between:
+    """What lies between the last steady rows a of runs and the first steady rows b of the next, (R - 1,)."""
+
+    def __init__(self, steady: _Steady, a: IntArray, b: IntArray, held: Array, override: Array) -> None:
+        course, arc = steady.course, steady.arc
+        self.steady, self.a, self.held = steady, a, held
+        self.first, self.last = np.searchsorted(course.arc, arc[a]), np.searchsorted(course.arc, arc[b])
+        cost, wait = (np.append(0.0, np.cumsum(each)) for each in (stop_costs(course), course.wait))
+        self.ramps = (cost[self.last] - cost[self.first]) / override  # [s] by the plan
+        self.waits = wait[self.last] - wait[self.first]  # [s] by the program
+        self.is_hold = np.searchsorted(held, arc[b]) - np.searchsorted(held, arc[a]) > 0
+
+    def stand(self, k: int, beyond: float) -> Stand:
+        """Where the robot stood in one of them."""
+        course, a, nodes = self.steady.course, self.a[k], slice(self.first[k], self.last[k])
+        stops, is_hold = course.arc[nodes][course.stop[nodes]], bool(self.is_hold[k])
+        at = self.held[np.searchsorted(self.held, self.steady.arc[a])] if is_hold or not len(stops) else stops[0]
+        return Stand(float(self.steady.time[a]), float(at), beyond, float(self.waits[k]), not is_hold)
+
+
+def _begun(steady: _Steady, first: int, rate: float) -> float:
+    """When the program left its first position, or the last stop before its first steady row [s]."""
+    course, arc, time = steady.course, steady.arc, steady.time
+    resting = np.flatnonzero(arc[:first] <= course.arc[0] + AT_REST)
+    if len(resting):
+        return float(time[resting[-1]])
+    begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
+    return float(time[first] - (steady.shown[first] - steady.clock[begin] + stop_costs(course)[begin] / 2) / rate)
+
+
+def _pooled(steady: _Steady, stretches: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
     """Stretches with their rates fitted to all of their rows together, each run with its own offset."""
     refined = []
     for stretch in stretches:
-        rows = np.flatnonzero(inside & (time >= stretch.begin) & (time <= stretch.end))
-        _, of = np.unique(run[rows], return_inverse=True)
-        t, c = time[rows], clock[rows]
+        rows = np.flatnonzero(steady.inside & (steady.time >= stretch.begin) & (steady.time <= stretch.end))
+        _, of = np.unique(steady.run[rows], return_inverse=True)
         count = np.maximum(np.bincount(of), 1)
-        t, c = t - (np.bincount(of, t) / count)[of], c - (np.bincount(of, c) / count)[of]
+        t, c = (x[rows] - (np.bincount(of, x[rows]) / count)[of] for x in (steady.time, steady.shown))
         rate = float((t * c).sum() / max(float((t * t).sum()), 1e-12))
         near = abs(rate - stretch.rate) <= max(SAME_RATE * stretch.rate, 5 * stretch.sigma)
-        refined.append(Stretch(stretch.begin, stretch.end, rate if near else stretch.rate, stretch.sigma))
+        refined.append(replace(stretch, rate=rate) if near else stretch)
     return tuple(refined)
 
 
 def _other_stands(
-    course: Course, time: Array, arc: Array, still: list[tuple[int, int]], stands: list[Stand], spans: Array
+    course: ProgramCourse, time: Array, arc: Array, still: list[tuple[int, int]], stands: list[Stand], spans: Array
 ) -> list[Stand]:
     """Where the robot stood between the first and the last row that is on its way, and no steady runs tell of it."""
     on_way = np.flatnonzero((arc > course.arc[0] + AT_REST) & (arc < course.arc[-1] - AT_REST))
@@ -302,22 +316,21 @@ def _other_stands(
     return sorted([*stands, *others], key=lambda stand: stand.time)
 
 
-def _refined(time: Array, clock: Array, turns: Array, rates: Array, stretches: tuple[Stretch, ...]) -> Array:
+def _refined(time: Array, clock: Array, stretches: tuple[Stretch, ...]) -> Array:
     """Times at which the rate changes: where the lines before and after meet, if that is between their windows."""
     refined = []
-    for k, turn in enumerate(turns.tolist()):
-        low, high = stretches[k].end, turn
-        before, after = np.searchsorted(time, [low, high])
-        before = max(before - 1, 0)
-        after = min(int(after), len(time) - 1)
+    for one, other in pairwise(stretches):
+        before, after = np.searchsorted(time, [one.end, other.begin])
+        before, after = max(before - 1, 0), min(after, len(time) - 1)
         # c_b + f_b (t - t_b) = c_a + f_a (t - t_a)
-        step = rates[k + 1] - rates[k]
-        meet = (clock[before] - rates[k] * time[before] - clock[after] + rates[k + 1] * time[after]) / step
-        refined.append(float(meet) if time[before] - 1 <= meet <= time[after] + 1 else (low + high) / 2)
+        gap = clock[before] - one.rate * time[before] - clock[after] + other.rate * time[after]
+        meet = float(gap / (other.rate - one.rate))
+        inside = time[before] - 1 <= meet <= time[after] + 1
+        refined.append(meet if inside else (one.end + other.begin) / 2)
     return np.array(refined)
 
 
-def stop_costs(course: Course) -> Array:
+def stop_costs(course: ProgramCourse) -> Array:
     """What each stop's ramps cost beyond the clock at written speed, (N,) [s]; half of a run's at each of its ends."""
     stops = np.flatnonzero(course.stop)
     clock = course.periods if course.counted else course.cruise

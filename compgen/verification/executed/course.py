@@ -22,7 +22,7 @@ LONGEST_DIVISION = 4000  # nodes of one arc
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Course:
+class ProgramCourse:
     """N nodes in World; ``frame`` and ``tool`` are those that the program runs in."""
 
     position: Array  # (N, 3) [m]

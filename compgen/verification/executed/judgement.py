@@ -1,6 +1,6 @@
 """What a log says of a run, in findings: whose text it was, how much of it, how fast, and how true."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +12,9 @@ from compgen.core.findings import Finding
 from compgen.core.message_text import beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.verification.executed.clock_fit import ClockFit, fit_clock
-from compgen.verification.executed.course import Course
-from compgen.verification.executed.identity import Likeness, curvature
-from compgen.verification.executed.laid_log import LaidLog
-from compgen.verification.executed.offset import constant_offset, offset_words
-from compgen.verification.executed.path_deviation import RESTING, PathDeviation, deviation_of
+from compgen.verification.executed.course import ProgramCourse
+from compgen.verification.executed.followed_log import FollowedLog, constant_offset, offset_words
+from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, curvature, deviation_of
 
 WHOLE = 0.998  # of the course that a whole run covers
 TIME_BOUND = 0.5 * PERCENT  # of the planned time
@@ -37,8 +35,8 @@ REFUSED_OFFSET = 0.5e-3  # m
 class ExecutedRun:
     """A log judged against a program's text."""
 
-    course: Course
-    laid: LaidLog
+    course: ProgramCourse
+    followed: FollowedLog
     deviation: PathDeviation
     clock: ClockFit
     likeness: tuple[Likeness, ...]
@@ -55,24 +53,24 @@ class ExecutedRun:
         return not any(f.level is Level.OUTSIDE for f in self.findings)
 
 
-def measure(course: Course, laid: LaidLog) -> tuple[PathDeviation, ClockFit]:
+def measure(course: ProgramCourse, followed: FollowedLog) -> tuple[PathDeviation, ClockFit]:
     """Deviation and clock of a log.
 
     Raises:
         InputError: The clock steps, or all of the log is at a constant offset that no controller makes.
     """
-    deviation = deviation_of(course, laid)
-    refuse_clock_steps(course, laid, deviation)
+    deviation = deviation_of(course, followed)
+    refuse_clock_steps(course, followed, deviation)
     clock = fit_clock(course, deviation.time, deviation.arc, max(deviation.noise, 1e-6))
     return deviation, clock
 
 
-def refuse_clock_steps(course: Course, laid: LaidLog, deviation: PathDeviation) -> None:
+def refuse_clock_steps(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> None:
     """Raises InputError where time passes between two rows, at speed on both sides, and the robot has not moved on."""
     time, arc = deviation.time, deviation.arc
     if len(time) < 4 * STEP_ROWS:
         return
-    usual = laid.log.period
+    usual = followed.log.period
     gap = np.diff(time)
     for k in np.flatnonzero(gap > max(5 * usual, 0.1)).tolist():
         if not STEP_ROWS <= k < len(time) - STEP_ROWS - 1:
@@ -82,26 +80,27 @@ def refuse_clock_steps(course: Course, laid: LaidLog, deviation: PathDeviation) 
         slower = min(before, after)
         if slower > 1e-4 and arc[k + 1] - arc[k] < STEP_SHARE * slower * gap[k] and slower * gap[k] > 2e-3:
             step = gap[k] - (arc[k + 1] - arc[k]) / max((before + after) / 2, 1e-9)
+            where = followed.log.location(int(deviation.row[k + 1]), "time_s")
             raise InputError(
-                f"{laid.log.location(int(deviation.row[k + 1]), 'time_s')}: {gap[k]:.3g} s after the row before, and "
-                f"the robot, at speed, moved {(arc[k + 1] - arc[k]) / MM:.2f} mm: the clock steps forwards by "
+                f"{where}: {gap[k]:.3g} s after the row before, and the robot, at speed, moved "
+                f"{(arc[k + 1] - arc[k]) / MM:.2f} mm: the clock steps forwards by "
                 f"{step:.3g} s; take the step out of the later times, or cut the log there"
             )
 
 
-def judge_run(
-    course: Course,
-    laid: LaidLog,
+def findings_of_run(
+    course: ProgramCourse,
+    followed: FollowedLog,
     deviation: PathDeviation,
     clock: ClockFit,
     likenesses: Sequence[Likeness],
     bound: float | None,
-) -> tuple[Finding, ...]:
-    """The findings of a run, what is outside first.
+) -> Iterator[Finding]:
+    """The findings of a run.
 
     Args:
         course: Of the program.
-        laid: The log.
+        followed: The log.
         deviation: Of it.
         clock: Of it.
         likenesses: To other texts.
@@ -110,50 +109,44 @@ def judge_run(
     Raises:
         InputError: The log is at a constant offset that no controller makes.
     """
-    findings = [
-        *_of_identity(course, laid, deviation, likenesses),
-        *_of_extent(course, deviation),
-        *_of_override(course, clock),
-        *_of_time(course, clock),
-        *_of_stands(course, clock),
-        *_of_bound(course, deviation, bound),
-        *_of_log(course, laid, deviation),
-    ]
-    return tuple(sorted(findings, key=lambda f: list(Level).index(f.level)))
+    yield from _of_identity(course, followed, deviation, likenesses)
+    yield from _of_extent(course, deviation)
+    yield from _of_override(clock)
+    yield from _of_time(clock)
+    yield from _of_stands(course, clock)
+    yield from _of_bound(course, deviation, bound)
+    yield from _of_log(followed, deviation)
 
 
 def _of_identity(
-    course: Course, laid: LaidLog, deviation: PathDeviation, likenesses: Sequence[Likeness]
-) -> list[Finding]:
-    findings = []
+    course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation, likenesses: Sequence[Likeness]
+) -> Iterator[Finding]:
     for like in likenesses:
         differs = f"the two differ by {like.differs / UM:.1f} um rms"
         if like.is_other:
-            message = (
-                f"the log is of {like.name}, not of this text ({differs}, {100 * like.beta:.0f} % of it in the log)"
-            )
-            findings.append(Finding(Level.OUTSIDE, Code.EXECUTED_OTHER, f"{message}; load the program that was meant"))
+            words = f"not of this text ({differs}, {100 * like.beta:.0f} % of it in the log)"
+            message = f"the log is of {like.name}, {words}; load the program that was meant"
+            yield Finding(Level.OUTSIDE, Code.EXECUTED_OTHER, message)
         elif like.is_sure:
             message = f"the log is of this text and not of {like.name} ({differs})"
-            findings.append(Finding(Level.NOTE, Code.EXECUTED_THIS, message))
+            yield Finding(Level.NOTE, Code.EXECUTED_THIS, message)
         else:
             message = f"the log cannot tell this text from {like.name}: {differs}"
-            findings.append(Finding(Level.WARNING, Code.EXECUTED_UNSURE, message))
+            yield Finding(Level.WARNING, Code.EXECUTED_UNSURE, message)
     largest = deviation.extents["total"].max if deviation.extents else 0.0
-    offset = [] if any(like.is_other for like in likenesses) else _of_offset(course, laid, deviation)
-    if offset:
-        findings += offset
+    offset = None if any(like.is_other for like in likenesses) else _offset_or_older(course, followed, deviation)
+    if offset is not None:
+        yield offset
     elif largest > CLAMP and _straight_deviation(course, deviation) > CLAMP / 3:
         message = (
             f"it leaves the path by up to {largest / MM:.2f} mm, near "
             f"{course.point_name(deviation.extents['total'].where)}: corrections are clamped to "
             f"{CLAMP / MM:g} mm, so it is another program along the same way"
         )
-        findings.append(Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message))
-    return findings
+        yield Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
 
 
-def _straight_deviation(course: Course, deviation: PathDeviation) -> float:
+def _straight_deviation(course: ProgramCourse, deviation: PathDeviation) -> float:
     """How far most rows are off the path where smoothing pulls nowhere [m]; 0 where there are too few to say."""
     rows = np.flatnonzero(deviation.judged)
     rows = rows[:: max(1, len(rows) // 50_000)]
@@ -162,138 +155,126 @@ def _straight_deviation(course: Course, deviation: PathDeviation) -> float:
     return float(np.quantile(deviation.distance[straight], MOST)) if len(straight) >= LEAST_ROWS else 0.0
 
 
-def _of_offset(course: Course, laid: LaidLog, deviation: PathDeviation) -> list[Finding]:
-    """A constant offset, or stops that are not those of the text."""
-    off = laid.projection.off[deviation.row]
+def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> Finding | None:
+    """A constant offset, or stops that are not those of the text; None of a log that has neither."""
     rows = np.flatnonzero(deviation.judged)[:: max(1, int(deviation.judged.sum()) // 50_000)]
     if len(rows) < 20:
-        return []
-    offset = constant_offset(course, laid.projection.way[deviation.row[rows]], off[rows])
+        return None
+    of_log = deviation.row[rows]
+    offset = constant_offset(course, followed.projection.way[of_log], followed.projection.off[of_log])
     size = 0.0 if offset is None else float(np.linalg.norm(offset.vector))
     if offset is not None and offset.explained > CONSTANT and size > LEAST_OFFSET:
         words = offset_words(offset, course)
         if size > REFUSED_OFFSET:
-            source = laid.log.table.source
+            source = followed.log.table.source
             raise InputError(f"{source}: its positions lie at {words}; log with the program's own, or give --frames")
-        return [
-            Finding(Level.OUTSIDE, Code.EXECUTED_OFFSET, f"{100 * offset.explained:.0f} % of the deviation is {words}")
-        ]
+        message = f"{100 * offset.explained:.0f} % of the deviation is {words}"
+        return Finding(Level.OUTSIDE, Code.EXECUTED_OFFSET, message)
     resting = deviation.judged & (deviation.speed < RESTING * max(float(np.median(deviation.speed)), 1e-4))
-    if resting.sum() >= 5:
-        away = deviation.distance[resting]
-        median = float(np.median(away))
-        if median > STOPPED_OFF + 3 * deviation.noise:
-            where = course.point_name(float(deviation.arc[resting][int(np.argmax(away))]))
-            message = (
-                f"where it stood it was {median / UM:.0f} um off the text (up to {away.max() / UM:.0f} at {where}), "
-                "and no controller smooths there: an older correction of the same path; give it with --also"
-            )
-            return [Finding(Level.OUTSIDE, Code.EXECUTED_OLDER, message)]
-    return []
+    away = deviation.distance[resting]
+    if len(away) < 5 or np.median(away) <= STOPPED_OFF + 3 * deviation.noise:
+        return None
+    where = course.point_name(float(deviation.arc[resting][int(np.argmax(away))]))
+    message = (
+        f"where it stood it was {np.median(away) / UM:.0f} um off the text (up to {away.max() / UM:.0f} at {where}), "
+        "and no controller smooths there: an older correction of the same path; give it with --also"
+    )
+    return Finding(Level.OUTSIDE, Code.EXECUTED_OLDER, message)
 
 
-def _of_extent(course: Course, deviation: PathDeviation) -> list[Finding]:
+def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Finding]:
     first, last = float(deviation.arc.min()), float(deviation.arc.max())
     missing = 1 - (last - first) / course.length
-    if missing <= 1 - WHOLE:
-        return []
-    begin, end = (course.point_name(s) for s in (first, last))
-    message = (
-        f"the log has {100 * (1 - missing):.1f} % of the path: from {begin} ({100 * first / course.length:.1f} %) to "
-        f"{end} ({100 * last / course.length:.1f} %); the rest is not judged"
-    )
-    return [Finding(Level.OUTSIDE, Code.EXECUTED_PART, message)]
+    if missing > 1 - WHOLE:
+        begin, end = (f"{course.point_name(s)} ({100 * s / course.length:.1f} %)" for s in (first, last))
+        message = f"the log has {100 * (1 - missing):.1f} % of the path: from {begin} to {end}; the rest is not judged"
+        yield Finding(Level.OUTSIDE, Code.EXECUTED_PART, message)
 
 
-def _of_override(course: Course, clock: ClockFit) -> list[Finding]:
+def _of_override(clock: ClockFit) -> Iterator[Finding]:
     if not clock.stretches:
         message = "no steady motion in it long enough: neither override nor time is known; log a longer run"
-        return [Finding(Level.WARNING, Code.EXECUTED_NO_CLOCK, message)]
-    findings = []
+        yield Finding(Level.WARNING, Code.EXECUTED_NO_CLOCK, message)
+        return
     if clock.rounded:
         message = (
             "lines take whole interpolation periods: that explains its speeds, written speeds do not; set "
             "controller.rounds_up_to_period = true in the robot file"
         )
-        findings.append(Finding(Level.WARNING, Code.EXECUTED_PERIODS, message))
-    if len(clock.stretches) > 1:
-        turns = [
-            f"{100 * s.override:.0f} % from {s.begin:.2f} s" for s in clock.stretches[1 : NAMED + 1]
-        ]  # fmt: skip
-        more = len(clock.stretches) - 1 - NAMED
-        message = f"the override changed midway: {100 * clock.stretches[0].override:.0f} % at first, {', '.join(turns)}"
-        message += f" and {more} changes more" if more > 0 else ""
-        findings.append(Finding(Level.OUTSIDE, Code.EXECUTED_OVERRIDE_CHANGED, message))
-    elif clock.stretches[0].override != 1:
-        message = f"it ran at {100 * clock.stretches[0].override:.0f} % override, its speeds are written for 100 %"
-        findings.append(Finding(Level.WARNING, Code.EXECUTED_OVERRIDE, message))
-    return findings
+        yield Finding(Level.WARNING, Code.EXECUTED_PERIODS, message)
+    first, *later = clock.stretches
+    if later:
+        turns = [f"{100 * s.override:.0f} % from {s.begin:.2f} s" for s in later]
+        message = f"the override changed midway: {100 * first.override:.0f} % at first, {_named(turns, 'changes')}"
+        yield Finding(Level.OUTSIDE, Code.EXECUTED_OVERRIDE_CHANGED, message)
+    elif first.override != 1:
+        message = f"it ran at {100 * first.override:.0f} % override, its speeds are written for 100 %"
+        yield Finding(Level.WARNING, Code.EXECUTED_OVERRIDE, message)
 
 
-def _of_time(course: Course, clock: ClockFit) -> list[Finding]:
+def _named(items: list[str], what: str) -> str:
+    """The first of some items by name, and how many more there are."""
+    more = len(items) - NAMED
+    return ", ".join(items[:NAMED]) + (f" and {more} {what} more" if more > 0 else "")
+
+
+def _of_time(clock: ClockFit) -> Iterator[Finding]:
     if not clock.stretches or clock.expected <= 0:
-        return []
+        return
     off = clock.took / clock.expected - 1
-    if abs(off) <= TIME_BOUND:
-        return []
-    rate = max(abs(s.rate / s.override - 1) for s in clock.stretches)
-    reason = (
-        "away from stops it kept its speeds: stops cost another time than the robot file's accelerations say"
-        if rate <= TIME_BOUND
-        else "also away from stops: the controller is slower, the plan faster, or the log's clock is off"
-    )
-    message = f"it took {clock.took:.2f} s where the plan has {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
-    return [Finding(Level.WARNING, Code.EXECUTED_TIME, message)]
+    if abs(off) > TIME_BOUND:
+        rate = max(abs(s.rate / s.override - 1) for s in clock.stretches)
+        reason = (
+            "away from stops it kept its speeds: stops cost another time than the robot file's accelerations say"
+            if rate <= TIME_BOUND
+            else "also away from stops: the controller is slower, the plan faster, or the log's clock is off"
+        )
+        message = f"it took {clock.took:.2f} s where the plan has {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
+        yield Finding(Level.WARNING, Code.EXECUTED_TIME, message)
 
 
-def _of_stands(course: Course, clock: ClockFit) -> list[Finding]:
-    findings = []
-    for held, level, code, words in (
-        (True, Level.WARNING, Code.EXECUTED_HELD, "it was held where the program does not stop"),
-        (False, Level.NOTE, Code.EXECUTED_WAITED, "it stood at stops"),
+def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
+    for at_stop, level, code, words in (
+        (False, Level.WARNING, Code.EXECUTED_HELD, "it was held where the program does not stop"),
+        (True, Level.NOTE, Code.EXECUTED_WAITED, "it stood at stops"),
     ):
-        stands = [s for s in clock.stands if s.at_stop is not held and s.duration + s.planned > 0.05]
+        stands = [s for s in clock.stands if s.at_stop is at_stop and s.duration + s.planned > 0.05]
         if stands:
-            named = [f"{s.duration + s.planned:.2f} s at {course.point_name(s.arc)}" for s in stands[:NAMED]]
-            more = f" and {len(stands) - NAMED} times more" if len(stands) > NAMED else ""
-            findings.append(Finding(level, code, f"{words}: {', '.join(named)}{more}"))
-    return findings
+            places = [f"{s.duration + s.planned:.2f} s at {course.point_name(s.arc)}" for s in stands]
+            yield Finding(level, code, f"{words}: {_named(places, 'times')}")
 
 
-def _of_bound(course: Course, deviation: PathDeviation, bound: float | None) -> list[Finding]:
+def _of_bound(course: ProgramCourse, deviation: PathDeviation, bound: float | None) -> Iterator[Finding]:
     if not deviation.extents:
         message = "no row lies on a straight or circular way that the program surely drives: nothing is judged"
-        return [Finding(Level.OUTSIDE, Code.EXECUTED_NOTHING, message)]
-    total = deviation.extents["total"]
-    if bound is None or total.max <= bound:
-        return []
-    size = beyond_text(total.max / UM, bound / UM, 1)
-    message = (
-        f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m along, is "
-        f"above --max-um {bound / UM:g}; p99 {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
-    )
-    return [Finding(Level.OUTSIDE, Code.EXECUTED_MAX, message)]
-
-
-def _of_log(course: Course, laid: LaidLog, deviation: PathDeviation) -> list[Finding]:
-    findings = []
-    step = np.diff(laid.time)
-    missing = step > 2.5 * laid.log.period
-    if missing.any() or laid.log.gaps:
+        yield Finding(Level.OUTSIDE, Code.EXECUTED_NOTHING, message)
+    elif bound is not None and (total := deviation.extents["total"]).max > bound:
+        size = beyond_text(total.max / UM, bound / UM, 1)
         message = (
-            f"{int(missing.sum())} gaps in the log, the longest {step.max() / MS:.0f} ms, and {laid.log.gaps} rows "
+            f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m along, is "
+            f"above --max-um {bound / UM:g}; p99 {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
+        )
+        yield Finding(Level.OUTSIDE, Code.EXECUTED_MAX, message)
+
+
+def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding]:
+    step = np.diff(followed.time)
+    missing = step > 2.5 * followed.log.period
+    if missing.any() or followed.log.gaps:
+        message = (
+            f"{int(missing.sum())} gaps in the log, the longest {step.max() / MS:.0f} ms, and {followed.log.gaps} rows "
             "without a position: what happened there is not seen"
         )
-        findings.append(Finding(Level.NOTE, Code.EXECUTED_GAPS, message))
+        yield Finding(Level.NOTE, Code.EXECUTED_GAPS, message)
     if deviation.away:
         message = f"{deviation.away} rows between its first and its last are over 20 mm off the path and are not judged"
-        findings.append(Finding(Level.WARNING, Code.EXECUTED_AWAY, message))
+        yield Finding(Level.WARNING, Code.EXECUTED_AWAY, message)
     unjudged = 1 - float(np.mean(deviation.judged))
     if unjudged > 0.01:
         message = f"{100 * unjudged:.0f} % of its rows are on joint motions or on ways that are not sure: not judged"
-        findings.append(Finding(Level.NOTE, Code.EXECUTED_UNJUDGED, message))
+        yield Finding(Level.NOTE, Code.EXECUTED_UNJUDGED, message)
     message = (
         "these are positions that the controller knows, by its own model of the arm: they do not show heat, geometry, "
         "compliance or play; where the tool was, only measuring tells"
     )
-    return [*findings, Finding(Level.NOTE, Code.EXECUTED_NOT_THE_TOOL, message)]
+    yield Finding(Level.NOTE, Code.EXECUTED_NOT_THE_TOOL, message)

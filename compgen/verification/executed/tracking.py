@@ -1,4 +1,4 @@
-r"""Where along a course a log begins and how it goes on: nearest points by rising arc length, on marks along the log.
+r"""Where along a course each row of a log is: nearest points by rising arc length, on marks first, then by millions.
 
 Marks are rows that are one step of travelled way apart. From a mark at arc length s the next one is expected at
 
@@ -8,15 +8,19 @@ and its nearest point is looked for about there, the farther from there the dear
 crosses itself, lies beside itself or comes back on its own way is followed in order, whatever the override, and however
 long the robot stands. The log may begin anywhere on the course: every place near its first mark is tried, and the one
 that it can be followed from for longest is taken.
+
+From the marks every row has an expected arc length. It is moved along the course until the row lies square to it,
+s <- s + (p - q(s)) . t(s), and of the ways about there the one with the nearest point is taken.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, own, step_lengths
-from compgen.verification.executed.course import Course
+from compgen.verification.executed.course import ProgramCourse
 
 GATE = 5e-3  # [m] off the course, and yet on it: corrections are clamped at 3 mm
 MARKS = 3000  # of a log
@@ -32,6 +36,11 @@ LOST = 12  # marks off the course in a row: it is looked for anew further along
 LEAST_SHARE = 0.6  # of the marks that must lie on the course
 LEAST_COVERED = 0.02  # [m] of the course, or a hundredth of it where that is shorter
 SAME_WAY = 0.75, 1.35  # way along the course over way of the log
+STEPS = 3  # along the course, from where a row is expected
+FARTHEST = 3e-3  # [m] that one of them goes
+TIE = 1e-18  # m2: of two ways as near, the expected one
+NEIGHBOURS = (0, -1, 1, -2, 2)
+BLOCK = 262_144  # rows at a time
 THINNED = 200_000  # rows at most that marks are taken from
 
 
@@ -61,7 +70,7 @@ class Track:
         return float(self.arc[on[-1]] - self.arc[on[0]]) if len(on) else 0.0
 
 
-def fits(course: Course, track: Track) -> bool:
+def fits(course: ProgramCourse, track: Track) -> bool:
     """Whether a track says that its log is of this course."""
     on = np.flatnonzero(track.on)
     if len(on) < 3 or track.share < LEAST_SHARE or track.covered < min(LEAST_COVERED, 0.01 * course.length):
@@ -97,7 +106,7 @@ def marks(travelled: Array) -> IntArray:
     return np.unique(np.concatenate([[0], rows, [len(travelled) - 1]]))
 
 
-def follow(course: Course, position: Array, travelled: Array, gate: float = GATE) -> Track:
+def follow(course: ProgramCourse, position: Array, travelled: Array, gate: float = GATE) -> Track:
     """A log laid along a course, as far as it can be.
 
     Args:
@@ -128,7 +137,7 @@ def follow(course: Course, position: Array, travelled: Array, gate: float = GATE
 class _Follower:
     """A course prepared for following marks along it."""
 
-    def __init__(self, course: Course, place: Array, travelled: Array, gate: float) -> None:
+    def __init__(self, course: ProgramCourse, place: Array, travelled: Array, gate: float) -> None:
         self.course, self.place, self.travelled, self.gate = course, place, travelled, gate
         self.start, self.step = course.position[:-1], np.diff(course.position, axis=0)
         self.squared = np.maximum(dot(self.step, self.step), 1e-24)
@@ -208,3 +217,91 @@ class _Follower:
         places = arc[a:b] + share * self.lengths[a:b]
         k = int(np.argmin(squared + PROGRESS * (places - expected) ** 2))
         return float(arc[a + k] + share[k] * self.lengths[a + k]), float(np.sqrt(squared[k]))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Projection:
+    """M rows of a log beside the course."""
+
+    arc: Array  # (M,) [m]
+    way: IntArray  # (M,)
+    off: Array  # (M, 3) [m] from the nearest point of the course to the row
+    distance: Array  # (M,) [m]
+
+    def __post_init__(self) -> None:
+        own(self, arc=("M",), way=("M",), off=("M", 3), distance=("M",))
+
+
+def project(course: ProgramCourse, position: Array, travelled: Array, track: Track) -> Projection:
+    """The nearest points to all rows of a log, (M, 3) [m], that a track has laid along the course."""
+    expected = np.clip(np.interp(travelled, *rising(track.travelled, track.arc)), 0.0, course.length)
+    M = len(position)
+    arc, way, off = np.empty(M), np.empty(M, dtype=np.int64), np.empty((M, 3))
+    tangent = course.tangents()
+    for rows in _blocks(M):
+        arc[rows], way[rows], off[rows] = nearest(course.position, course.arc, tangent, position[rows], expected[rows])
+    return Projection(arc, way, off, np.sqrt(dot(off, off)))
+
+
+def rising(x: Array, y: Array) -> tuple[Array, Array]:
+    """Pairs without those whose x does not rise."""
+    keep = np.append(True, np.diff(x) > 0)
+    return x[keep], y[keep]
+
+
+def nearest(nodes: Array, arc_at: Array, tangent: Array, points: Array, arc: Array) -> tuple[Array, IntArray, Array]:
+    """Nearest points of a polyline to others, each looked for about an expected arc length.
+
+    Args:
+        nodes: Of the polyline, (N, 3) [m].
+        arc_at: Arc length at them, (N,) [m].
+        tangent: Of its ways, (N - 1, 3).
+        points: (M, 3) [m].
+        arc: Expected, (M,) [m].
+
+    Returns:
+        Arc length (M,), way (M,), and the vector from the nearest point (M, 3).
+    """
+    last, end, length = len(arc_at) - 2, float(arc_at[-1]), np.diff(arc_at)
+
+    def way_of(arc: Array) -> IntArray:
+        return np.asarray(np.clip(np.searchsorted(arc_at, arc, side="right") - 1, 0, last))
+
+    for _ in range(STEPS):
+        k = way_of(arc)
+        q = nodes[k] + (arc - arc_at[k])[:, None] * tangent[k]
+        arc = np.clip(arc + np.clip(dot(points - q, tangent[k]), -FARTHEST, FARTHEST), 0.0, end)
+    k = way_of(arc)
+    best = np.full(len(arc), np.inf)
+    best_arc, best_way, best_off = arc.copy(), k.copy(), np.zeros((len(arc), 3))
+    for neighbour in NEIGHBOURS:
+        way = np.clip(k + neighbour, 0, last)
+        start, t = nodes[way], tangent[way]
+        share = np.clip(dot(points - start, t), 0.0, length[way])
+        off = points - (start + share[:, None] * t)
+        squared = dot(off, off)
+        nearer = squared < best - TIE
+        best[nearer] = squared[nearer]
+        best_arc[nearer] = arc_at[way[nearer]] + share[nearer]
+        best_way[nearer], best_off[nearer] = way[nearer], off[nearer]
+    return best_arc, best_way, best_off
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(begin, min(begin + BLOCK, count)) for begin in range(0, count, BLOCK))
+
+
+def components(
+    course: ProgramCourse, projection: Projection, rows: IntArray | BoolArray | slice
+) -> tuple[Array, Array]:
+    """Across the travel in the surface, and along the tool's axis away from the surface, of some rows [m].
+
+    side = t x z / |t x z|, across = off . side, normal = - off . z, z the tool's axis at the nearest node.
+    """
+    way, off = projection.way[rows], projection.off[rows]
+    z = course.rotation[way, :, 2]
+    side = np.cross(course.tangents()[way], z)
+    size = np.sqrt(dot(side, side))
+    leads = size < 0.5  # along the tool's own axis there is no side: the tool's x serves
+    side = np.where(leads[:, None], course.rotation[way, :, 1], side / np.where(leads, 1.0, size)[:, None])
+    return dot(off, side), -dot(off, z)

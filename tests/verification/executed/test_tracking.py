@@ -5,10 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.pose import IDENTITY
-from compgen.verification.executed.course import Course, arc_lengths_of, divided
-from compgen.verification.executed.offset import best_motion, constant_offset, shape_elsewhere
-from compgen.verification.executed.projection import components, project
-from compgen.verification.executed.tracking import fits, follow, travelled_way
+from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, divided
+from compgen.verification.executed.followed_log import best_motion, constant_offset, shape_elsewhere
+from compgen.verification.executed.tracking import components, fits, follow, project, travelled_way
 
 
 def course(points):
@@ -18,7 +17,7 @@ def course(points):
     stop = np.zeros(N, dtype=bool)
     stop[[0, -1]] = True
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1))
-    return Course(
+    return ProgramCourse(
         position=points,
         rotation=down,
         arc=arc,
