@@ -105,7 +105,7 @@ class Code(StrEnum):
         "Log a run of a stretch on which they differ.", WARNING)
     EXECUTED_ANOTHER = ("executed.another", "verification",
         "The log is further off than a correction may be: another program ran.", "Give the program that ran.", OUTSIDE)
-    EXECUTED_OFFSET = ("executed.followed_log", "verification", "Most of the deviation is one shift or one turn.",
+    EXECUTED_OFFSET = ("executed.offset", "verification", "Most of the deviation is one shift or one turn.",
         "Compare frame, tool and offsets on the pendant with those of the program.", OUTSIDE)
     EXECUTED_OLDER = ("executed.older", "verification", "An older correction of the same path ran.",
         "Load the new program; give the older one with --also to be sure.", OUTSIDE)

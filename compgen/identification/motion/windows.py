@@ -20,6 +20,7 @@ from compgen.core.rotations import interpolate_rotation
 from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
+from compgen.robot.turns import posture_indices
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.twin.controller.command import run_law

@@ -28,6 +28,7 @@ from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
+from compgen.robot.turns import apply_turns
 from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, at_numbers, divided, speed_clock
 from compgen.verification.twin.timing import time_program
 

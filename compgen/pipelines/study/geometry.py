@@ -10,8 +10,8 @@ from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.job.job import Job
+from compgen.job.uncertainty import JobUncertainty, quantities_of
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.files.uncertainty import JobUncertainty, quantities_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.pipelines.uncertainty.band import Places, columns_at

@@ -19,8 +19,8 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.error_model.knowledge import build_slopes
 from compgen.error_model.quantities import Quantity
-from compgen.pipelines.files.job import Job
-from compgen.pipelines.files.uncertainty import quantities_of
+from compgen.job.job import Job
+from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at, law_of
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single

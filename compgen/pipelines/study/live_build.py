@@ -12,7 +12,7 @@ import numpy as np
 from compgen.core.arrays import Array, own, rms
 from compgen.core.stages import Progress
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate

@@ -7,8 +7,8 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import HOUR, MINUTE, MM
-from compgen.pipelines.files.day_plan import Programs, plan_history
-from compgen.pipelines.files.job import Cell
+from compgen.job.day_plan import Programs, plan_history
+from compgen.job.job import Cell
 from compgen.thermal import Duty, NodeModel, ThermalModel, state_after
 from compgen.thermal.ensemble import Start, duties_before, started
 from compgen.thermal.history import History

@@ -12,8 +12,8 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError
 from compgen.core.toml import check, override, read_toml, read_toml_text
 from compgen.core.units import HOUR, MINUTE, MM
-from compgen.pipelines.files.day_plan import Programs, plan_history
-from compgen.pipelines.files.job import Job
+from compgen.job.day_plan import Programs, plan_history
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import programs_of
 from compgen.pipelines.files.robot_file import find_robot
 from compgen.pipelines.files.schema import PathFile

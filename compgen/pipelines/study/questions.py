@@ -14,9 +14,9 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.units import HOUR, MINUTE, MM, UM
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
+from compgen.job.start_window import late_rise
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.files.start_window import late_rise
 from compgen.pipelines.study.geometry import displacement, execute_with, lay_out
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 

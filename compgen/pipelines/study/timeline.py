@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.study.geometry import band_at_samples, displacement, lay_out
 from compgen.thermal import rise_history
 from compgen.thermal.ensemble import Start, duties_before, mean_rises

@@ -20,7 +20,7 @@ from compgen.core.codes import Level
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.findings import first_message
 from compgen.core.units import UM
-from compgen.pipelines.files.job import Job
+from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study.geometry import Geometry, band_at_samples, execute_with, lay_out
