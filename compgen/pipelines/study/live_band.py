@@ -114,26 +114,22 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
 
     cold = columns(np.zeros(K))
     by_rise = np.stack([columns(unit) - cold for unit in np.eye(K)], axis=2)  # (N, 3, K, Q)
-    models: list[ModelStep] = []
-    quantities = []
-    for k, q in enumerate(named):
-        if step := _model_step(job, live, q.cause.heat):
-            models.append(step)
-        absolute = None
-        if q.name == "cte" and q.limits is not None and dearer is not None:
-            absolute = (live.cte * (1 + q.limits[0]), live.cte * (1 + q.limits[1]))
-        quantities.append(
-            LiveQuantity(
-                quantity=q,
-                column=single(cold[:, :, k]),
-                by_rise=single(by_rise[..., k]) if np.abs(by_rise[..., k]).max(initial=0.0) > LEAST else None,
-                expands=q.name == "cte" or q.name.startswith("profile of "),
-                absolute=absolute,
-                missed=steady_miss(job.cell.warmth, q.cause.heat.rise),
-                model=len(models) - 1 if step else -1,
-            )
+    steps = [_model_step(job, live, q.cause.heat) for q in named]
+    models = [step for step in steps if step is not None]
+    quantities = [
+        LiveQuantity(
+            quantity=q,
+            column=single(cold[:, :, k]),
+            by_rise=single(by_rise[..., k]) if np.abs(by_rise[..., k]).max(initial=0.0) > LEAST else None,
+            expands=q.name == "cte" or q.name.startswith("profile of "),
+            absolute=None if dearer is None else _absolute(q, live.cte),
+            missed=steady_miss(job.cell.warmth, q.cause.heat.rise),
+            model=-1 if step is None else models.index(step),
         )
+        for k, (q, step) in enumerate(zip(named, steps, strict=True))
+    ]
     fit = job.cell.fit
+    of_repeats = [] if fit.repeatability is None else [("repeatability", fit.repeatability)]
     return LiveBand(
         time=thin.now,
         on_part=part_weight(geometry, thin),
@@ -143,14 +139,18 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         quantities=tuple(quantities),
         models=tuple(models),
         build_up_cycle=_build_up(job, live),
-        undirected=(
-            ("fit noise", fit.noise),
-            *([("repeatability", fit.repeatability)] if fit.repeatability is not None else []),
-        ),
+        undirected=(("fit noise", fit.noise), *of_repeats),
         missing=least_missing(job.cell),
         scale=fit.scale,
         feed=job.feed,
     )
+
+
+def _absolute(q: Quantity, cte: float) -> tuple[float, float] | None:
+    """Limits of the coefficient of expansion itself, where that is the quantity, in the slider's unit."""
+    if q.name != "cte" or q.limits is None:
+        return None
+    return cte * (1 + q.limits[0]), cte * (1 + q.limits[1])
 
 
 def _model_step(job: Job, live: Live, change: HeatChange) -> ModelStep | None:

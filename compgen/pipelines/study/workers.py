@@ -29,11 +29,9 @@ from compgen.verification.deviation import Deviation, deviation_from_path, stati
 
 Row = dict[str, Any]
 KEPT = 4  # geometries at a time
-#: tables whose keys leave path, joints and timing alone
-WARM = (
-    "before", "cycle", "after", "shift", "start", "ambient", "log",
-    "bounds", "compensation", "title", "robot.thermal",
-)  # fmt: skip
+#: tables whose keys leave path, joints and timing alone: what the cell did, and what comes of it
+OF_DAY = ("before", "cycle", "after", "shift", "start", "ambient", "log")
+WARM = (*OF_DAY, "bounds", "compensation", "title", "robot.thermal")
 CHUNK = 20  # scenarios of one geometry that go to a worker together
 ANSWER = 10.0  # [s] that a cluster has to answer
 
@@ -100,11 +98,10 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
 
 def _numbers(side: str, deviation: Deviation) -> Row:
     table = statistics(deviation)
-    out = {f"{side}_{k}": _round(v) for k, v in table["total"].items()}
-    on_part = statistics(deviation, on_part=True)["total"]["max_um"]
-    return out | {
-        f"{side}_normal_max_um": _round(table["normal"]["max_um"]), f"{side}_on_part_max_um": _round(on_part)
-    }  # fmt: skip
+    row = {f"{side}_{k}": _round(v) for k, v in table["total"].items()}
+    row[f"{side}_normal_max_um"] = _round(table["normal"]["max_um"])
+    row[f"{side}_on_part_max_um"] = _round(statistics(deviation, on_part=True)["total"]["max_um"])
+    return row
 
 
 def _round(value: float) -> float:

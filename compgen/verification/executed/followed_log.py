@@ -313,7 +313,7 @@ def offset_words(offset: Offset, course: ProgramCourse) -> str:
     """An offset, and what it may come from."""
     x, y, z = (v / MM + 0.0 for v in np.round(offset.vector, SHOWN_DIGITS).tolist())
     frame, tool = course.numbers
-    origin = f"in the tool's axes: another tool than UTOOL {tool}" if offset.in_tool else (
-        f"in World: another user frame than UFRAME {frame}, or another tool than UTOOL {tool}"
-    )  # fmt: skip
+    origin = f"in World: another user frame than UFRAME {frame}, or another tool than UTOOL {tool}"
+    if offset.in_tool:
+        origin = f"in the tool's axes: another tool than UTOOL {tool}"
     return f"a constant offset of X {x:.3f} Y {y:.3f} Z {z:.3f} mm {origin}"
