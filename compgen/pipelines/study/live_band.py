@@ -17,12 +17,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.error_model.knowledge import build_slopes
+from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.quantities import Quantity
 from compgen.job.job import Job
 from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
-from compgen.pipelines.study.live_day import Setting, history_at, law_of
+from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
 from compgen.pipelines.uncertainty.band import MISSING, by_source, least_missing
 from compgen.thermal import NodeModel
@@ -155,7 +155,7 @@ def _absolute(q: Quantity, cte: float) -> tuple[float, float] | None:
 
 def _model_step(job: Job, live: Live, change: HeatChange) -> ModelStep | None:
     """The pair of models of a change of the law; None of one that leaves it alone."""
-    law = law_of(job.cell.heat)
+    law = job.cell.heat.law
     if law is None or not change.changes_model:
         return None
     step = STEP / max(abs(change.feed), np.abs(change.scale).max(), np.abs(change.lag).max())

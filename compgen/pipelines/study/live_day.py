@@ -9,7 +9,7 @@ from compgen.core.arrays import Array
 from compgen.core.units import HOUR, MINUTE, MM
 from compgen.job.day_plan import Programs, plan_history
 from compgen.job.job import Cell
-from compgen.thermal import Duty, NodeModel, ThermalModel, state_after
+from compgen.thermal import Duty, ThermalModel, state_after
 from compgen.thermal.ensemble import Start, duties_before, started
 from compgen.thermal.history import History
 from compgen.thermal.schedule import Shift, Step
@@ -80,11 +80,6 @@ class Cycle:
     def modes(self, heat: ThermalModel) -> Array:
         """Modes of a model that begin it at zero, in still air, (R, S)."""
         return np.array([state_after(heat, duties, np.zeros(len(heat.rate))) for duties in self.duties])
-
-
-def law_of(heat: ThermalModel) -> NodeModel | None:
-    """The model, where its heat is a law in feed and duty; None where programs say it."""
-    return heat if isinstance(heat, NodeModel) else None
 
 
 def cycle_of(day: Day) -> Cycle:

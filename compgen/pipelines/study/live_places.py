@@ -21,12 +21,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.pose import Pose
-from compgen.error_model.direction_memory import direction_states, reversal_widths
-from compgen.error_model.parameter_slopes import build_slopes, parameters_of
 from compgen.core.arrays import Array, BoolArray, IntArray, rms
-from compgen.error_model.knowledge import build_slopes, parameters_of
+from compgen.error_model.parameter_slopes import build_slopes, parameters_of
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with, model_of, turns_at

@@ -17,7 +17,7 @@ from compgen.job.job import Job
 from compgen.pipelines.files.path_file import programs_of
 from compgen.pipelines.files.robot_file import find_robot
 from compgen.pipelines.files.schema import PathFile
-from compgen.pipelines.study.live_day import Day, Slider, Stage, Stops, law_of
+from compgen.pipelines.study.live_day import Day, Slider, Stage, Stops
 from compgen.thermal.schedule import Step
 from compgen.thermal.tables import shifts_of, steps_of
 
@@ -72,7 +72,7 @@ def _tables(path_file: str, robot: str | None, overrides: Sequence[str]) -> tupl
 
 def _stages(path: PathFile, programs: Programs, job: Job) -> list[Stage]:
     """The entries of [[before]]; what an anchored state stands for, which no slider moves."""
-    heat, has_law = job.heat, law_of(job.heat) is not None
+    heat, has_law = job.heat, job.heat.law is not None
     if path.state is not None:
         return [
             Stage(
@@ -115,7 +115,7 @@ def _stops(step: Step, programs: Programs, job: Job) -> Stops:
             continue  # the robot cannot drive it so fast: the slider has no such stop
         feeds.append(typed * MM)
         times.append(float(motion.time[-1]))
-        if law_of(job.heat) is None:
+        if job.heat.law is None:
             goals.append([_goal(replace(at_feed, share=share), programs, job) for share in (1.0, 0.0)])
     moving, held = np.moveaxis(np.array(goals), 1, 0) if goals else np.zeros((2, len(feeds), 0))
     return Stops(np.array(feeds), np.array(times), moving, held)

@@ -9,7 +9,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR, MM
 from compgen.pipelines.study.live_band import LiveBand, LiveQuantity
 from compgen.pipelines.study.live_build import LiveJob
-from compgen.pipelines.study.live_day import ONE_START, Slider, Stage, law_of
+from compgen.pipelines.study.live_day import ONE_START, Slider, Stage
 from compgen.pipelines.study.live_places import Live, LivePlaces
 from compgen.pipelines.uncertainty.band import MISSING
 from compgen.report.figure import LIGHT_TO_DARK
@@ -98,7 +98,7 @@ def _stage(stage: Stage) -> dict[str, Any]:
 
 def _heat(live: Live) -> dict[str, Any]:
     heat, history = live.day.cell.heat, live.day.history
-    law, air = law_of(heat), history.air
+    law, air = heat.law, history.air
     moving = [sum(d.duration * d.share for d in until if d.state == "moving") for until in live.cycle.duties]
     return {
         "names": list(heat.names), "rate": packed(heat.rate), "outputs": packed(heat.outputs),
