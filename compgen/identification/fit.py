@@ -281,6 +281,8 @@ class _Solver:
         for i, aligned in enumerate(self.data.aligned.tolist()):
             if aligned:
                 cost += float((rotation_vector(point.frames.rotation[i]) ** 2).sum()) / ALIGNED**2
+        if self.data.guess is not None and self.data.guess_sigma is not None:
+            cost += float((((self.data.guess - point.frames.reflector) / self.data.guess_sigma[:, None]) ** 2).sum())
         return cost
 
     def common_noise(self, point: _Iterate, outlier: BoolArray) -> float:
@@ -347,6 +349,10 @@ def frame_prior(data: Measurements, frames: InstrumentFrames, free: int) -> tupl
         if aligned:
             precision[6 * i : 6 * i + 3] = ALIGNED**-2
             mean[6 * i : 6 * i + 3] = -rotation_vector(frames.rotation[i])
+    if data.guess is not None and data.guess_sigma is not None:
+        begin = 6 * len(data.instruments)
+        precision[begin : begin + data.guess.size] = np.repeat(data.guess_sigma**-2, 3)
+        mean[begin : begin + data.guess.size] = (data.guess - frames.reflector).ravel()
     return precision, mean
 
 

@@ -87,6 +87,7 @@ class Measurements:
     fixed: FixedPlaces = NO_PLACES
     timed: bool = True  # whether the file gives the times of its poses
     guess: Array | None = None  # (R, 3) [m] where the reflectors roughly are, NaN: anywhere; None: all anywhere
+    guess_sigma: Array | None = None  # (R,) [m] how well that is known; None: it says where a fit begins, and no more
     shifted: Array | None = None  # (S, M, K) [K] rises by the log with its clock moved; None: no log
 
     def __post_init__(self) -> None:

@@ -8,7 +8,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.frame_fit import fit_frame, measured_lengths
+from compgen.identification.frame_fit import fit_frame, measured_lengths, touched_poses
+from compgen.identification.model import build_model
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.files.robot_file import load_any_robot
 from compgen.robot.inverse_kinematics import Posture, solve_tool
@@ -78,8 +79,14 @@ def fitted(tmp_path, arm, artefact, touches, uframes=None):
     (tmp_path / "touches.csv").write_text(touches)
     known = read_artefact(str(tmp_path / "artefact.toml"))
     rows = read_touches(str(tmp_path / "touches.csv"), arm, known, uframes or {})
-    flange = flange_pose(arm, rows.theta)
-    return fit_frame(known, rows, flange.position, flange.rotation, [])
+    return fitted_rows(arm, known, rows)
+
+
+def fitted_rows(arm, known, rows):
+    """By a perfect, cold arm whose joints came from nowhere."""
+    return fit_frame(
+        known, rows, build_model(arm, [], 0), touched_poses(known, rows, np.zeros((len(rows.theta), 6)), 0), []
+    )
 
 
 def assert_is_part(fit, atol=1e-8):
@@ -178,9 +185,7 @@ def test_a_certified_length_that_the_arm_has_otherwise_is_said(tmp_path, arm, si
         (tmp_path / "touches.csv").write_text(text)
         known = read_artefact(str(tmp_path / "artefact.toml"))
         rows = read_touches(str(tmp_path / "touches.csv"), arm, known, {})
-        flange = flange_pose(arm, rows.theta)
-        fit = fit_frame(known, rows, flange.position, flange.rotation, [])
-        differences = measured_lengths(known, rows, fit, flange)
+        differences = measured_lengths(known, rows, fitted_rows(arm, known, rows), flange_pose(arm, rows.theta))
         assert len(differences) == count
         assert all(longer == pytest.approx(wrong * MM, rel=0.15) for _, longer in differences)
 

@@ -17,7 +17,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths
+from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touched_poses
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
 from compgen.identification.touches import Artefact, Touches, probing_directions, read_artefact, read_touches
@@ -69,25 +69,21 @@ def teach_frame(
     """
     artefact = read_artefact(artefact_file)
     touches = read_touches(touches_file, arm.robot, artefact, uframes)
-    data = _poses(arm, touches)
+    data = touched_poses(artefact, touches, _directions(arm, touches), len(arm.nodes))
     findings: list[Finding] = []
     if log is not None:
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
         data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
     sources = [fixed_source(k.source) for k in arm.known]
-    perfect = build_model(arm.robot, [], len(arm.nodes)).pose(data, np.zeros(0))
-    pendant = fit_frame(artefact, touches, *perfect, [])
-    fitted = pendant
-    position, rotation = perfect
+    model = build_model(arm.robot, [], len(arm.nodes))
+    fitted = pendant = fit_frame(artefact, touches, model, data, [])
     if not nominal:
         model = build_model(arm.robot, sources, len(arm.nodes))
-        position, rotation = model.pose(data, np.zeros(0))
-        variants = [model.pose(variant, np.zeros(0))[0] for variant in _variants(data)]
-        fitted = fit_frame(artefact, touches, position, rotation, variants)
+        fitted = fit_frame(artefact, touches, model, data, _variants(data))
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal, max(rise.values(), default=0.0))
-    findings += _length_findings(artefact, touches, fitted, Pose(position, rotation))
+    findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
     robot_file = f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}"
     return TaughtFrame(
         number=number,
@@ -101,30 +97,13 @@ def teach_frame(
     )
 
 
-def _poses(arm: Arm, touches: Touches) -> Measurements:
-    """The touches as poses, cold, with the direction that each joint came with where the probing direction says it."""
-    N = len(touches.theta)
+def _directions(arm: Arm, touches: Touches) -> Array:
+    """The direction that each joint came with, (N, 6), where the probing direction says it."""
     sides = np.flatnonzero(np.isfinite(touches.normal[:, 0]))
-    direction = np.zeros((N, 6))
+    direction = np.zeros((len(touches.theta), 6))
     if reversal_widths([k.source for k in arm.known]) is not None and len(sides):
         direction[sides] = probing_directions(arm.robot, touches.theta[sides], touches.normal[sides])
-    return Measurements(
-        theta=touches.theta,
-        rise=np.zeros((N, len(arm.nodes))),
-        direction=direction,
-        time=touches.time,
-        warm=np.zeros(N),
-        pose=np.arange(N),
-        instrument=np.zeros(N, dtype=int),
-        reflector=np.zeros(N, dtype=int),
-        position=np.zeros((N, 3)),
-        rotation=np.full((N, 3, 3), np.nan),
-        sigma=np.ones(N),
-        label=touches.label,
-        reflectors=("probe",),
-        instruments=(touches.file,),
-        aligned=np.array([False]),
-    )
+    return direction
 
 
 def _variants(data: Measurements) -> list[Measurements]:
