@@ -12,9 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.identification.evidence import posterior
-from compgen.identification.fit import Fit, frame_prior
-from compgen.identification.linearisation import channel_equations
+from compgen.identification.fit import Fit
 from compgen.identification.measurements import NONE, Measurements
 from compgen.identification.model import ArmModel
 
@@ -69,30 +67,19 @@ def blocks_of_poses(data: Measurements) -> IntArray:
 def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossValidation:
     """Cross-validation of a fit, by folds of blocks."""
     block = pose_blocks(data)
-    u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(_frame_unknowns(fitted))])
-    weight = (~fitted.outlier) / data.sigma**2
-    rho = fitted.posterior.scales.rho
-    all_rows = channel_equations(fitted.linear, weight, u, data, rho)
-    _, group = model.groups()
-    fixed, target = frame_prior(data, fitted.frames, _frame_unknowns(fitted))
+    problem = fitted.problem(model, data)
+    all_rows = problem.equations()
     distance = np.full(len(block), np.nan)
     for k in range(FOLDS):
         held_out = held_out_rows(data, k)
         if not held_out.any():
             continue
-        training = [
-            a.without(b)
-            for a, b in zip(
-                all_rows, channel_equations(fitted.linear, weight, u, data, rho, held_out, False), strict=True
-            )
-        ]
+        of_fold = problem.equations(held_out, with_known=False)
+        training = [a.without(b) for a, b in zip(all_rows, of_fold, strict=True)]
         if sum(t.rows for t in training) * (data.sigma**2).min() < 3:
             continue
-        refitted = posterior(
-            training, group[fitted.active], fixed, target, fitted.posterior.scales, rounds=ROUNDS, ceiling=model.ceiling
-        )
-        step = refitted.x - u
-        residual = fitted.linear.z[held_out] - fitted.linear.A[held_out] @ step
+        refitted = problem.solve(training, learn_groups=True, learn_noise=True, rounds=ROUNDS)
+        residual = problem.left(refitted.x, held_out)
         distance[held_out] = np.linalg.norm(residual, axis=1) * np.sqrt(3 / data.numbers[held_out])
     return CrossValidation(distance, block)
 
@@ -126,7 +113,3 @@ def confidence_interval(values: Array, block: IntArray) -> tuple[float, float]:
     centre = float(weights @ np.array(means))
     spread = np.sqrt(float((weights**2) @ (np.array(means) - centre) ** 2) * len(means) / (len(means) - 1))
     return centre - 1.96 * spread, centre + 1.96 * spread
-
-
-def _frame_unknowns(fitted: Fit) -> int:
-    return int(fitted.linear.A.shape[2] - fitted.active.sum())

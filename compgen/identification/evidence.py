@@ -21,7 +21,7 @@ Rows of one pose share what the arm does there and no model says: noise of the p
 by Sherman and Morrison, coordinate by coordinate. Without it three reflectors on a pose would count as three poses."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, lapack
@@ -84,12 +84,30 @@ def pose_equations(A: Array, z: Array, weight: Array, pose: IntArray, rho: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Prior:
+    """What is known of the unknowns before the rows: K parameters in groups, and the others."""
+
+    group: IntArray  # (K,) of each parameter; the first K unknowns
+    precision: Array  # (D - K,) of the others
+    mean: Array  # (D - K,)
+    ceiling: Array  # (G,) largest lambda of each group
+
+    def of_parameters(self, kept: BoolArray) -> "Prior":
+        """With some of the parameters, (K,), the others at zero."""
+        return replace(self, group=self.group[kept])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Scales:
     """Variances: of each group against its prior, of the noise of each kind of rows, and of poses beside rows."""
 
     group: Array  # (G,) lambda
     noise: Array  # (kinds,) s^2 [m^2], [rad^2]
     rho: float = 0.0  # of the noise that the rows of a pose share, over s^2, where an instrument measured them
+
+    def precision(self, prior: Prior) -> Array:
+        """Of all unknowns before the rows, (D,)."""
+        return np.concatenate([1 / self.group[prior.group], prior.precision])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,74 +123,79 @@ class Posterior:
 
 def posterior(
     channels: Sequence[NormalEquations],
-    group: IntArray,
-    frame_precision: Array,
-    frame_mean: Array,
+    prior: Prior,
     scales: Scales,
+    *,
     learn_groups: bool = True,
     learn_noise: bool = True,
     rounds: int = ROUNDS,
-    ceiling: Array | float = 1e6,
 ) -> Posterior:
     """The posterior, with scales of the groups and of the noise that maximise the evidence.
 
     Args:
         channels: Equations of the rows of each kind.
-        group: Group of each parameter, (K,); the first K unknowns.
-        frame_precision: Prior precision of the other unknowns, (D - K,).
-        frame_mean: Prior mean of the other unknowns, (D - K,).
+        prior: Of the unknowns.
         scales: Where to begin.
         learn_groups: Whether the scales of the groups may change.
         learn_noise: Whether the noise may change.
         rounds: At most so many.
-        ceiling: Largest lambda, of all groups or of each, (G,).
     """
-    K, G = len(group), len(scales.group)
-    size = np.bincount(group, minlength=G)
-    lam, noise = scales.group.copy(), scales.noise.copy()
-    prior_vector = np.concatenate([np.zeros(K), frame_precision * frame_mean])
+    K, learning = len(prior.group), learn_groups or learn_noise
     for step in range(rounds + 1):
-        precision = np.concatenate([1 / lam[group], frame_precision])
-        H = np.diag(precision)
-        b = prior_vector.copy()
-        for channel in channels:
-            H += channel.matrix / noise[channel.kind]
-            b += channel.vector / noise[channel.kind]
-        root = np.sqrt(np.diag(H))
-        factor = cho_factor(H / np.outer(root, root), lower=True)
-        inverse, _ = lapack.dpotri(factor[0], lower=1)
-        inverse = np.tril(inverse) + np.tril(inverse, -1).T
-        C = inverse / np.outer(root, root)
-        x = cho_solve(factor, b / root) / root
-        gamma = 1 - precision * np.diag(C)
-        if step == rounds or not (learn_groups or learn_noise):
+        x, C, log_det = _solved(channels, prior, scales)
+        gamma = (1 - scales.precision(prior) * np.diag(C))[:K]
+        if step == rounds or not learning:
             break
-        new_lam, new_noise = lam.copy(), noise.copy()
-        if learn_groups and K:
-            new_lam = (NU + np.bincount(group, x[:K] ** 2, G)) / (NU + np.bincount(group, np.maximum(gamma[:K], 0), G))
-            new_lam = np.where(size > 0, np.clip(new_lam, FLOOR, ceiling), lam)
-        if learn_noise:
-            for channel in channels:
-                if channel.rows > 0:
-                    c = channel.kind
-                    determined = float(np.einsum("ij,ji->", C, channel.matrix)) / noise[c]
-                    misfit = max(_squared_residual(channel, x), 0.0)
-                    freedom = max(channel.rows - determined, 0.0)
-                    new_noise[c] = (NOISE_ROWS * USUAL_NOISE[c] ** 2 + misfit) / (NOISE_ROWS + freedom)
-        change = max(np.abs(np.log(new_lam / lam)).max(initial=0.0), np.abs(np.log(new_noise / noise)).max())
-        lam, noise = new_lam, new_noise
-        if change < CONVERGED:
-            rounds = min(rounds, step + 1)
-    evidence = -0.5 * sum(
-        n.rows * np.log(2 * np.pi * noise[n.kind]) + _squared_residual(n, x) / noise[n.kind] for n in channels
-    )
-    deviation = np.concatenate([x[:K], x[K:] - frame_mean])
-    with np.errstate(divide="ignore"):
-        log_prior = float(np.log(precision[precision > 0]).sum())
-    evidence += 0.5 * (log_prior - float(deviation**2 @ precision) - 2 * float(np.log(np.diag(factor[0]) * root).sum()))
-    return Posterior(x, C, np.clip(gamma[:K], 0, 1), Scales(lam, noise, scales.rho), float(evidence))
+        lam = _group_scales(prior, scales, x[:K], gamma) if learn_groups else scales.group
+        noise = _noise(channels, scales, x, C) if learn_noise else scales.noise
+        moved = np.abs(np.log(np.concatenate([lam / scales.group, noise / scales.noise]))).max()
+        scales = Scales(lam, noise, scales.rho)
+        if moved < CONVERGED:
+            learning = False
+    misfit = sum(n.rows * np.log(2 * np.pi * scales.noise[n.kind]) + _squares(n, x) / scales.noise[n.kind]
+                 for n in channels)  # fmt: skip
+    precision = scales.precision(prior)
+    deviation = np.concatenate([x[:K], x[K:] - prior.mean])
+    log_prior = float(np.log(precision[precision > 0]).sum())
+    evidence = 0.5 * (log_prior - misfit - float(deviation**2 @ precision) - log_det)
+    return Posterior(x, C, np.clip(gamma, 0, 1), scales, float(evidence))
 
 
-def _squared_residual(equations: NormalEquations, x: Array) -> float:
+def _solved(channels: Sequence[NormalEquations], prior: Prior, scales: Scales) -> tuple[Array, Array, float]:
+    """x (D,), C (D, D), and the logarithm of det C^-1."""
+    H = np.diag(scales.precision(prior))
+    b = np.concatenate([np.zeros(len(prior.group)), prior.precision * prior.mean])
+    for channel in channels:
+        H += channel.matrix / scales.noise[channel.kind]
+        b += channel.vector / scales.noise[channel.kind]
+    root = np.sqrt(np.diag(H))
+    factor = cho_factor(H / np.outer(root, root), lower=True)
+    inverse, _ = lapack.dpotri(factor[0], lower=1)
+    C = (np.tril(inverse) + np.tril(inverse, -1).T) / np.outer(root, root)
+    return cho_solve(factor, b / root) / root, C, 2 * float(np.log(np.diag(factor[0]) * root).sum())
+
+
+def _group_scales(prior: Prior, scales: Scales, u: Array, gamma: Array) -> Array:
+    """The next lambda of each group, (G,)."""
+    G = len(scales.group)
+    determined = np.bincount(prior.group, np.maximum(gamma, 0), G)
+    lam = np.clip((NU + np.bincount(prior.group, u**2, G)) / (NU + determined), FLOOR, prior.ceiling)
+    return np.where(np.bincount(prior.group, minlength=G) > 0, lam, scales.group)
+
+
+def _noise(channels: Sequence[NormalEquations], scales: Scales, x: Array, C: Array) -> Array:
+    """The next s^2 of each kind of rows, (kinds,)."""
+    noise = scales.noise.copy()
+    for channel in channels:
+        if channel.rows > 0:
+            c = channel.kind
+            determined = float(np.einsum("ij,ji->", C, channel.matrix)) / scales.noise[c]
+            freedom = max(channel.rows - determined, 0.0)
+            misfit = max(_squares(channel, x), 0.0)
+            noise[c] = (NOISE_ROWS * USUAL_NOISE[c] ** 2 + misfit) / (NOISE_ROWS + freedom)
+    return noise
+
+
+def _squares(equations: NormalEquations, x: Array) -> float:
     """|z - A x|^2."""
     return float(equations.sum_of_squares - 2 * x @ equations.vector + x @ equations.matrix @ x)

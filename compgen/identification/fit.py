@@ -16,19 +16,14 @@ import numpy as np
 from scipy.stats import chi2
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import rotation_matrix, rotation_vector
-from compgen.identification.evidence import (
-    Posterior,
-    Scales,
-    pose_equations,
-    posterior,
-)
+from compgen.core.rotations import rotation_matrix
+from compgen.identification.evidence import Posterior, Scales, pose_equations
 from compgen.identification.frame_start import initial_frames
 from compgen.identification.frames import InstrumentFrames, measured_distance
-from compgen.identification.linearisation import Linearisation, channel_equations, linearise
+from compgen.identification.linear_problem import FRAME_PRECISION, LinearProblem, prior_at, unknowns_at
+from compgen.identification.linearisation import Linearisation, Unknowns, linearise, unknowns_of
 from compgen.identification.measurements import KINDS, KNOWN, ORIENTATION, PLACE, Measurements
 from compgen.identification.model import ArmModel
-from compgen.identification.unknowns import Unknowns, unknowns_of
 
 STEPS = 10
 ROUNDS = 5  # of setting outliers aside
@@ -37,8 +32,6 @@ DEGREES_OF_FREEDOM = 4.0  # of Student's t
 CONVERGED = 1e-10  # m: a step that moves no row further ends the fit
 NEGLIGIBLE = 1e-3  # share of the noise: so does one that moves no row further than this, when scales are learnt
 CHANCE = 0.01  # that Gaussian noise alone sets a row aside, somewhere in the data
-ALIGNED = 1e-3  # rad: how well the frame of an axis test is aligned with World
-FRAME_PRECISION = 100.0  # [1/m2], [1/rad2] of steps of the frames, 0.1 m and 0.1 rad: it damps, and does not bias
 START_NOISE = 1e-4  # m
 SEEN_TWICE = 30.0  # degrees of freedom within and between poses that tell their noises apart
 LARGEST = 25.0  # of rho
@@ -62,6 +55,19 @@ class Fit:
     linear: Linearisation
     steps: int
 
+    def problem(self, model: ArmModel, data: Measurements, linear: Linearisation | None = None) -> LinearProblem:
+        """The linear problem at the fit, without the rows set aside; ``linear``: of other data at the same point."""
+        linear = self.linear if linear is None else linear
+        size = linear.A.shape[2]
+        return LinearProblem(
+            data=data,
+            linear=linear,
+            weight=(~self.outlier) / data.sigma**2,
+            x=unknowns_at(model, self.active, self.p, size),
+            prior=prior_at(model, data, self.active, self.frames, size),
+            scales=self.posterior.scales,
+        )
+
     @property
     def noise(self) -> float:
         """Standard deviation of one number of one row [m]: of a place where an instrument measured any."""
@@ -78,6 +84,7 @@ def fit(
     model: ArmModel,
     data: Measurements,
     active: BoolArray,
+    *,
     learn: bool = True,
     robust: bool = True,
     start: Fit | None = None,
@@ -118,6 +125,41 @@ def fit(
             break
         outlier, point = updated, replace(point, scales=replace(point.scales, rho=rho))
     return solver.finish(point, outlier)
+
+
+@dataclass(frozen=True, slots=True)
+class PoseNoise:
+    """What the rows of a pose share, by how their residuals agree."""
+
+    rho: float  # of its variance over s^2; below nothing where they agree less than by chance
+    spread: float  # standard deviation of rho
+    variance: float  # s^2 [m^2] of one coordinate of a row
+
+
+def pose_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -> PoseNoise | None:
+    """The noise that rows of one pose share, from residuals (N, 3) of some rows; None where they do not tell.
+
+    Within poses s^2 (n - 1) is left a coordinate, between them s^2 (1 + n rho), less what the parameters take up.
+
+    Args:
+        data: Whose rows they are.
+        z: Residuals [m].
+        rows: Those that count, places by an instrument, (N,).
+        known: How many parameters the rows have told.
+    """
+    pose, scaled = data.pose[rows], z[rows] / data.sigma[rows, None]
+    count = np.bincount(pose, minlength=len(data.theta)).astype(float)
+    used = count > 0
+    sums = np.stack([np.bincount(pose, column, len(count)) for column in scaled.T], axis=1)[used]
+    between = float((sums**2 / count[used, None]).sum())
+    within = float((scaled**2).sum()) - between
+    free_within = 3.0 * float((count[used] - 1).sum()) - 3 * (len(data.reflectors) - 1)
+    free_between = 3.0 * float(used.sum()) - known - 6 * len(data.instruments) - 3
+    if free_within < SEEN_TWICE or free_between < SEEN_TWICE:
+        return None
+    ratio, of_pose = between / free_between / (within / free_within), float(count[used].mean())
+    spread = ratio * np.sqrt(2 / free_between + 2 / free_within) / of_pose
+    return PoseNoise((ratio - 1) / of_pose, float(spread), within / free_within)
 
 
 def row_variance(scales: Scales, kind: int = PLACE) -> float:
@@ -176,7 +218,7 @@ class _Solver:
             steps=0,
         )
 
-    def minimise(self, point: _Iterate, weight: Array, student: bool = False) -> _Iterate:
+    def minimise(self, point: _Iterate, weight: Array, *, student: bool = False) -> _Iterate:
         """Gauss-Newton steps until no row moves."""
         linear = point.linear or self._linearise(point)
         data = self.data
@@ -188,18 +230,12 @@ class _Solver:
             w = weight / data.sigma**2
             if student:
                 w = w * _student_weights(linear.z / data.sigma[:, None], point.scales.noise[data.kind], data.numbers)
-            x0, frame_mean = self._prior(point)
-            frame_precision = frame_prior(data, point.frames, len(frame_mean))[0]
-            channels = channel_equations(linear, w, x0, data, point.scales.rho)
-            _, group = self.model.groups()
-            solution = posterior(
-                channels, group[self.active], frame_precision, frame_mean, point.scales, self.learn, self.noise is None,
-                ceiling=self.model.ceiling,
-            )  # fmt: skip
+            problem = self._problem(point, linear, w)
+            solution = problem.solve(learn_groups=self.learn, learn_noise=self.noise is None)
             share = 1.0
             cost = self._cost(point, linear, w, solution.scales)
             while True:
-                candidate = self._stepped(point, solution, x0, share)
+                candidate = self._stepped(point, solution, problem.x, share)
                 new_linear = self._linearise(candidate)
                 if share < 1e-3 or self._cost(candidate, new_linear, w, solution.scales) <= cost * (1 + 1e-9):
                     break
@@ -225,14 +261,16 @@ class _Solver:
             self.model, self.jacobian_function, self.data, self.active, point.p, point.frames, point.reflector_rotation
         )
 
-    def _prior(self, point: _Iterate) -> tuple[Array, Array]:
-        """The unknowns at a point, (D,), and the prior means of the frames relative to it, (D - K,)."""
-        u = (point.p / self.model.prior)[self.active] if len(point.p) else point.p
-        free = self._frame_unknowns()
-        return np.concatenate([u, np.zeros(free)]), frame_prior(self.data, point.frames, free)[1]
-
-    def _frame_unknowns(self) -> int:
-        return self.unknowns.size - self.unknowns.parameters
+    def _problem(self, point: _Iterate, linear: Linearisation, weight: Array) -> LinearProblem:
+        size = self.unknowns.size
+        return LinearProblem(
+            data=self.data,
+            linear=linear,
+            weight=weight,
+            x=unknowns_at(self.model, self.active, point.p, size),
+            prior=prior_at(self.model, self.data, self.active, point.frames, size),
+            scales=point.scales,
+        )
 
     @property
     def unknowns(self) -> Unknowns:
@@ -267,8 +305,7 @@ class _Solver:
         )
 
     def _cost(self, point: _Iterate, linear: Linearisation, w: Array, scales: Scales) -> float:
-        _, group = self.model.groups()
-        kind = self.data.kind
+        problem, kind = self._problem(point, linear, w), self.data.kind
         cost = float((w * (linear.z**2).sum(axis=1) / scales.noise[kind]).sum())
         if scales.rho:
             places, A = kind == PLACE, linear.A[:, :, :0]
@@ -276,38 +313,20 @@ class _Solver:
             cost -= shared.sum_of_squares / float(scales.noise[PLACE])
         cost += float((w[linear.oriented, None] * linear.turn**2).sum() / scales.noise[ORIENTATION])
         cost += float((linear.known**2).sum())
-        u = (point.p / self.model.prior)[self.active] if len(point.p) else point.p
-        cost += float((u**2 / scales.group[group[self.active]]).sum()) if len(u) else 0.0
-        for i, aligned in enumerate(self.data.aligned.tolist()):
-            if aligned:
-                cost += float((rotation_vector(point.frames.rotation[i]) ** 2).sum()) / ALIGNED**2
-        if self.data.guess is not None and self.data.guess_sigma is not None:
-            cost += float((((self.data.guess - point.frames.reflector) / self.data.guess_sigma[:, None]) ** 2).sum())
+        u, prior = problem.x, problem.prior
+        K = len(prior.group)
+        cost += float((u[:K] ** 2 / scales.group[prior.group]).sum())
+        held = prior.precision > FRAME_PRECISION
+        cost += float((prior.precision * prior.mean**2)[held].sum())
         return cost
 
     def common_noise(self, point: _Iterate, outlier: BoolArray) -> float:
-        """rho, from how the residuals of a pose agree; 0 where poses have one row each.
-
-        Within poses s^2 (n - 1) is left a coordinate, between them s^2 (1 + n rho), less what the parameters take up.
-        """
+        """rho, from how the residuals of a pose agree; 0 where poses have one row each."""
         if self.noise is not None or point.posterior is None or point.linear is None:
             return 0.0
-        kept = ~outlier & (self.data.kind == PLACE)
-        if not kept.any():
-            return 0.0
-        pose, weight = self.data.pose[kept], 1 / self.data.sigma[kept]
-        z = point.linear.z[kept] * weight[:, None]
-        count = np.bincount(pose, minlength=len(self.data.theta)).astype(float)
-        used = count > 0
-        mean = np.stack([np.bincount(pose, z[:, i], len(count)) for i in range(3)], axis=1)[used] / count[used, None]
-        between = float((count[used, None] * mean**2).sum())
-        within = float((z**2).sum()) - between
-        unknowns = float(point.posterior.gamma.sum()) + 6 * len(self.data.instruments) + 3
-        free_within = 3.0 * float((count[used] - 1).sum()) - 3 * (len(self.data.reflectors) - 1)
-        free_between = 3.0 * float(used.sum()) - unknowns
-        if free_within < SEEN_TWICE or free_between < SEEN_TWICE:
-            return 0.0
-        return float(np.clip((between / free_between / (within / free_within) - 1) / count[used].mean(), 0.0, LARGEST))
+        places = ~outlier & (self.data.kind == PLACE)
+        noise = pose_noise(self.data, point.linear.z, places, float(point.posterior.gamma.sum()))
+        return 0.0 if noise is None else float(np.clip(noise.rho, 0.0, LARGEST))
 
     def find_outliers(self, point: _Iterate, outlier: BoolArray) -> BoolArray:
         """Rows too far off to be noise, (N,)."""
@@ -340,20 +359,6 @@ class _Solver:
             linear=linear,
             steps=point.steps,
         )
-
-
-def frame_prior(data: Measurements, frames: InstrumentFrames, free: int) -> tuple[Array, Array]:
-    """Prior precision and mean of the frames' unknowns, (D - K,), which are steps from the frames given."""
-    precision, mean = np.full(free, FRAME_PRECISION), np.zeros(free)
-    for i, aligned in enumerate(data.aligned.tolist()):
-        if aligned:
-            precision[6 * i : 6 * i + 3] = ALIGNED**-2
-            mean[6 * i : 6 * i + 3] = -rotation_vector(frames.rotation[i])
-    if data.guess is not None and data.guess_sigma is not None:
-        begin = 6 * len(data.instruments)
-        precision[begin : begin + data.guess.size] = np.repeat(data.guess_sigma**-2, 3)
-        mean[begin : begin + data.guess.size] = (data.guess - frames.reflector).ravel()
-    return precision, mean
 
 
 def outlier_threshold(rows: int, numbers: IntArray | int = 3) -> Array:

@@ -27,9 +27,8 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import PERCENT, UM
-from compgen.identification.evidence import Posterior, posterior
-from compgen.identification.fit import SEEN_TWICE, SETTLED, Fit, frame_prior
-from compgen.identification.linearisation import channel_equations
+from compgen.identification.evidence import NU
+from compgen.identification.fit import SETTLED, Fit, pose_noise
 from compgen.identification.measurements import NONE, PLACE, Measurements
 from compgen.identification.model import ArmModel
 from compgen.job.tables import FitLimits
@@ -43,6 +42,7 @@ LEAST_MISSING = 0.05  # of kappa
 WARMTH = 20e-6  # [m] that warmth must move some pose by, to tell kappa
 SAME_POSE = 1e-4  # [rad] of each joint
 SAME_RISE = 0.3  # [K]
+WIDEST = 2.0  # times, that few numbers widen the scale of a group
 LEAST_REPEATS = 9.0  # degrees of freedom of poses driven to again
 
 
@@ -77,6 +77,36 @@ def assess_fit_limits(model: ArmModel, data: Measurements, fitted: Fit, temperat
         scale=max(float(np.sqrt(np.mean(scores))), 1.0) if scores else 1.0,
         blocks=len(scores),
     )
+
+
+def with_uncertain_scales(model: ArmModel, data: Measurements, fitted: Fit) -> Fit:
+    r"""A fit whose covariance counts that the scales of its groups are known from few numbers.
+
+    With n numbers that tell a scale, what a parameter is about nominal follows Student's t with n degrees of freedom,
+    whose variance is that of the Gaussian with the scale learnt, times n / (n - 2):
+
+        lambda_g -> lambda_g n_g / (n_g - 2),    n_g = nu + sum_g gamma,    at most WIDEST times, below its ceiling
+
+    Values stay. It matters where a scale is all that holds a combination: what a gear does about the middle of a
+    joint's range turns World as its zero would, and no pose tells them apart.
+
+    Args:
+        model: The arm with symbols.
+        data: What was measured.
+        fitted: The fit; its values stay.
+    """
+    K = int(fitted.active.sum())
+    if not K:
+        return fitted
+    problem, scales = fitted.problem(model, data), fitted.posterior.scales
+    n = NU + np.bincount(problem.prior.group, fitted.posterior.gamma, len(scales.group))
+    factor = np.where(n > 2, np.minimum(n / np.maximum(n - 2, 1e-9), WIDEST), WIDEST)
+    wider = np.minimum(scales.group * factor, np.maximum(model.ceiling, scales.group))
+    solution = replace(problem, scales=replace(scales, group=wider)).solve()
+    sigma, gamma = fitted.sigma.copy(), fitted.gamma.copy()
+    sigma[fitted.active] = model.prior[fitted.active] * np.sqrt(np.diag(solution.covariance)[:K])
+    gamma[fitted.active] = solution.gamma
+    return replace(fitted, posterior=replace(solution, x=fitted.posterior.x), sigma=sigma, gamma=gamma)
 
 
 def fit_limits_record(limits: FitLimits) -> dict[str, float | int]:
@@ -129,22 +159,12 @@ def _shared_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -
 
     ``known`` is how many parameters the rows have told.
     """
-    pose, weight = data.pose[rows], 1 / data.sigma[rows]
-    scaled = z[rows] * weight[:, None]
-    count = np.bincount(pose, minlength=len(data.theta)).astype(float)
-    used = count > 0
-    sums = np.stack([np.bincount(pose, scaled[:, i], len(count)) for i in range(3)], axis=1)[used]
-    between = float((sums**2 / count[used, None]).sum())
-    within = float((scaled**2).sum()) - between
-    free_within = 3.0 * float((count[used] - 1).sum()) - 3 * (len(data.reflectors) - 1)
-    free_between = 3.0 * float(used.sum()) - known - 6 * len(data.instruments) - 3
-    if free_within < SEEN_TWICE or free_between < SEEN_TWICE:
+    noise = pose_noise(data, z, rows, known)
+    if noise is None:
         return None
-    of_pose = float(count[used].mean())
-    ratio = between / free_between / (within / free_within)
-    rho, spread = (ratio - 1) / of_pose, ratio * np.sqrt(2 / free_between + 2 / free_within) / of_pose
-    given = rho + spread * float(np.exp(norm.logpdf(rho / spread) - norm.logcdf(rho / spread)))
-    return float(max(given, 0.0)), within / free_within
+    beyond = noise.rho / noise.spread
+    given = noise.rho + noise.spread * float(np.exp(norm.logpdf(beyond) - norm.logcdf(beyond)))
+    return float(max(given, 0.0)), noise.variance
 
 
 def _repeat_variance(data: Measurements, fitted: Fit) -> float | None:
@@ -181,41 +201,30 @@ def forecast_blocks(data: Measurements) -> tuple[IntArray, int]:
 
 
 def _forecasts(model: ArmModel, data: Measurements, fitted: Fit) -> list[_Forecast]:
-    linear, scales = fitted.linear, fitted.posterior.scales
-    _, group = model.groups()
-    K, D = int(fitted.active.sum()), linear.A.shape[2]
-    u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(D - K)])
-    precision, target = frame_prior(data, fitted.frames, D - K)
-    weight = (~fitted.outlier) / data.sigma**2
+    problem, scales = fitted.problem(model, data), fitted.posterior.scales
     of_pose, count = forecast_blocks(data)
     block = of_pose[data.pose]
     if data.ends is not None:  # a distance between two poses is known with the later one
         block = np.where(data.ends.pose == NONE, block, np.maximum(block, of_pose[data.ends.pose]))
-
-    def solve(rows: BoolArray, rho: float) -> Posterior:
-        equations = channel_equations(linear, weight, u, data, rho, rows)
-        return posterior(
-            equations, group[fitted.active], precision, target, scales, learn_groups=False, learn_noise=False
-        )
 
     result = []
     for b in range(count):
         before, rows = block < b, (block == b) & ~fitted.outlier
         if not rows.any() or not before.any():
             continue
-        rho, known = scales.rho, solve(before, scales.rho)
-        z, places = linear.z - linear.A @ (known.x - u), before & ~fitted.outlier & (data.kind == PLACE)
-        shared = _shared_noise(data, z, places, float(known.gamma.sum()))
+        rho, known = scales.rho, problem.solve(problem.equations(before))
+        places = before & ~fitted.outlier & (data.kind == PLACE)
+        shared = _shared_noise(data, problem.left(known.x), places, float(known.gamma.sum()))
         if shared is not None and abs(shared[0] - rho) > SETTLED * (1 + rho):
             rho = shared[0]  # the noise that poses had until then
-            known = solve(before, rho)
-        A, pose, kind = linear.A[rows], data.pose[rows], data.kind[rows]
-        flat = A.reshape(-1, D)
+            known = problem.solve(problem.equations(before, rho))
+        A, pose, kind = problem.linear.A[rows], data.pose[rows], data.kind[rows]
+        flat = A.reshape(-1, A.shape[2])
         together = (pose[:, None] == pose) & (kind[:, None] == PLACE) & (kind == PLACE)
         noise = np.sqrt(np.outer(scales.noise[kind], scales.noise[kind]))
         noise *= np.diag(data.sigma[rows] ** 2) + rho * together
         covariance = flat @ known.covariance @ flat.T + np.kron(noise, np.eye(3))
-        result.append(_Forecast(pose, A.any(axis=2), linear.z[rows] - A @ (known.x - u), covariance))
+        result.append(_Forecast(pose, A.any(axis=2), problem.left(known.x, rows), covariance))
     return result
 
 

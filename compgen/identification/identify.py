@@ -18,7 +18,12 @@ from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.cross_validation import cross_validate
 from compgen.identification.fit import Fit, fit
-from compgen.identification.fit_limits import assess_fit_limits, fit_limits_record, forecast_findings
+from compgen.identification.fit_limits import (
+    assess_fit_limits,
+    fit_limits_record,
+    forecast_findings,
+    with_uncertain_scales,
+)
 from compgen.identification.fixed_places import WORLD
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identifiability import Identifiability, assess_identifiability
@@ -39,7 +44,6 @@ from compgen.identification.reversals import (
 )
 from compgen.identification.shared_setup import with_shared_setups
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
-from compgen.identification.unsure_scales import with_unsure_scales
 from compgen.identification.verdict import FittedCandidate, judge
 from compgen.job.tables import FitLimits
 from compgen.robot.robot import Robot
@@ -171,7 +175,7 @@ def identify(
     data, shared = with_shared_setups(data, selected.fit)
     fitted, held = with_needed_warmth(model, data, selected.fit, temperatures, anew=bool(shared))
     validated = cross_validate(model, data, fitted)
-    candidates[best] = FittedCandidate(selected.candidate, with_unsure_scales(model, data, fitted), validated)
+    candidates[best] = FittedCandidate(selected.candidate, with_uncertain_scales(model, data, fitted), validated)
     progress(stages.JUDGE, 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
     findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)

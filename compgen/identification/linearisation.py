@@ -10,20 +10,65 @@ with u the parameters in units of their priors, w a small turn of the instrument
 in the flange. The far end y is measured, or a fixed place, or another reflector P' + R' t'. Orientations give rows of
 their own, in the reflector's axes; so does what is known of fixed places beforehand, in units of its sigma."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_vector
-from compgen.identification.evidence import NormalEquations, normal_equations, pose_equations
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.measurements import KNOWN, NONE, ORIENTATION, PLACE, Measurements
+from compgen.identification.measurements import NONE, Measurements
 from compgen.identification.model import ArmModel
-from compgen.identification.unknowns import Unknowns, unknowns_of
 
 SHORTEST = 1e-9  # [m] a distance that has no direction
+
+
+@dataclass(frozen=True, slots=True)
+class Unknowns:
+    """x = (parameters, for each instrument its turn and its origin, reflectors, fixed places, the reflectors' axes)."""
+
+    parameters: int  # K'
+    instruments: int
+    reflectors: int
+    places: int
+    oriented: bool  # whether orientations were measured
+
+    @property
+    def size(self) -> int:
+        """How many there are, D."""
+        return self._begin_of_turns + (3 * self.reflectors if self.oriented else 0)
+
+    @property
+    def _begin_of_turns(self) -> int:
+        return self.parameters + 6 * self.instruments + 3 * (self.reflectors + self.places)
+
+    def frame(self, i: int) -> slice:
+        """Turn and origin of an instrument's frame."""
+        return slice(self.parameters + 6 * i, self.parameters + 6 * i + 6)
+
+    def reflector(self, r: int) -> slice:
+        """A reflector in the flange."""
+        begin = self.parameters + 6 * self.instruments + 3 * r
+        return slice(begin, begin + 3)
+
+    def place(self, s: int) -> slice:
+        """A fixed place in its frame."""
+        begin = self.parameters + 6 * self.instruments + 3 * (self.reflectors + s)
+        return slice(begin, begin + 3)
+
+    def turn(self, r: int) -> slice:
+        """The axes of a reflector."""
+        begin = self._begin_of_turns + 3 * r
+        return slice(begin, begin + 3)
+
+
+def unknowns_of(data: Measurements, active: BoolArray) -> Unknowns:
+    """The unknowns of a fit of the active parameters, (K,), to some measurements."""
+    oriented = bool(np.isfinite(data.rotation[:, 0, 0]).any())
+    return Unknowns(
+        int(active.sum()), len(data.instruments), len(data.reflectors), len(data.fixed.names), oriented
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -37,54 +82,6 @@ class Linearisation:
     oriented: IntArray  # (N',) which rows have an orientation
     known: Array  # (H,) what was known beforehand of fixed places, less where they are, over its sigma
     C: Array  # (H, D)
-
-
-def channel_equations(
-    linear: Linearisation,
-    weight: Array,
-    x0: Array,
-    data: Measurements,
-    rho: float,
-    rows: BoolArray | None = None,
-    with_known: bool = True,
-) -> list[NormalEquations]:
-    """Normal equations of the rows of each kind, for x itself rather than a step from ``x0``.
-
-    Args:
-        linear: All rows.
-        weight: Of each, (N,).
-        x0: Where they were linearised, (D,).
-        data: The rows' poses and kinds.
-        rho: Noise that the rows of a pose share, where an instrument measured them.
-        rows: Some of them; those of a pose stay together.
-        with_known: Whether what was known beforehand counts.
-    """
-    keep = np.ones(len(weight), dtype=bool) if rows is None else rows
-    D = linear.A.shape[2]
-    kind = data.kind
-    equations = []
-    for k in np.unique(kind).tolist():
-        of_kind = keep & (kind == k) if data.ends is not None else keep
-        A, z = linear.A[of_kind].reshape(-1, D), linear.z[of_kind].ravel()
-        measured = A.any(axis=1)  # a coordinate that was not measured is no row
-        w = np.repeat(weight[of_kind], 3)[measured]
-        equation = normal_equations(A[measured], (z + A @ x0)[measured], w, k)
-        if rho and k == PLACE:
-            right = (z + A @ x0).reshape(-1, 3)
-            equation = equation.without(
-                pose_equations(linear.A[of_kind], right, weight[of_kind], data.pose[of_kind], rho)
-            )
-        equations.append(equation)
-    if len(linear.oriented):
-        oriented = keep[linear.oriented]
-        B, t = linear.B[oriented].reshape(-1, D), linear.turn[oriented].ravel()
-        w = np.repeat(weight[linear.oriented[oriented]], 3)
-        equations.append(normal_equations(B, t + B @ x0, w, ORIENTATION))
-    if len(linear.known):
-        C = linear.C if with_known else linear.C[:0]
-        known = linear.known[: len(C)] + C @ x0
-        equations.append(replace(normal_equations(C, known, np.ones(len(C)), KNOWN), rows=0.0))
-    return equations
 
 
 def linearise(

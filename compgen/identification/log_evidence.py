@@ -10,15 +10,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
-import numpy as np
-
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MINUTE
-from compgen.identification.evidence import posterior
-from compgen.identification.fit import Fit, fit, frame_prior
-from compgen.identification.linearisation import channel_equations, linearise
+from compgen.identification.fit import Fit, fit
+from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.shared_setup import as_one_setup
@@ -76,19 +73,4 @@ def log_evidence(model: ArmModel, data: Measurements, fitted: Fit) -> float:
         model, model.jacobian_function(fitted.active), data, fitted.active, fitted.p, fitted.frames,
         fitted.reflector_rotation,
     )  # fmt: skip
-    _, group = model.groups()
-    free = linear.A.shape[2] - int(fitted.active.sum())
-    unknowns = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(free)])
-    scales = fitted.posterior.scales
-    equations = channel_equations(linear, (~fitted.outlier) / data.sigma**2, unknowns, data, scales.rho)
-    precision, mean = frame_prior(data, fitted.frames, free)
-    return posterior(
-        equations,
-        group[fitted.active],
-        precision,
-        mean,
-        scales,
-        learn_groups=False,
-        rounds=ROUNDS,
-        ceiling=model.ceiling,
-    ).log_evidence
+    return fitted.problem(model, data, linear).solve(learn_noise=True, rounds=ROUNDS).log_evidence

@@ -17,8 +17,8 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
-from compgen.identification.fit import FRAME_PRECISION
 from compgen.identification.frames import InstrumentFrames
+from compgen.identification.linear_problem import FRAME_PRECISION
 from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel

@@ -11,7 +11,7 @@ again, until each of those left
 Both are taken at the fit's linearisation, with its scales: terms are small, the arm is linear in them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,9 +19,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.error_model.source import ArmFacts
-from compgen.identification.evidence import NormalEquations, posterior
-from compgen.identification.fit import Fit, fit, frame_prior
-from compgen.identification.linearisation import channel_equations
+from compgen.identification.evidence import NormalEquations
+from compgen.identification.fit import Fit, fit
+from compgen.identification.linear_problem import LinearProblem
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, WarmUpState
 
@@ -31,37 +31,28 @@ GAIN = 0.1  # of log evidence, that a term must bring
 BLOCKS = 6  # of consecutive warm poses; the first is never foretold
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class _Problem:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Choice:
     """The linear problem of a fit, for all rows and for those before each block."""
 
-    fitted: Fit
-    group: IntArray  # (K') of the active parameters
-    unknowns: Array  # (D,) where it was linearised
-    precision: Array  # (D - K',) of the frames
-    target: Array  # (D - K',)
+    problem: LinearProblem
     all_rows: list[NormalEquations]
     earlier: list[tuple[list[NormalEquations], BoolArray]]  # equations before a block, and its rows (N,)
 
     def solve(self, equations: list[NormalEquations], kept: BoolArray) -> tuple[Array, float]:
         """The unknowns (D,), zero where not kept (K',), and the log evidence."""
-        every = np.append(kept, np.ones(len(self.precision), dtype=bool))
-        solution = posterior(
-            [e.of_unknowns(every) for e in equations], self.group[kept], self.precision, self.target,
-            self.fitted.posterior.scales, learn_groups=False, learn_noise=False,
-        )  # fmt: skip
+        prior = self.problem.prior
+        every = np.append(kept, np.ones(len(prior.precision), dtype=bool))
+        problem = replace(self.problem, prior=prior.of_parameters(kept))
+        solution = problem.solve([e.of_unknowns(every) for e in equations])
         x = np.zeros(len(every))
         x[every] = solution.x
         return x, solution.log_evidence
 
     def forecast(self, kept: BoolArray) -> Array:
         """Distances of the rows of all blocks from what is known before each [m]."""
-        distances = []
-        for equations, rows in self.earlier:
-            x, _ = self.solve(equations, kept)
-            linear = self.fitted.linear
-            distances.append(np.linalg.norm(linear.z[rows] - linear.A[rows] @ (x - self.unknowns), axis=1))
-        return np.concatenate(distances)
+        left = [self.problem.left(self.solve(equations, kept)[0], rows) for equations, rows in self.earlier]
+        return np.asarray(np.linalg.norm(np.concatenate(left), axis=1))
 
 
 def nodes_to_offer(facts: ArmFacts, states: Sequence[WarmUpState], modelled: Sequence[int]) -> tuple[str, ...]:
@@ -116,16 +107,16 @@ def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
     _, group_of = model.groups()
     group = group_of[fitted.active]
     optional = sorted({int(g) for g in group_of[fitted.active & model.thermal]})
-    problem = _problem(model, data, fitted, group)
-    if not problem.earlier:
+    choice = _choice(model, data, fitted)
+    if not choice.earlier:
         return fitted.active
     kept = np.ones(len(group), dtype=bool)
-    evidence = problem.solve(problem.all_rows, kept)[1]
-    forecast = problem.forecast(kept)
+    evidence = choice.solve(choice.all_rows, kept)[1]
+    forecast = choice.forecast(kept)
     while optional:
-        losses = {g: evidence - problem.solve(problem.all_rows, kept & (group != g))[1] for g in optional}
+        losses = {g: evidence - choice.solve(choice.all_rows, kept & (group != g))[1] for g in optional}
         for g in sorted(optional, key=lambda g: losses[g]):
-            without = problem.forecast(kept & (group != g))
+            without = choice.forecast(kept & (group != g))
             gain = without - forecast
             worse = gain.mean() < -gain.std() / np.sqrt(len(gain))
             if losses[g] < GAIN or worse:
@@ -134,35 +125,17 @@ def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
             break
         kept &= group != g
         optional.remove(g)
-        evidence, forecast = problem.solve(problem.all_rows, kept)[1], without
+        evidence, forecast = choice.solve(choice.all_rows, kept)[1], without
     active = fitted.active.copy()
     active[np.flatnonzero(active)[~kept]] = False
     return active
 
 
-def _problem(model: ArmModel, data: Measurements, fitted: Fit, group: IntArray) -> _Problem:
-    linear, rho = fitted.linear, fitted.posterior.scales.rho
-    free = linear.A.shape[2] - len(group)
-    u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(free)])
-    precision, target = frame_prior(data, fitted.frames, free)
-    weight = (~fitted.outlier) / data.sigma**2
-
-    def equations(rows: BoolArray) -> list[NormalEquations]:
-        return channel_equations(linear, weight, u, data, rho, rows)
-
-    block = warm_blocks(data)[data.pose]
-    everything = np.ones(len(block), dtype=bool)
+def _choice(model: ArmModel, data: Measurements, fitted: Fit) -> _Choice:
+    problem, block = fitted.problem(model, data), warm_blocks(data)[data.pose]
     foretold = [(block == b) & ~fitted.outlier for b in range(1, BLOCKS)] if block.max(initial=-1) > 0 else []
-    earlier = [(equations(block < b), rows) for b, rows in enumerate(foretold, 1) if rows.any()]
-    return _Problem(
-        fitted=fitted,
-        group=group,
-        unknowns=u,
-        precision=precision,
-        target=target,
-        all_rows=equations(everything),
-        earlier=earlier,
-    )
+    earlier = [(problem.equations(block < b), rows) for b, rows in enumerate(foretold, 1) if rows.any()]
+    return _Choice(problem, problem.equations(), earlier)
 
 
 def warm_blocks(data: Measurements) -> IntArray:

@@ -12,7 +12,7 @@ from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warmin
 
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.cross_validation import cross_validate
-from compgen.identification.evidence import Scales, normal_equations, posterior
+from compgen.identification.evidence import Prior, Scales, normal_equations, posterior
 from compgen.identification.fit import fit
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
@@ -128,7 +128,7 @@ def test_the_linear_problem_meets_the_closed_form():
     lam, s2 = np.array([0.5, 2.0]), 0.3
     group = np.array([0, 0, 1, 1])
     solution = posterior(
-        [normal_equations(A, z, np.ones(40))], group, np.array([1e-3, 1e-3]), np.zeros(2),
+        [normal_equations(A, z, np.ones(40))], Prior(group, np.array([1e-3, 1e-3]), np.zeros(2), np.full(2, 1e6)),
         Scales(lam, np.array([s2, s2])), learn_groups=False, learn_noise=False,
     )  # fmt: skip
     D = np.diag([*(1 / lam[group]), 1e-3, 1e-3])
@@ -145,7 +145,7 @@ def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
     A = rng.normal(size=(300, 20))
     z = A[:, :10] @ rng.normal(0, 3, 10) + rng.normal(0, 0.1, 300)
     solution = posterior(
-        [normal_equations(A, z, np.ones(300))], np.repeat([0, 1], 10), np.zeros(0), np.zeros(0),
+        [normal_equations(A, z, np.ones(300))], Prior(np.repeat([0, 1], 10), np.zeros(0), np.zeros(0), np.full(2, 1e6)),
         Scales(np.ones(2), np.array([1.0, 1.0])),
     )  # fmt: skip
     assert solution.scales.group[0] > 3

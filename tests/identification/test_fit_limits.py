@@ -16,10 +16,10 @@ from compgen.identification.fit_limits import (
     fit_limits_record,
     forecast_blocks,
     forecast_findings,
+    with_uncertain_scales,
 )
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import active_in_groups
-from compgen.identification.unsure_scales import with_unsure_scales
 
 SOURCES = ("link_offsets", "joint_zeros", "thermal_growth", "thermal_bend")
 
@@ -141,7 +141,7 @@ def test_a_scale_known_from_few_numbers_widens_what_it_alone_holds(arm):
     truth, active = arm
     data = warm_campaign(truth, 1)
     fitted = fit(truth.model, data, active)
-    wider = with_unsure_scales(truth.model, data, fitted)
+    wider = with_uncertain_scales(truth.model, data, fitted)
     ratio = wider.sigma / fitted.sigma
     share_of_data = fitted.gamma[active]
     assert (ratio[~active] == 1).all()
