@@ -19,7 +19,7 @@ from compgen.error_model.sources.thermal_bend import ARCSEC
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import cell_with_state
 from compgen.pipelines.anchor import anchor
-from compgen.pipelines.anchor.path_places import path_places
+from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.files.path_file import load_job
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose

@@ -6,8 +6,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.fixed_places import WORLD, FixedPlaces
-from compgen.identification.measurements import DISTANCE, NONE, FarEnds, Measurements
+from compgen.identification.measurements import DISTANCE, NONE, WORLD, FarEnds, FixedPlaces, Measurements
 from compgen.identification.pose_files import (
     FARTHEST,
     JOINTS,

@@ -18,8 +18,7 @@ from scipy.stats import chi2
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.evidence import Posterior, Scales, pose_equations
-from compgen.identification.frame_start import initial_frames
-from compgen.identification.frames import InstrumentFrames, measured_distance
+from compgen.identification.frames import InstrumentFrames, initial_frames, measured_distance
 from compgen.identification.linear_problem import FRAME_PRECISION, LinearProblem, prior_at, unknowns_at
 from compgen.identification.linearisation import Linearisation, Unknowns, linearise, unknowns_of
 from compgen.identification.measurements import KINDS, KNOWN, ORIENTATION, PLACE, Measurements

@@ -17,10 +17,8 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import Fit, fit
-from compgen.identification.fixed_places import FixedPlaces
-from compgen.identification.frame_start import initial_frames
-from compgen.identification.frames import measured_distance
-from compgen.identification.measurements import NONE, TOUCH, FarEnds, Measurements
+from compgen.identification.frames import initial_frames, measured_distance
+from compgen.identification.measurements import NONE, TOUCH, FarEnds, FixedPlaces, Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.touches import Artefact, Touches, check_directions
 

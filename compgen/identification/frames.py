@@ -3,14 +3,31 @@ r"""Frames of instruments and artefacts, reflectors, fixed places: unknown, and 
     y = F_i (P + R t_r + v) + c_i
 
 for instrument i and reflector r at flange (P, R), moved by v; y is measured, or a fixed place.
+
+A fit begins with those that explain the rows by the nominal arm. Rows whose far end is located in all coordinates (a touch from one side locates its sphere roughly, along the probing
+direction) give two linear problems that alternate: reflectors and places for given frames, frames (Kabsch 1976, by
+SVD) for given reflectors and places. What distances alone tell of is found after that: a place c from
+
+    |X_n|^2 - l_n^2 = 2 X_n' c - |c|^2
+
+for a reflector on each node of a coarse grid in the flange, the nearest few of which least squares then improves.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from compgen.core.arrays import Array, IntArray, own
-from compgen.identification.measurements import NONE, Measurements
+from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.identification.measurements import NONE, FarEnds, Measurements
+
+FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
+GUESSED = 0.2  # the same where a file says roughly where it is: to a few times what the nominal arm misses
+ROUNDS = 50
+PRIOR = 1e-4  # [m] a place known so well beforehand counts as one row
+GRID = np.array([[x, y, z] for x in (0.0, -0.1, 0.1) for y in (0.0, -0.1, 0.1) for z in (0.1, 0.0, 0.2, 0.3)])
+IMPROVED = 3  # nodes of the grid that are improved
+TOLERANCE = 1e-3  # [m] misfit of a distance beyond which it counts less
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,3 +93,161 @@ class InstrumentFrames:
 def measured_distance(frames: InstrumentFrames, data: Measurements, position: Array, rotation: Array) -> Array:
     """How far each row was measured from what is predicted, along the coordinates that were measured, (N,) [m]."""
     return np.asarray(np.linalg.norm(np.nan_to_num(frames.residual(data, position, rotation)), axis=1))
+
+
+def initial_frames(data: Measurements, position: Array, rotation: Array) -> InstrumentFrames:
+    """Frames that fit the nominal arm best; robust against a few outliers."""
+    V, R = len(data.instruments), len(data.reflectors)
+    frames = InstrumentFrames(
+        np.tile(np.eye(3), (V, 1, 1)), np.zeros((V, 3)), np.zeros((R, 3)), np.array(data.fixed.place)
+    )
+    if data.ends is None:
+        return _alternating(data, frames, position, rotation)
+    sided = np.isfinite(data.ends.toward[:, 0])
+    located = (data.numbers == 3) | sided
+    if located.any():
+        frames = _alternating(_as_located(data, data.ends, sided).subset(located), frames, position, rotation)
+    frames = replace(frames, place=np.nan_to_num(frames.place))
+    if not located.all():
+        frames = _with_distances(data, located, frames, position, rotation)
+    return frames
+
+
+def _as_located(data: Measurements, ends: FarEnds, sided: BoolArray) -> Measurements:
+    """Measurements whose distances with a direction are taken for places located along it."""
+    along = np.where(sided, ends.distance, 0.0)[:, None] * np.nan_to_num(ends.toward)
+    distance = np.where(sided, np.nan, ends.distance)
+    return replace(data, ends=replace(ends, shift=ends.shift + along, distance=distance))
+
+
+def _alternating(data: Measurements, frames: InstrumentFrames, position: Array, rotation: Array) -> InstrumentFrames:
+    P, rotation_of_row = position[data.pose], rotation[data.pose]
+    if data.ends is not None:
+        P = P + data.ends.shift
+    weight = np.ones(len(P))
+    previous = np.inf
+    for _ in range(ROUNDS):
+        reflector = P + np.einsum("nij,nj->ni", rotation_of_row, frames.reflector[data.reflector])
+        frames = _fit_instruments(data, frames, reflector, frames.far_ends(data, position, rotation), weight)
+        frames = _fit_reflectors(data, frames, P, rotation_of_row, weight)
+        distance = measured_distance(frames, data, position, rotation)
+        median = max(float(np.median(distance)), 1e-9)
+        weight = 1 / np.maximum(distance / (4 * median), 1.0) ** 2
+        if abs(previous - median) <= 0.02 * median:
+            break
+        previous = median
+    return frames
+
+
+def _fit_instruments(
+    data: Measurements, frames: InstrumentFrames, reflector: Array, far: Array, weight: Array
+) -> InstrumentFrames:
+    """Each instrument's frame, by Kabsch; an aligned one only moves."""
+    rotation, origin = frames.rotation.copy(), frames.origin.copy()
+    for i, aligned in enumerate(data.aligned.tolist()):
+        rows = data.instrument == i
+        measured = np.isfinite(far[rows])
+        total = np.array([weight[rows][column].sum() or 1.0 for column in measured.T])
+        share = weight[rows, None] * measured / total
+        place = np.where(measured, far[rows], 0.0)
+        centre, measured_centre = (share * reflector[rows]).sum(axis=0), (share * place).sum(axis=0)
+        if not aligned:
+            u, _, v = np.linalg.svd((share * (reflector[rows] - centre)).T @ (place - measured_centre))
+            flip = np.diag([1, 1, np.sign(np.linalg.det(v.T @ u.T))])
+            rotation[i] = v.T @ flip @ u.T
+        origin[i] = measured_centre - rotation[i] @ centre
+    return replace(frames, rotation=rotation, origin=origin)
+
+
+def _fit_reflectors(
+    data: Measurements, frames: InstrumentFrames, P: Array, rotation: Array, weight: Array
+) -> InstrumentFrames:
+    """Reflectors, origins and fixed places together, linear for given frame rotations."""
+    V, R, S = len(frames.origin), len(frames.reflector), len(frames.place)
+    N = len(P)
+    F = frames.rotation_of(data.instrument)
+    flange = np.einsum("nij,nj->ni", F, P)
+    at_place = np.full(N, NONE) if data.ends is None else data.ends.place
+    A = np.zeros((N, 3, 3 * (R + V + S)))
+    to_instrument = F @ rotation
+    for r in range(R):
+        A[data.reflector == r, :, 3 * r : 3 * r + 3] = to_instrument[data.reflector == r]
+    for i in range(V):
+        A[data.instrument == i, :, 3 * (R + i) : 3 * (R + i) + 3] = np.eye(3)
+    for s in range(S):
+        A[at_place == s, :, 3 * (R + V + s) : 3 * (R + V + s) + 3] = -np.eye(3)
+    measured = np.isfinite(data.position) | (at_place != NONE)[:, None]
+    root = np.sqrt(weight)[:, None] * measured  # a coordinate that was not measured says nothing
+    lhs = (A * root[:, :, None]).reshape(3 * N, -1)
+    rhs = ((np.nan_to_num(data.position) - flange) * root).ravel()
+    guess = np.full((R, 3), np.nan) if data.guess is None else data.guess
+    weight_of_guess = np.where(np.isfinite(guess), GUESSED, FAINT).ravel()
+    regularisation = weight_of_guess[:, None] * np.eye(lhs.shape[1])[: 3 * R]
+    known, known_place = _known_places(data, lhs.shape[1])
+    x = np.linalg.lstsq(
+        np.vstack([lhs, regularisation, known]),
+        np.concatenate([rhs, weight_of_guess * np.nan_to_num(guess).ravel(), known_place]),
+        rcond=None,
+    )[0]
+    return InstrumentFrames(
+        frames.rotation, x[3 * R : 3 * (R + V)].reshape(V, 3), x[: 3 * R].reshape(R, 3), x[3 * (R + V) :].reshape(S, 3)
+    )
+
+
+def _known_places(data: Measurements, size: int) -> tuple[Array, Array]:
+    """Rows that keep fixed places near where they are known to be: (H, size) and (H,)."""
+    S = len(data.fixed.names)
+    known = np.flatnonzero(np.isfinite(data.fixed.place[:, 0]))
+    weight = np.repeat(PRIOR / np.maximum(data.fixed.sigma[known], PRIOR), 3)
+    columns = size - 3 * S + (3 * known[:, None] + np.arange(3)).ravel()
+    rows = np.zeros((3 * len(known), size))
+    rows[np.arange(len(columns)), columns] = weight
+    return rows, weight * data.fixed.place[known].ravel()
+
+
+def _with_distances(
+    data: Measurements, located: BoolArray, frames: InstrumentFrames, position: Array, rotation: Array
+) -> InstrumentFrames:
+    """Frames with the reflectors and the fixed places that distances alone tell of."""
+    if data.ends is None:
+        return frames
+    rows = data.subset(~located)
+    ends = rows.ends
+    if ends is None:
+        return frames
+    elsewhere = data.subset(located)
+    places_elsewhere = elsewhere.ends.place if elsewhere.ends is not None else np.zeros(0, dtype=int)
+    reflectors = np.setdiff1d(np.append(rows.reflector, ends.reflector[ends.pose != NONE]), elsewhere.reflector)
+    places = np.setdiff1d(ends.place[ends.place != NONE], places_elsewhere)
+    if not len(reflectors) + len(places):
+        return frames
+
+    def at(x: Array) -> InstrumentFrames:
+        reflector, place = frames.reflector.copy(), frames.place.copy()
+        reflector[reflectors] = x[: 3 * len(reflectors)].reshape(-1, 3)
+        place[places] = x[3 * len(reflectors) :].reshape(-1, 3)
+        return replace(frames, reflector=reflector, place=place)
+
+    def misfit(x: Array) -> Array:
+        return np.asarray(at(x).residual(rows, position, rotation)[:, 0])
+
+    starts = []
+    for node in GRID if len(reflectors) else GRID[:1]:
+        begin = at(np.concatenate([np.tile(node, len(reflectors)), frames.place[places].ravel()]))
+        near = begin.predict(rows, position, rotation)
+        centres = [_centre(near[ends.place == s], ends.distance[ends.place == s]) for s in places.tolist()]
+        start = np.concatenate([np.tile(node, len(reflectors)), *centres])
+        starts.append((float(np.median(np.abs(misfit(start)))), start))
+    starts.sort(key=lambda pair: pair[0])
+    improved = [
+        least_squares(misfit, start, loss="soft_l1", f_scale=TOLERANCE, x_scale=0.1).x for _, start in starts[:IMPROVED]
+    ]
+    return at(min(improved, key=lambda x: float(np.median(np.abs(misfit(x))))))
+
+
+def _centre(near: Array, distance: Array) -> Array:
+    """The place that lies at some distances from others, (3,) [m]."""
+    middle = near.mean(axis=0)
+    X = near - middle
+    lhs = np.column_stack([2 * X, -np.ones(len(X))])
+    return np.asarray(middle + np.linalg.lstsq(lhs, (X**2).sum(axis=1) - distance**2, rcond=None)[0][:3])

@@ -5,7 +5,16 @@ Columns are scaled by each parameter's prior and freed from what the frames can 
     S = (I - F F^+) A diag(sigma) / s
 
 A singular value far below one is a combination of parameters that the data adds nothing to its prior. QR with column
-pivoting puts such columns last and names them."""
+pivoting puts such columns last and names them.
+
+Some directions of the arm's geometry no row can see: all measurements leave them as they are. Distances and touches of spheres that stand anywhere see no frame: where the base stands, the first zero and the first d
+move everything together. Of zeros and lengths, a direction v (in units of the priors) is unseen where
+
+    |S v| < UNSEEN,    S = (I - F F^+) A / s
+
+with the rows A over their noise s, freed from what frames, reflectors and places take up: the
+measurements then take less than a hundredth from the prior's variance.
+"""
 
 from dataclasses import dataclass
 
@@ -13,12 +22,18 @@ import numpy as np
 from scipy.linalg import qr
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.identification.fit import Fit
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import WORLD, Measurements
 from compgen.identification.model import ArmModel
 
 KNOWN = 0.5  # share of a parameter's prior variance that the data must take away, to call it identified
 CORRELATED = 0.95  # correlation beyond which two parameters cannot be told apart
+UNSEEN = 0.1
+GEOMETRY = ("joint_zeros", "link_offsets")
+PART = 0.3  # share of the largest, from which a parameter is part of a direction
+NAMED = 4  # directions
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -103,3 +118,79 @@ def correlations(fitted: Fit) -> Array:
     C = fitted.posterior.covariance[:K, :K]
     size = np.sqrt(np.diag(C))
     return np.asarray(C / np.outer(size, size))
+
+
+def largest_moves(model: ArmModel, fitted: Fit) -> Array:
+    """The largest move of a measured place by each active parameter's value, (K',) [m].
+
+    Less what the frames of instrument and reflectors take up: dy/dp_k p_k projected off the frames' columns of the
+    Jacobian. Valid to first order about the fit.
+    """
+    K = int(fitted.active.sum())
+    if not K:
+        return np.zeros(0)
+    A = fitted.linear.A.reshape(-1, fitted.linear.A.shape[2])
+    columns = A[:, :K] * (fitted.p / model.prior)[fitted.active]
+    basis = np.linalg.qr(A[:, K:])[0]
+    left = columns - basis @ (basis.T @ columns)
+    return np.asarray(np.linalg.norm(left.reshape(-1, 3, K), axis=1).max(axis=0))
+
+
+def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> list[Finding]:
+    """What distances and touches leave unknown, as findings; nothing where an instrument alone measured."""
+    if data.ends is None:
+        return []
+    findings = []
+    if (data.instrument == WORLD).all():
+        message = (
+            "no row sees the base: where it stands (base_frame), the zero of J1 and d1 stay nominal, and World is the "
+            "robot file's; teach the part's frame with the arm (cgen teach-frame)"
+        )
+        findings.append(Finding(Level.NOTE, Code.UNOBSERVABLE, message))
+    directions = unseen_directions(model, data, fitted)
+    if directions:
+        more = f", and {len(directions) - NAMED} more" if len(directions) > NAMED else ""
+        message = f"no row sees {'; '.join(directions[:NAMED])}{more}: held near nominal by the priors"
+        findings.append(Finding(Level.NOTE, Code.UNOBSERVABLE, message))
+    return findings
+
+
+def unseen_directions(model: ArmModel, data: Measurements, fitted: Fit) -> list[str]:
+    """Directions of zeros and lengths that no row sees, each by the names of its parameters."""
+    index = np.flatnonzero(fitted.active)
+    columns = [n for n, k in enumerate(index.tolist()) if model.parameters[k].source in GEOMETRY]
+    if not columns:
+        return []
+    K = len(index)
+    rows = scaled_rows(data, fitted)
+    S = _freed(rows[:, columns], rows[:, K:])
+    values, vectors = np.linalg.eigh(S.T @ S)
+    unseen = _simplest(vectors[:, values < UNSEEN**2])
+    names = [model.parameters[index[n]].name for n in columns]
+    return [
+        " with ".join(names[n] for n in np.argsort(-np.abs(v), kind="stable") if abs(v[n]) > PART * np.abs(v).max())
+        for v in unseen.T
+    ]
+
+
+def _freed(columns: Array, others: Array) -> Array:
+    """Columns less what others take up."""
+    size = np.linalg.norm(others, axis=0)
+    values, vectors = np.linalg.eigh((scaled := others / np.where(size > 0, size, 1.0)).T @ scaled)
+    basis = np.linalg.qr(scaled @ vectors[:, values > 1e-10 * max(values[-1], 1e-300)])[0]
+    return np.asarray(columns - basis @ (basis.T @ columns))
+
+
+def _simplest(basis: Array) -> Array:
+    """The same space by directions that have few parameters each: Gauss-Jordan on the largest entries, (K, m)."""
+    basis = basis.copy()
+    for m in range(basis.shape[1]):
+        taken = np.abs(basis).copy()
+        taken[:, :m] = 0.0
+        row, column = divmod(int(np.argmax(taken)), taken.shape[1])
+        basis[:, [m, column]] = basis[:, [column, m]]
+        basis[:, m] /= basis[row, m]
+        for other in range(basis.shape[1]):
+            if other != m:
+                basis[:, other] -= basis[row, other] * basis[:, m]
+    return basis

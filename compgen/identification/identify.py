@@ -24,15 +24,13 @@ from compgen.identification.fit_limits import (
     forecast_findings,
     with_uncertain_scales,
 )
-from compgen.identification.fixed_places import WORLD
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.identifiability import Identifiability, assess_identifiability
-from compgen.identification.log_evidence import log_findings
-from compgen.identification.measurements import Measurements
+from compgen.identification.identifiability import Identifiability, assess_identifiability, unobservable
+from compgen.identification.log_readings import log_findings
+from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
+from compgen.identification.measurements import WORLD, Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
-from compgen.identification.observability import unobservable
 from compgen.identification.parameters import candidate_models, symbolic_sources, warm_up_states
-from compgen.identification.plausibility import check_plausible, check_row_count, check_scale
 from compgen.identification.pose_files import STILL
 from compgen.identification.reversals import (
     LostMotion,

@@ -1,4 +1,4 @@
-r"""All rows at a point: their residuals, their Jacobian against all unknowns, and the equations they give.
+r"""All rows at a point: their residuals, their Jacobian against all unknowns, and which columns are whose.
 
     delta = y - F (P + R t + v) - c,     d delta = -A dx
     z = delta,                           dz = -A dx                    a row of coordinates
@@ -8,7 +8,8 @@ r"""All rows at a point: their residuals, their Jacobian against all unknowns, a
 
 with u the parameters in units of their priors, w a small turn of the instrument's frame, c its origin, t the reflector
 in the flange. The far end y is measured, or a fixed place, or another reflector P' + R' t'. Orientations give rows of
-their own, in the reflector's axes; so does what is known of fixed places beforehand, in units of its sigma."""
+their own, in the reflector's axes; so does what is known of fixed places beforehand, in units of its sigma.
+"""
 
 from dataclasses import dataclass
 from typing import Any

@@ -17,8 +17,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.fixed_places import WORLD, FixedPlaces
-from compgen.identification.measurements import NONE, TOUCH, FarEnds, Measurements
+from compgen.identification.measurements import NONE, TOUCH, WORLD, FarEnds, FixedPlaces, Measurements
 from compgen.identification.pose_files import check_moving, motion_directions
 from compgen.identification.touches import Artefact, Touches, probing_directions
 from compgen.robot.robot import Robot

@@ -14,8 +14,8 @@ from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.fanuc.configuration import parse_config
-from compgen.identification.artefact_schema import ArtefactFile
 from compgen.identification.pose_files import JOINTS, LIMIT
+from compgen.identification.tables import ArtefactFile
 from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot

@@ -19,10 +19,10 @@ from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit, outlier_threshold
 from compgen.identification.frames import InstrumentFrames
+from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, build_model, fixed_source
 from compgen.identification.parameters import without_force
-from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.reversals import has_runs, with_directions
 from compgen.robot.robot import Robot
 

@@ -10,9 +10,9 @@ from compgen.core.commands import Command
 from compgen.core.units import DEG, MM, UM
 from compgen.core.version import __version__
 from compgen.identification.fit_limits import fit_limits_record
+from compgen.identification.identifiability import largest_moves
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import KINDS
-from compgen.identification.parameter_moves import largest_moves
 from compgen.identification.validation import Validation, statistics
 
 WARM = 0.5  # [K] from which a pose counts as hot

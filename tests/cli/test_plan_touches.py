@@ -14,7 +14,7 @@ from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.frames import BaseFrame
 from compgen.job.anchored_start import cell_with_state
-from compgen.pipelines.anchor.path_places import path_places
+from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.files.path_file import load_job
 
 SPHERE = '[[sphere]]\nname = "{}"\nx_mm = {}\ny_mm = {}\nz_mm = 203\n'

@@ -13,7 +13,7 @@ from wider_arm import NODES
 from compgen.core.codes import Level
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.log_evidence import GAIN, exchanged_sensors, log_evidence, log_findings, moved_clocks
+from compgen.identification.log_readings import GAIN, exchanged_sensors, log_evidence, log_findings, moved_clocks
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import active_in_groups
 from compgen.identification.warm_up import CLOCK_SHIFTS

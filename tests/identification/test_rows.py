@@ -13,7 +13,6 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import MM, UM
 from compgen.identification.cross_validation import FOLDS, blocks_of_poses, cross_validate, held_out_rows
 from compgen.identification.fit import fit
-from compgen.identification.fixed_places import WORLD, FixedPlaces
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import (
@@ -21,7 +20,9 @@ from compgen.identification.measurements import (
     NONE,
     PLACE,
     TOUCH,
+    WORLD,
     FarEnds,
+    FixedPlaces,
     Measurements,
     concatenate,
     with_one_frame_a_name,

@@ -15,11 +15,11 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import fit
+from compgen.identification.identifiability import unobservable, unseen_directions
+from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
 from compgen.identification.measurements import DISTANCE, TOUCH
 from compgen.identification.model import build_model
-from compgen.identification.observability import unobservable, unseen_directions
 from compgen.identification.parameters import symbolic_sources
-from compgen.identification.plausibility import check_plausible, check_row_count, check_scale
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.pipelines.measure.identification_files import MeasurementFiles, read_measurements
 from compgen.robot.inverse_kinematics import Posture, solve_tool

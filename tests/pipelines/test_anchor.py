@@ -18,11 +18,10 @@ from compgen.core.units import HOUR, MDEG, MM, UM
 from compgen.error_model.anchored_state import read_state
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import base_rows
-from compgen.pipelines.anchor.estimate import estimate, path_columns
+from compgen.pipelines.anchor.estimate import estimate, path_columns, path_places
 from compgen.pipelines.anchor.files import anchor_files
 from compgen.pipelines.anchor.forecast import forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, judge, left_out
-from compgen.pipelines.anchor.path_places import path_places
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of
 

@@ -20,10 +20,9 @@ from compgen.identification.touch_candidates import Search
 from compgen.identification.touches import Touches, read_artefact, read_touches
 from compgen.job.anchored_start import cell_with_state
 from compgen.pipelines.anchor import anchor
-from compgen.pipelines.anchor.path_places import path_places
+from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.anchor.touch_model import left_by_anchoring
-from compgen.pipelines.anchor.touch_plan import plan_path_touches
-from compgen.pipelines.anchor.touch_text import positions_of, prove_touches, write_touches
+from compgen.pipelines.anchor.touch_plan import plan_path_touches, positions_of, prove_touches, write_touches
 from compgen.pipelines.files.path_file import load_job
 from compgen.report.touch_plan import touches_csv
 

@@ -63,9 +63,8 @@ def plan_touches(
     from compgen.identification.touch_candidates import Search
     from compgen.identification.touches import read_artefact
     from compgen.pipelines.anchor.files import log_overrides
-    from compgen.pipelines.anchor.touch_plan import plan_path_touches
-    from compgen.pipelines.anchor.touch_targets import frame_of_artefact
-    from compgen.pipelines.anchor.touch_text import positions_of, write_touches
+    from compgen.pipelines.anchor.touch_model import frame_of_artefact
+    from compgen.pipelines.anchor.touch_plan import plan_path_touches, positions_of, write_touches
     from compgen.pipelines.files.path_file import load_job
     from compgen.report.touch_plan import touch_record, touches_csv
 

@@ -25,8 +25,7 @@ from compgen.identification.motion.fit import (
     times_of,
     variance_of,
 )
-from compgen.identification.motion.residual import residuals
-from compgen.identification.motion.windows import Window
+from compgen.identification.motion.windows import Window, residuals
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 

@@ -14,9 +14,16 @@ from compgen.error_model.model import build_error_model
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.start_window import Course, windows
-from compgen.pipelines.anchor import refusals
-from compgen.pipelines.anchor.estimate import Estimate, PathColumns, estimate, path_columns
-from compgen.pipelines.anchor.findings import anchor_findings
+from compgen.pipelines.anchor.estimate import (
+    Estimate,
+    PathColumns,
+    PathPlaces,
+    estimate,
+    moved_target,
+    next_touches,
+    path_columns,
+    path_places,
+)
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import (
     AS_FORECAST,
@@ -28,13 +35,22 @@ from compgen.pipelines.anchor.hypotheses import (
     judge,
     left_out,
 )
-from compgen.pipelines.anchor.next_touches import moved_target, next_touches
-from compgen.pipelines.anchor.path_places import PathPlaces, path_places
-from compgen.pipelines.anchor.result import Anchored
+from compgen.pipelines.anchor.result import Anchored, anchor_findings
 from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
 from compgen.pipelines.anchor.verdict import APART, RIVAL, Moved, verdict_of
 from compgen.thermal.model import state_with_rises
+from compgen.pipelines.anchor.verdict import (
+    APART,
+    RIVAL,
+    Moved,
+    refuse_other_hour,
+    refuse_taught,
+    refuse_unidentified,
+    verdict_of,
+)
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.rises_to_state import state_with_rises
 
 TRUSTED = 2.0  # times the drift that a start may add: so much standing is modelled well enough
 SHORTEST, LONGEST = 1 * MINUTE, 4 * HOUR  # of a state's window
@@ -65,8 +81,8 @@ def anchor(
     prior, innovation = unknowns.prior, innovation_of(seen, forecast, unknowns)
     judged = judge(innovation, prior)
     best, as_forecast = judged[0], next(j for j in judged if j.hypothesis == AS_FORECAST)
-    refusals.refuse_taught(artefact, touches, frame, forecast, unknowns, best)
-    refusals.refuse_other_hour(forecast, touches, innovation, prior, best)
+    refuse_taught(artefact, touches, frame, forecast, unknowns, best)
+    refuse_other_hour(forecast, touches, innovation, prior, best)
     columns = path_columns(job, forecast, unknowns, seen, innovation, path)
     chosen = estimate(innovation, prior, best.hypothesis, columns, K)
     used = innovation.rows(innovation.used(best.hypothesis))
@@ -76,7 +92,7 @@ def anchor(
     rival = _rival(judged, innovation, prior, columns, chosen, K)
     sizes = rms(chosen.before), rms(chosen.after)
     verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
-    refusals.refuse_unidentified(cell, artefact, touches, best, innovation)
+    refuse_unidentified(cell, artefact, touches, best, innovation)
     touch_next = next_touches(
         job, artefact, frame, forecast=forecast, unknowns=unknowns, seen=seen, chosen=chosen, columns=columns
     )

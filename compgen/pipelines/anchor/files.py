@@ -10,7 +10,7 @@ from compgen.core.toml import toml_value
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.anchor.anchor import anchor
 from compgen.pipelines.anchor.result import Anchored
-from compgen.pipelines.anchor.touch_targets import frame_of_artefact
+from compgen.pipelines.anchor.touch_model import frame_of_artefact
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.measure.identification_files import artefact_of_touches
 

@@ -1,20 +1,25 @@
-"""What an anchoring comes to: a state, its verdict, and all that speaks for them."""
+"""What an anchoring comes to: a state, its verdict, and all that a user must know of them."""
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from compgen.core.arrays import Array, rms
+from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
+from compgen.core.units import MM, UM
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.identification.touches import Artefact
 from compgen.job.job import Job
-from compgen.pipelines.anchor.estimate import Estimate
+from compgen.pipelines.anchor.estimate import Estimate, NextTouch, PathPlaces
 from compgen.pipelines.anchor.forecast import Forecast
-from compgen.pipelines.anchor.hypotheses import Innovation, Judged, LeftOut
-from compgen.pipelines.anchor.next_touches import NextTouch
-from compgen.pipelines.anchor.path_places import PathPlaces
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Innovation, Judged, LeftOut
 from compgen.pipelines.anchor.touching import Touched
 from compgen.pipelines.anchor.unknowns import Unknowns
-from compgen.pipelines.anchor.verdict import Moved
+from compgen.pipelines.anchor.verdict import Moved, probability
+
+LIKELY = 0.01  # of a chi^2, below which physics is missing from the forecast
+E_N = 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -48,3 +53,55 @@ class Anchored:
     def rms(self) -> tuple[float, float]:
         """Standard deviation of the path's place, all directions together, before and after: rms along it [m]."""
         return rms(self.chosen.before), rms(self.chosen.after)
+
+
+def anchor_findings(anchored: Anchored) -> tuple[Finding, ...]:
+    """Physics that is missing, what moved, touches that the others do not predict, and what was assumed."""
+    seen, best = anchored.seen, anchored.judged[0]
+    touches, R = seen.touches, len(anchored.innovation.y)
+    findings = []
+    level = Level.OUTSIDE if anchored.verdict in ("cannot tell", "something moved") else Level.NOTE
+    findings.append(Finding(level, Code.ANCHOR_VERDICT, f"{anchored.verdict}: {anchored.reason}{_next(anchored)}"))
+    for moved in anchored.moved:
+        by = ", ".join(f"{a} {v / MM:+.3f}" for a, v in zip("xyz", moved.shift.tolist(), strict=True))
+        k2 = ", ".join(f"{2 * s / UM:.0f}" for s in moved.sigma.tolist())
+        where = " where the part is" if moved.what == "the base" else "; its touches are left out"
+        message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, k = 2: {k2} um){where}"
+        findings.append(Finding(Level.WARNING, Code.ANCHOR_MOVED, message))
+    chi2 = anchored.as_forecast.chi2
+    if probability(chi2, R) < LIKELY and best.hypothesis != AS_FORECAST:
+        day = best.hypothesis.day
+        why = f"; the day went {day:g} times as far from the forecast as it may" if day > 1 else ""
+        message = f"physics is missing: the forecast does not explain the touches (chi^2 {chi2:.0f} of {R}){why}"
+        findings.append(Finding(Level.WARNING, Code.ANCHOR_PHYSICS, message))
+    if best.hypothesis.touch >= 0:
+        n = best.hypothesis.touch
+        off = np.linalg.norm(anchored.seen.y[anchored.seen.touch == n])
+        message = f"{touches.label[n]}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
+        findings.append(Finding(Level.WARNING, Code.ANCHOR_TOUCH, message))
+    if best.hypothesis.noise > 1:
+        message = f"touches scatter {best.hypothesis.noise:g} times as much as their sigma says"
+        findings.append(Finding(Level.WARNING, Code.ANCHOR_NOISE, message))
+    for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():
+        touch = int(anchored.left.touch[n])
+        message = (
+            f"{touches.label[touch]}: '{anchored.artefact.targets[touches.target[touch]]}': the other touches "
+            f"predict it "
+            f"{anchored.left.error[n] / UM:.0f} um away (E_n {anchored.left.E_n[n]:.1f})"
+        )
+        findings.append(Finding(Level.WARNING, Code.ANCHOR_LEFT_OUT, message))
+    if not np.isfinite(touches.sigma).any():
+        message = f"no sigma_um: {np.median(seen.sigma) / UM:.0f} um are taken for each coordinate"
+        findings.append(Finding(Level.NOTE, Code.ANCHOR_SIGMA, message))
+    if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
+        message = "neither [[before]] nor a log: the forecast is a cold robot"
+        findings.append(Finding(Level.NOTE, Code.ANCHOR_COLD, message))
+    return (*findings, *anchored.job.unlikely)
+
+
+def _next(anchored: Anchored) -> str:
+    """Which targets to touch as well, where the touches do not tell."""
+    if anchored.verdict != "cannot tell" or not anchored.touch_next:
+        return ""
+    words = [f"{n.target} (along {n.axis})" for n in anchored.touch_next]
+    return f"; touch these as well: {', '.join(words)}"

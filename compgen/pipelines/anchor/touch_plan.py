@@ -1,4 +1,7 @@
-"""Plan touches for a path: which of all that the arm reaches tell most of where the path will be."""
+"""Plan touches for a path: which of all that the arm reaches tell most of where the path will be.
+
+Their program is proven from its text: every pose in reach, in its posture, as planned.
+"""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,23 +13,32 @@ from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Finding
-from compgen.core.pose import Pose
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.stages import Progress
-from compgen.core.units import MM, UM
+from compgen.core.units import DEG, MM, UM
+from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.canonical.writer import resolution
+from compgen.fanuc.frames import Frames
+from compgen.fanuc.listing.listing import loads
+from compgen.fanuc.touch_program import Signal, TouchPositions, touch_program
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
 from compgen.identification.touch_planning import TouchPlan, plan_touches
 from compgen.identification.touches import Artefact
 from compgen.job.job import Job
-from compgen.pipelines.anchor.mistakes import LEAST_COORDINATES
-from compgen.pipelines.anchor.path_places import path_places
-from compgen.pipelines.anchor.touch_model import TouchModel, left_by_anchoring, touch_model
-from compgen.pipelines.anchor.touch_targets import targets_of, unreached
+from compgen.pipelines.anchor.estimate import path_places
+from compgen.pipelines.anchor.touch_model import TouchModel, left_by_anchoring, targets_of, touch_model, unreached
+from compgen.pipelines.anchor.touching import LEAST_COORDINATES
+from compgen.robot.inverse_kinematics import ALL_POSTURES
+from compgen.robot.turns import turn_digits
 
 MOST_TOUCHES = 100
 PLACES = 400  # of the path, evenly along the part
 USEFUL = 0.01  # of the path's rms: a touch that gains less is named
 TURNING = 40  # poses that are looked at between two touches
 NEAR = 5 * MM  # from a target: a way between touches that comes so near is named
+SAME = 0.02 * DEG  # by which the digits of a position may turn a joint
+DRIVEN = (0, 1, 3)  # of the stages of a way: lifted, approach, beyond
+STOPPED = (0, 1, 2)  # and where the program stops at the touch
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -181,3 +193,59 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Fi
             )
             findings.append(Finding(Level.WARNING, Code.TOUCHES_WAY, message))
     return findings
+
+
+def positions_of(planned: PlannedTouches, utool: int, stops: bool) -> TouchPositions:
+    """The positions of the program, in its user frame."""
+    job, ways = planned.job, planned.ways
+    stages = list(STOPPED if stops else DRIVEN)
+    rotation = np.repeat(ways.rotation, 3, axis=0)
+    in_world = Pose(ways.position[:, stages].reshape(-1, 3), rotation)
+    theta = ways.theta[:, stages].reshape(-1, 6)
+    return TouchPositions(
+        name=tuple(planned.targets.name[s] for s in ways.target.tolist()),
+        pose=planned.frame.inverse() @ in_world,
+        posture=job.posture,
+        turns=turn_digits(job.robot, theta),
+        uframe=planned.uframe,
+        utool=utool,
+        decimals=job.robot.controller.decimals,
+    )
+
+
+def write_touches(planned: PlannedTouches, name: str, date: str, utool: int, signal: Signal | None) -> bytes:
+    """The program's text, proven.
+
+    Args:
+        planned: The touches.
+        name: As the controller takes it.
+        date: "YY-MM-DD".
+        utool: Number of the probe's tool.
+        signal: That ends a search; None: the program pauses at each touch.
+
+    Raises:
+        ImpossibleError: The text, read back, is not what was planned; names the position.
+    """
+    stops = signal is None
+    text = touch_program(name, date, positions_of(planned, utool, stops), signal)
+    prove_touches(planned, text, utool, list(STOPPED if stops else DRIVEN))
+    return text
+
+
+def prove_touches(planned: PlannedTouches, text: bytes, utool: int, stages: list[int]) -> None:
+    """Raises ImpossibleError where a text, read back, is not what was planned; names the position."""
+    robot, ways = planned.job.robot, planned.ways
+    probe = Pose(planned.artefact.probe, np.eye(3))
+    frames = Frames({0: IDENTITY, planned.uframe: planned.frame}, {0: IDENTITY, utool: probe})
+    poses = read_poses(loads(text), robot, frames)
+    theta, position = ways.theta[:, stages].reshape(-1, 6), ways.position[:, stages].reshape(-1, 3)
+    step, _ = resolution(robot.controller.decimals)
+    same = np.linalg.norm(poses.tcp.position - position, axis=1) <= 2 * step
+    same &= (np.abs(poses.theta - theta) <= SAME).all(axis=1) & (poses.margin > robot.elbow_margin)
+    same &= (poses.theta >= robot.lower).all(axis=1) & (poses.theta <= robot.upper).all(axis=1)
+    same &= poses.posture == ALL_POSTURES.index(planned.job.posture)
+    if not same.all():
+        n = int(np.argmin(same))
+        raise ImpossibleError(
+            f"the text's P[{n + 1}] is not the planned pose of touch {n // 3 + 1}; this is a fault of compgen"
+        )

@@ -21,17 +21,17 @@ from compgen.fanuc.frames import default_frames, load_frames
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.distances import read_distances
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.identified_robot_file import robot_text
-from compgen.identification.identify import Identification
-from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
-from compgen.identification.parameter_posterior import posterior_of
-from compgen.identification.pose_files import read_poses
-from compgen.identification.sensorless_nodes import (
+from compgen.identification.identified_robot_file import (
     SensorlessNode,
+    robot_text,
     sensorless_findings,
     sensorless_nodes,
     with_sensorless_nodes,
 )
+from compgen.identification.identify import Identification
+from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
+from compgen.identification.parameter_posterior import posterior_of
+from compgen.identification.pose_files import read_poses
 from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, with_temperatures
