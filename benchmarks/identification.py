@@ -61,7 +61,7 @@ def against_scipy(parameters: int, poses: int) -> dict[str, float]:
 def problem(parameters: int, poses: int) -> tuple[ArmModel, Measurements]:
     """The shipped arm with so many errors drawn from their priors, and what a tracker measured of it."""
     arm = load_arm("m710ic50")
-    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)
+    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
     by_name = {source.original.NAME: source for source in sources}
     model = build_model(arm.robot, [by_name[name] for name in SOURCES], len(arm.nodes))
     rng = np.random.default_rng(4)

@@ -79,7 +79,7 @@ def run(seed, temperatures=True, file=None):
         aligned=np.delete(np.array(data.aligned), 1),
     )  # fmt: skip
     start = time.perf_counter()
-    identification = identify(robot, truth.arm.known, data, nodes, temperatures, quiet)
+    identification = identify(robot, truth.arm.known, data, nodes, quiet, temperatures=temperatures)
     seconds = time.perf_counter() - start
     best = identification.selected.fit
     theta = random_theta(robot, rng, 500)

@@ -38,7 +38,7 @@ class Truth:
 def made_up(robot_file, seed, ripple=0.0):
     """A robot whose parameters are drawn from their priors; ``ripple`` scales the orders above two."""
     arm = load_arm(robot_file)
-    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), True)
+    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=True)
     model = build_model(arm.robot, parts, len(arm.nodes))
     rng = np.random.default_rng(seed)
     share = np.array([ripple if t.source == "joint_ripple" else 1.0 for t in model.parameters])

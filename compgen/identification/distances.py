@@ -26,7 +26,7 @@ UNKNOWNS = 3  # of a reflector or a fixed place
 
 
 def read_distances(
-    source: str, robot: Robot, nodes: int, force: bool = False, frames_known: bool = False
+    source: str, robot: Robot, nodes: int, *, force: bool = False, frames_known: bool = False
 ) -> Measurements:
     """One file of distances.
 
@@ -66,7 +66,7 @@ def read_distances(
         theta,
         lambda m, k: table.location(int(row_of_pose[m]), (NEAR if pose_a[row_of_pose[m]] == m else FAR)[k]),
     )
-    check_moving(source, pendant / DEG, force)
+    check_moving(source, pendant / DEG, force=force)
     clock = time if time is not None else np.arange(N, dtype=float)
     reflector = np.array([reflectors.index(name) for name in a_name])
     other = np.array([reflectors.index(name) if c else 0 for name, c in zip(b_name, carried, strict=True)])

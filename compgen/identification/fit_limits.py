@@ -56,7 +56,7 @@ class _Forecast:
     covariance: Array  # (3 n, 3 n) [m^2] without kappa
 
 
-def assess_fit_limits(model: ArmModel, data: Measurements, fitted: Fit, temperatures: bool) -> FitLimits:
+def assess_fit_limits(model: ArmModel, data: Measurements, fitted: Fit, *, temperatures: bool) -> FitLimits:
     """What a fit leaves, from its residuals and from forecasts.
 
     Args:
@@ -121,7 +121,7 @@ def fit_limits_record(limits: FitLimits) -> dict[str, float | int]:
     return {**numbers, "forecast_blocks": limits.blocks}
 
 
-def forecast_findings(limits: FitLimits, warm: bool) -> list[Finding]:
+def forecast_findings(limits: FitLimits, *, warm: bool) -> list[Finding]:
     """What a user must know of the forecasts; a fit of a warm arm that does not foretell is refused.
 
     Of a cold one it is a warning: over many poses even a small misfit of the model, the same at neighbouring poses, is

@@ -4,9 +4,10 @@ r"""Frames of instruments and artefacts, reflectors, fixed places: unknown, and 
 
 for instrument i and reflector r at flange (P, R), moved by v; y is measured, or a fixed place.
 
-A fit begins with those that explain the rows by the nominal arm. Rows whose far end is located in all coordinates (a touch from one side locates its sphere roughly, along the probing
-direction) give two linear problems that alternate: reflectors and places for given frames, frames (Kabsch 1976, by
-SVD) for given reflectors and places. What distances alone tell of is found after that: a place c from
+A fit begins with those that explain the rows by the nominal arm. Rows whose far end is located in all coordinates (a
+touch from one side locates its sphere roughly, along the probing direction) give two linear problems that alternate:
+reflectors and places for given frames, frames (Kabsch 1976, by SVD) for given reflectors and places. What distances
+alone tell of is found after that: a place c from
 
     |X_n|^2 - l_n^2 = 2 X_n' c - |c|^2
 

@@ -7,8 +7,9 @@ Columns are scaled by each parameter's prior and freed from what the frames can 
 A singular value far below one is a combination of parameters that the data adds nothing to its prior. QR with column
 pivoting puts such columns last and names them.
 
-Some directions of the arm's geometry no row can see: all measurements leave them as they are. Distances and touches of spheres that stand anywhere see no frame: where the base stands, the first zero and the first d
-move everything together. Of zeros and lengths, a direction v (in units of the priors) is unseen where
+Some directions of the arm's geometry no row can see: all measurements leave them as they are. Distances and touches of
+spheres that stand anywhere see no frame: where the base stands, the first zero and the first d move everything
+together. Of zeros and lengths, a direction v (in units of the priors) is unseen where
 
     |S v| < UNSEEN,    S = (I - F F^+) A / s
 

@@ -238,7 +238,7 @@ def with_sensorless_nodes(text: str, nodes: Sequence[SensorlessNode]) -> str:
     return str(tomlkit.dumps(document)) if known else text
 
 
-def sensorless_findings(nodes: Sequence[SensorlessNode], is_written: bool) -> list[Finding]:
+def sensorless_findings(nodes: Sequence[SensorlessNode], *, is_written: bool) -> list[Finding]:
     """What was fitted of nodes without a sensor, in words.
 
     Args:

@@ -124,9 +124,10 @@ def identify(
     known: Sequence[UncertainSource],
     data: Measurements,
     nodes: int,
-    temperatures: bool,
     progress: Progress,
     facts: ArmFacts | None = None,
+    *,
+    temperatures: bool,
 ) -> Identification:
     """Fit the error sources of a robot to measurements.
 
@@ -135,9 +136,9 @@ def identify(
         known: Its sources as the robot file has them: facts, priors, and values of what is not fitted.
         data: All measurements.
         nodes: How many nodes the heat model has.
-        temperatures: Whether the rises in ``data`` were measured; otherwise a warm-up's are unknown states.
         progress: Called with a stage and a share.
         facts: What else the robot file says of the arm: what it carries, its nodes, its growth.
+        temperatures: Whether the rises in ``data`` were measured; otherwise a warm-up's are unknown states.
 
     Raises:
         InputError: Too few numbers, or measurements that cannot be of this arm.
@@ -151,7 +152,7 @@ def identify(
         facts = replace(facts, nodes=(PLAIN_WARMTH,), growth=(np.zeros((6, 1)), np.zeros((6, 1))))
     states = warm_up_states(known) if warm and not temperatures else ()
     offered = nodes_to_offer(facts, states, data.modelled) if warm and facts is not None else ()
-    sources = symbolic_sources(robot, known, moved, warm, temperatures, facts, offered)
+    sources = symbolic_sources(robot, known, moved, warm=warm, log=temperatures, facts=facts, offered=offered)
     lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
     if lost_motion is not None:
         sources = with_lost_motion(sources, lost_motion)
@@ -171,7 +172,7 @@ def identify(
     selected = candidates[best]
     misread = log_findings(model, data, selected.fit, facts.nodes) if facts is not None else []
     data, shared = with_shared_setups(data, selected.fit)
-    fitted, held = with_needed_warmth(model, data, selected.fit, temperatures, anew=bool(shared))
+    fitted, held = with_needed_warmth(model, data, selected.fit, temperatures=temperatures, anew=bool(shared))
     validated = cross_validate(model, data, fitted)
     candidates[best] = FittedCandidate(selected.candidate, with_uncertain_scales(model, data, fitted), validated)
     progress(stages.JUDGE, 0.95)
@@ -179,10 +180,10 @@ def identify(
     findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
     findings += unobservable(model, data, candidates[best].fit)
-    limits = assess_fit_limits(model, data, candidates[best].fit, temperatures)
-    findings += [*forecast_findings(limits, warm), *misread, *shared, *held]
+    limits = assess_fit_limits(model, data, candidates[best].fit, temperatures=temperatures)
+    findings += [*forecast_findings(limits, warm=warm), *misread, *shared, *held]
     findings += _unwritten_warmth(nodes) if states else ()
-    identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
+    identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures=temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
         robot=robot,
@@ -221,6 +222,7 @@ def fitted_sources(
     symbolic: Sequence[SymbolicSource],
     model: ArmModel,
     fitted: Fit,
+    *,
     temperatures: bool = True,
 ) -> tuple[UncertainSource, ...]:
     """The sources with fitted values and sigmas; those that were not fitted stay as they are.

@@ -1,7 +1,8 @@
 r"""Whether measurements can be of this arm at all: their number, units and angles. One line for what is wrong.
 
 Where places contradict the joints, the reading of the joint columns that explains them is named: a sign, the convention
-of J3, an order, an offset. The pendant's angles p become theta = M p + theta_0 by the robot file. A file of another convention is read as
+of J3, an order, an offset. The pendant's angles p become theta = M p + theta_0 by the robot file. A file of another
+convention is read as
 
     p' = C p + c,     C: the sign of one joint, J3 against link 2 or against the horizontal (J3 -/+ J2), two joints
                       exchanged;  c: a quarter turn or a half of one joint
@@ -220,7 +221,7 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
     def distance_of(pendant: Array) -> Array:
         return _distances(model, rows, robot.to_theta(pendant), 1.0, frames)
 
-    better = better_reading(robot.to_pendant(rows.theta), bool(robot.pendant_map[2, 1]), distance_of)
+    better = better_reading(robot.to_pendant(rows.theta), distance_of, has_coupling=bool(robot.pendant_map[2, 1]))
     if better is not None:
         words, as_given, explained = better
         raise InputError(
@@ -263,7 +264,7 @@ class Reading:
         return np.asarray(pendant @ self.matrix.T + self.offset)
 
 
-def readings(has_coupling: bool) -> list[Reading]:
+def readings(*, has_coupling: bool) -> list[Reading]:
     """All that are tried.
 
     Args:
@@ -297,7 +298,7 @@ def readings(has_coupling: bool) -> list[Reading]:
 
 
 def better_reading(
-    pendant: Array, has_coupling: bool, distance_of: Callable[[Array], Array]
+    pendant: Array, distance_of: Callable[[Array], Array], *, has_coupling: bool
 ) -> tuple[str, float, float] | None:
     """What explains measured places much better than the angles as they stand.
 
@@ -315,7 +316,7 @@ def better_reading(
     words: list[str] = []
     best, angles = as_given, pendant
     for _ in range(2):
-        tried = [(_mean(distance_of(reading.of(angles))), reading) for reading in readings(has_coupling)]
+        tried = [(_mean(distance_of(reading.of(angles))), reading) for reading in readings(has_coupling=has_coupling)]
         least = min(mean for mean, _ in tried)
         # J5 reversed is J4 turned by 180 deg as well: the sign is named, which stands first
         nearest, reading = next(pair for pair in tried if pair[0] <= least * ALIKE + EXACT)

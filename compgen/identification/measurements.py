@@ -7,7 +7,8 @@ A row compares a reflector (or the probe), carried by the flange at a pose and m
 
 All coordinates of delta are a row's residual, or its length alone against a measured distance l: l - |delta|.
 
-Fixed places stand in the cell: spheres of an artefact, sockets of a ballbar; unknown, and fitted along. What is known of them beforehand are rows of their own, each with its own sigma,
+Fixed places stand in the cell: spheres of an artefact, sockets of a ballbar; unknown, and fitted along. What is known
+of them beforehand are rows of their own, each with its own sigma,
 
     z = (s_0 - s) / sigma              a sphere's place s in the artefact's frame, near s_0
     z = (l - |s_a - s_b|) / sigma      a certified length l between two

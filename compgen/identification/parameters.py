@@ -49,6 +49,7 @@ def symbolic_sources(
     robot: Robot,
     known: Sequence[UncertainSource],
     moved: BoolArray,
+    *,
     warm: bool,
     log: bool = True,
     facts: ArmFacts | None = None,

@@ -24,7 +24,7 @@ TRAVEL = 1e-5  # rad: a joint that turned less than this keeps the direction it 
 
 
 def read_poses(
-    source: str, robot: Robot, nodes: int, force: bool = False, timed: bool = False, frames_known: bool = False
+    source: str, robot: Robot, nodes: int, *, force: bool = False, timed: bool = False, frames_known: bool = False
 ) -> Measurements:
     """One file of poses, all by one instrument.
 
@@ -66,7 +66,7 @@ def read_poses(
     check_within_limits(robot, theta, lambda m, k: table.location(int(first[m]), JOINTS[k]))
     if timed and time is not None:
         _check_seconds(table, robot, pendant, time, first)
-    check_moving(source, pendant, force)
+    check_moving(source, pendant, force=force)
     clock = time[first] if time is not None else np.arange(len(first), dtype=float)
     N = len(pendant)
     return Measurements(
@@ -200,7 +200,7 @@ def check_within_limits(robot: Robot, theta: Array, location: Callable[[int, int
             )
 
 
-def check_moving(source: str, pendant: Array, force: bool) -> None:
+def check_moving(source: str, pendant: Array, *, force: bool) -> None:
     """Raises InputError where a joint, of pendant angles (M, 6) [deg], never moves."""
     if force:
         return

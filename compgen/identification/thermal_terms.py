@@ -63,7 +63,7 @@ def nodes_to_offer(facts: ArmFacts, states: Sequence[WarmUpState], modelled: Seq
 
 
 def with_needed_warmth(
-    model: ArmModel, data: Measurements, full: Fit, temperatures: bool, anew: bool = False
+    model: ArmModel, data: Measurements, full: Fit, *, temperatures: bool, anew: bool = False
 ) -> tuple[Fit, list[Finding]]:
     """A fit without the thermal terms that the data does not need, and without those beyond any plausible value.
 

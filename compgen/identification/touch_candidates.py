@@ -85,7 +85,7 @@ class Ways:
 
 
 def reachable_ways(
-    robot: Robot, posture: Posture, near: Array, targets: Targets, probe: Probe, search: Search, centres: bool
+    robot: Robot, posture: Posture, near: Array, targets: Targets, probe: Probe, search: Search, *, centres: bool
 ) -> Ways:
     """All ways that the arm can drive.
 
@@ -98,7 +98,7 @@ def reachable_ways(
         search: How a touch is driven.
         centres: Whether a touch locates the centre of a sphere (a nest, a centring probe), not one side of it.
     """
-    ways = [_ways_of(s, targets, probe, search, centres) for s in range(len(targets.name))]
+    ways = [_ways_of(s, targets, probe, search, centres=centres) for s in range(len(targets.name))]
     rng, each = np.random.default_rng(1), MOST // len(ways)  # the same ways at every run
     rows = [np.sort(rng.permutation(len(part[0]))[:each]) for part in ways]
     target, normal, position, rotation = (
@@ -109,7 +109,7 @@ def reachable_ways(
     return Ways(target, normal, position, rotation, theta).subset(reached)
 
 
-def _ways_of(s: int, targets: Targets, probe: Probe, search: Search, centres: bool) -> tuple[Array, ...]:
+def _ways_of(s: int, targets: Targets, probe: Probe, search: Search, *, centres: bool) -> tuple[Array, ...]:
     """Target, normal, stages and rotation of all ways to touch one target, whatever the arm reaches."""
     rotations = _orientations()
     stem = rotations[:, :, 2]

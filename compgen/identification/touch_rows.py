@@ -27,7 +27,7 @@ ON_A_LINE = 0.02  # of the spheres' spread: nearer to a line, they do not fix a 
 
 
 def touch_rows(
-    touches: Touches, artefact: Artefact, robot: Robot, nodes: int, force: bool = False, frames_known: bool = False
+    touches: Touches, artefact: Artefact, robot: Robot, nodes: int, *, force: bool = False, frames_known: bool = False
 ) -> Measurements:
     """The touches as measurements: one reflector, the probe; the spheres as fixed places.
 
@@ -43,7 +43,7 @@ def touch_rows(
         InputError: A joint never moves, or a sphere that stands anywhere is touched too little to be located.
     """
     N = len(touches.target)
-    check_moving(touches.file, robot.to_pendant(touches.theta) / DEG, force)
+    check_moving(touches.file, robot.to_pendant(touches.theta) / DEG, force=force)
     sided: BoolArray = np.isfinite(touches.normal[:, 0])
     order = np.argsort(touches.time, kind="stable")
     direction = np.empty((N, 6))
@@ -113,11 +113,11 @@ def _spheres(artefact: Artefact, touched: IntArray, name: str, frame: int) -> Fi
     index = {s: n for n, s in enumerate(touched.tolist())}
     given = [s for s in index if np.isfinite(artefact.place[s, 0])]
     by_places, by_lengths = artefact.certified is True, artefact.certified is not False
-    place_sigma = _sigma(artefact.sigma, by_places)
+    place_sigma = _sigma(artefact.sigma, certified=by_places)
     lengths = {
         (index[int(a)], index[int(b)]): (length, sigma)
         for (a, b), length, sigma in zip(
-            artefact.between, artefact.length, _sigma(artefact.length_sigma, by_lengths), strict=True
+            artefact.between, artefact.length, _sigma(artefact.length_sigma, certified=by_lengths), strict=True
         )
         if int(a) in index and int(b) in index
     }
@@ -141,6 +141,6 @@ def _spheres(artefact: Artefact, touched: IntArray, name: str, frame: int) -> Fi
     )
 
 
-def _sigma(given: Array, certified: bool) -> Array:
+def _sigma(given: Array, *, certified: bool) -> Array:
     """Standard deviations as given; where none is, those of what nobody certified [m]."""
     return given if certified else np.where(given > 0, given, UNCERTIFIED)

@@ -189,7 +189,7 @@ def _check_lengths(source: str, file: ArtefactFile, names: tuple[str, ...], plac
 
 
 def read_touches(
-    source: str, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose], planes: bool = False
+    source: str, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose], *, planes: bool = False
 ) -> Touches:
     """A file of touches.
 

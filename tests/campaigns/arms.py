@@ -161,7 +161,7 @@ def run(seed, sensors=NODES, robot=None):
         site = Site(seed, nominal.robot)
         cold, warm, log = campaign_files(site, seed, folder, sensors)
         files = MeasurementFiles(poses=[cold], warm_up=[warm], log=log if sensors else None)
-        data, _ = read_measurements(nominal, files, False)
+        data, _ = read_measurements(nominal, files, force=False)
         start = time.perf_counter()
         result = identify_arm(nominal, data, bool(sensors))
         seconds = time.perf_counter() - start
@@ -175,7 +175,7 @@ def run(seed, sensors=NODES, robot=None):
 
 
 def identify_arm(arm, data, logged):
-    return identify(arm.robot, arm.known, data, len(arm.nodes), logged, quiet, arm.facts)
+    return identify(arm.robot, arm.known, data, len(arm.nodes), quiet, temperatures=logged, facts=arm.facts)
 
 
 def flown(site, seed, arm, result):

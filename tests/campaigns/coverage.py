@@ -70,7 +70,7 @@ def run(seed):
         nominal = load_arm(robot_file(folder))
         site = Site(seed, nominal.robot)
         cold, warm, log = campaign_files(site, seed, folder, NODES)
-        data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), False)
+        data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), force=False)
         result = identify_arm(nominal, data, True)
         text, posterior = identified_texts(nominal, result, [cold, warm, log], f"mine{POSTERIOR}")
         (Path(folder) / "mine.toml").write_text(text)

@@ -207,13 +207,15 @@ def trial(seed, runs=RUNS, folder=None):
     rng = np.random.default_rng([seed, 31])
     cold, warm, log = arms.campaign_files(site, seed, folder, NODES)
     files = MeasurementFiles(poses=[cold, reversals_file(site, folder, rng)], warm_up=[warm], log=log)
-    data, _ = read_measurements(nominal, files, False)
+    data, _ = read_measurements(nominal, files, force=False)
     result = arms.identify_arm(nominal, data, True)
     (folder / "mine.toml").write_text(identified_robot_text(nominal, result, [cold, warm, log]))
     own = load_arm(str(folder / "mine.toml"))
     place = part_place(np.random.default_rng([seed, 33]))
     touches = touches_file(arm, nominal.robot, place, folder, rng)
-    taught = teach_frame(own, *touches, 1, log_file(arm, folder, "taught.csv", TAUGHT_AT, rng), "start", {}, False)
+    taught = teach_frame(
+        own, *touches, 1, log_file(arm, folder, "taught.csv", TAUGHT_AT, rng), "start", {}, nominal=False
+    )
     (folder / "frame.toml").write_text(frame_text(taught))
     log_file(arm, folder, "hot.csv", FLOWN_AT, rng)
     row = {"seed": seed, "refused": result.refused, "law": [arm.law, arm.play_law],

@@ -189,11 +189,11 @@ def run(seed, kinds=KINDS):
         fresh.write_text(pose_csv(pendant, site.measured(pendant, np.zeros((120, 5)), rng), np.arange(120.0)))
         for kind in kinds:
             files = campaign(site, seed, kind, folder)
-            data, _ = read_measurements(nominal, files, False)
+            data, _ = read_measurements(nominal, files, force=False)
             result = identify_arm(nominal, data, False)
             text = identified_robot_text(nominal, result, files.names)
             arm = arm_of(tomllib.loads(text), text, "identified.toml")
-            unseen, _ = read_measurements(arm, MeasurementFiles(poses=[str(fresh)]), True)
+            unseen, _ = read_measurements(arm, MeasurementFiles(poses=[str(fresh)]), force=True)
             left = validate(arm.robot, arm.known, unseen, len(arm.nodes), None)
             row[kind] = float(np.sqrt((left.identified[~left.outlier] ** 2).mean() / 3) * 1e6)
             row[f"{kind}: held out"] = result.selected.cross_validation.mean * 1e6

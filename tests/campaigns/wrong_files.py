@@ -57,7 +57,7 @@ def refusal(robot, cold):
     """What identify says of a file of measurements; "" where it accepts."""
     try:
         arm = load_arm(robot)
-        data, _ = read_measurements(arm, MeasurementFiles(poses=[cold]), False)
+        data, _ = read_measurements(arm, MeasurementFiles(poses=[cold]), force=False)
         result = arms.identify_arm(arm, data, False)
     except CompgenError as exception:
         return str(exception)

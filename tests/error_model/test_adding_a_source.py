@@ -143,7 +143,9 @@ def test_a_new_source_names_what_is_wrong_in_its_table(arm):
 
 
 def test_a_new_source_is_identified_at_its_step_of_the_ladder(arm):
-    parts = parameters.symbolic_sources(arm.robot, read(arm), np.array([True, True, False, True, True, True]), False)
+    parts = parameters.symbolic_sources(
+        arm.robot, read(arm), np.array([True, True, False, True, True, True]), warm=False
+    )
     terms = [t for p in parts for t in p.parameters if t.source == "sag"]
     assert [t.index for t in terms] == [(0,), (1,), (3,), (4,), (5,)]
     assert terms[0].name == "sag.amplitude_mdeg[1]"

@@ -31,7 +31,7 @@ def identified(tmp_path_factory):
     nominal = load_arm(robot_file(folder))
     site = Site(SEED, nominal.robot)
     cold, warm, log = campaign_files(site, SEED, folder, NODES)
-    data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), False)
+    data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), force=False)
     result = identify_arm(nominal, data, True)
     text = identified_robot_text(nominal, result, [cold, warm, log])
     return site, result, arm_of(tomllib.loads(text), text, "identified.toml")
@@ -142,7 +142,7 @@ def test_an_arm_without_a_heat_model_gets_a_plain_warmth(tmp_path):
         instruments=("warm.csv",),
         aligned=np.array([False]),
     )
-    result = identify(arm.robot, arm.known, data, 0, False, quiet, arm.facts)
+    result = identify(arm.robot, arm.known, data, 0, quiet, temperatures=False, facts=arm.facts)
     assert result.selected.fit.noise < 12e-6  # without the growth 17 um
     notes = [f for f in result.findings if f.code == "warm_up"]
     assert len(notes) == 1

@@ -182,7 +182,7 @@ def by_scipy(model, data, active, start):
 def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     parts = [
         p
-        for p in symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), False)
+        for p in symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), warm=False)
         if p.original.NAME in SOURCES
     ]
     model = build_model(truth.arm.robot, parts, len(truth.arm.nodes))
@@ -244,7 +244,7 @@ def cold_and_warm(truth):
 
 def test_a_made_up_robot_is_identified(truth, cold_and_warm):
     data, outlier = cold_and_warm
-    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
+    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), quiet, temperatures=True)
     assert not identification.refused
     best = identification.selected.fit
     assert np.array_equal(best.outlier[: len(outlier)], outlier)
@@ -280,7 +280,12 @@ def test_coordinates_that_were_not_measured_carry_no_weight(truth):
     rms = np.sqrt((fitted.residual[~fitted.outlier] ** 2).sum() / freedom)
     assert_allclose(fitted.noise, rms, rtol=0.05)
     identified = identify(
-        truth.arm.robot, truth.arm.known, concatenate([poses, single]), len(truth.arm.nodes), False, quiet
+        truth.arm.robot,
+        truth.arm.known,
+        concatenate([poses, single]),
+        len(truth.arm.nodes),
+        quiet,
+        temperatures=False,
     )
     assert np.isfinite(identified.selected.fit.p).all()
 
@@ -288,7 +293,7 @@ def test_coordinates_that_were_not_measured_carry_no_weight(truth):
 def test_few_poses_shrink_rather_than_blow_up(truth):
     rng = np.random.default_rng(31)
     data = measured(truth, random_theta(truth.arm.robot, rng, 7), rng, reflectors=1)
-    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
+    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), quiet, temperatures=True)
     best = identification.selected.fit
     assert (np.abs(best.p) < 6 * truth.model.prior[: len(best.p)].max()).all()
     assert np.isfinite(best.sigma).all()
@@ -299,6 +304,6 @@ def test_an_arm_without_errors_is_refused(truth):
     perfect = replace(truth, p=0 * truth.p)
     rng = np.random.default_rng(41)
     data = measured(perfect, random_theta(truth.arm.robot, rng, 30), rng)
-    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
+    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), quiet, temperatures=True)
     assert identification.refused
     assert any("beats the nominal" in f.message and "measure" in f.message for f in identification.findings)

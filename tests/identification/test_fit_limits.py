@@ -35,7 +35,7 @@ def arm(tmp_path_factory):
 
 
 def limits_of(truth, active, data, temperatures=True):
-    return assess_fit_limits(truth.model, data, fit(truth.model, data, active), temperatures)
+    return assess_fit_limits(truth.model, data, fit(truth.model, data, active), temperatures=temperatures)
 
 
 def shaken(data, sigma, rng):

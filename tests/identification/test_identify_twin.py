@@ -69,7 +69,7 @@ def made(tmp_path_factory):
 
 def real_sources(truth, folder):
     """The sources as they really are, by way of a robot file."""
-    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
+    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), warm=True)
 
     class TrueFit:
         p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)

@@ -79,7 +79,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def model(arm):
-    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)
+    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
     return build_model(arm.robot, [s for s in parts if s.original.NAME in GEOMETRY], 0)
 
 

@@ -51,7 +51,7 @@ def test_its_height_is_fitted_along_and_written(truth, warm):
     data, true_rise = warm
     arm = truth.arm
     rng = np.random.default_rng(5)
-    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), True)
+    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=True)
     model = build_model(arm.robot, sources, 5, (), data.modelled)
     assert sum(t.source == "warm_up" for t in model.parameters) == 2
     # the arm's own values are known here, but for the node's: what is left is its height
@@ -75,7 +75,7 @@ def test_its_height_is_fitted_along_and_written(truth, warm):
     before, after = (tomllib.loads(t)["thermal"]["node"] for t in (arm.text, text))
     assert after[NODE]["rise_K"] == pytest.approx(before[NODE]["rise_K"] * node.height, rel=1e-3)
     assert [n for k, n in enumerate(after) if k != NODE] == [n for k, n in enumerate(before) if k != NODE]
-    assert "j3 has no sensor" in sensorless_findings([node], True)[0].message
+    assert "j3 has no sensor" in sensorless_findings([node], is_written=True)[0].message
 
 
 def fixed_at(model, p, active):

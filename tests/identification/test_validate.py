@@ -33,7 +33,7 @@ def truth(tmp_path_factory):
 
 def true_sources(truth):
     """The robot file's sources with the true values."""
-    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
+    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), warm=True)
 
     class TrueFit:
         p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
@@ -191,7 +191,7 @@ def test_parameters_are_sorted_by_what_they_move(truth, cold):
 def test_what_the_chosen_model_held_at_zero_is_written_as_zero(truth):
     """A file that was identified before, and now a model without some of its parameters: the fit had them at zero."""
     known = true_sources(truth)
-    sources = symbolic_sources(truth.arm.robot, known, np.ones(6, bool), True)
+    sources = symbolic_sources(truth.arm.robot, known, np.ones(6, bool), warm=True)
 
     class PartialFit:
         p, sigma, outlier = truth.p, np.abs(truth.p), np.zeros(1, bool)

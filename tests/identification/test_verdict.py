@@ -89,9 +89,16 @@ def test_a_coupling_that_the_arm_has_not_is_refused_however_much_it_gains(truth)
     data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng, reflectors=2)
     theta = data.theta.copy()
     theta[:, 5] += data.theta[:, 4]
-    wrong = identify(truth.arm.robot, truth.arm.known, replace(data, theta=theta), len(truth.arm.nodes), False, quiet)
+    wrong = identify(
+        truth.arm.robot,
+        truth.arm.known,
+        replace(data, theta=theta),
+        len(truth.arm.nodes),
+        quiet,
+        temperatures=False,
+    )
     (finding,) = [f for f in wrong.findings if f.code == "unexplained"]
     assert wrong.refused
     assert "coupled joints" in finding.message
-    right = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), False, quiet)
+    right = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), quiet, temperatures=False)
     assert not right.refused

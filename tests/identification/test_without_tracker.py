@@ -107,7 +107,7 @@ def read(arm, tmp_path, distances=None, touches=None, of=None, force=False):
     (tmp_path / "distances.csv").write_text(distances or "")
     (tmp_path / "touches.csv").write_text(touches or "")
     (tmp_path / "artefact.toml").write_text(of or artefact())
-    data, _ = read_measurements(arm, files, force)
+    data, _ = read_measurements(arm, files, force=force)
     check_row_count(data)
     check_scale(data)
     check_plausible(arm.robot, build_model(arm.robot, [], 0), data)
@@ -395,7 +395,7 @@ def test_what_a_small_sweep_cannot_see_is_named(arm, tmp_path):
         for q, p in zip(theta, where, strict=True)
     ]
     data = read(arm, tmp_path, text([*DISTANCE_HEAD[:8], "distance_mm"], rows), force=True)
-    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)
+    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
     model = build_model(arm.robot, [s for s in parts if s.original.NAME in ("joint_zeros", "link_offsets")], 0)
     fitted = fit(model, data, np.ones(len(model.parameters), dtype=bool))
     findings = [f.message for f in unobservable(model, data, fitted)]
@@ -420,13 +420,13 @@ def test_a_warm_arm_measured_by_distances_alone(tmp_path):
     log += [",".join([str(t), *(f"{20 + t / 600 * k:.2f}" for k in nodes)]) for t in range(0, 3660, 60)]
     (tmp_path / "log.csv").write_text("\n".join(log) + "\n")
     files = MeasurementFiles(distances=[str(tmp_path / "warm.csv")], log=str(tmp_path / "log.csv"))
-    data, _ = read_measurements(heated, files, False)
+    data, _ = read_measurements(heated, files, force=False)
     assert_allclose(data.rise[data.pose[30]], 30 * 60 / 600 * np.arange(1, len(heated.nodes) + 1), atol=0.15)
     assert_allclose(data.rise[data.ends.pose[30]], data.rise[data.pose[30]])
     assert (data.warm[data.pose[-10:]] > 0).all()
     (tmp_path / "cold.csv").write_text(text(HEAD, [r[:-1] for r in rows]))
     with pytest.raises(InputError, match="no measurements have times"):
-        read_measurements(heated, MeasurementFiles(distances=[str(tmp_path / "cold.csv")], log=files.log), False)
+        read_measurements(heated, MeasurementFiles(distances=[str(tmp_path / "cold.csv")], log=files.log), force=False)
 
 
 def test_a_certified_artefact_is_the_frame_that_validate_knows(arm, tmp_path):

@@ -33,7 +33,7 @@ def identified(tmp_path_factory):
     cold = measured(truth, random_theta(truth.arm.robot, rng, 60), rng)
     data = concatenate([cold, warming(truth, rng)[0]])
     arm = load_arm(truth.arm.source)
-    result = identify(arm.robot, arm.known, data, len(arm.nodes), True, quiet, arm.facts)
+    result = identify(arm.robot, arm.known, data, len(arm.nodes), quiet, temperatures=True, facts=arm.facts)
     text, posterior = identified_texts(arm, result, [truth.arm.source], f"mine{POSTERIOR}")
     (folder / "mine.toml").write_text(text)
     (folder / f"mine{POSTERIOR}").write_text(posterior)

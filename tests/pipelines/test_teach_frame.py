@@ -144,7 +144,7 @@ def truth(tmp_path_factory):
 
 def write_real(truth, folder):
     """A robot file with the true values; the base is not in it."""
-    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
+    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), warm=True)
 
     class TrueFit:
         p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)

@@ -54,7 +54,7 @@ def artefact(tmp_path_factory):
 
 
 def plan(day, artefact, count=8, centres=False):
-    return plan_path_touches(day, artefact, (0, IDENTITY), count, SIGMA, Search(0.02, 0.003), centres, quiet)
+    return plan_path_touches(day, artefact, (0, IDENTITY), count, SIGMA, Search(0.02, 0.003), quiet, centres=centres)
 
 
 def actual(job, tool, theta, rise, base):
@@ -172,7 +172,7 @@ def test_the_program_reads_back_as_the_planned_poses_and_the_table_as_touches(da
         sphere = np.array([*PLACES[planned.targets.name[planned.ways.target[n]]], 203])
         assert_allclose(x0 + 20 * way + 18 * way, sphere, atol=2e-3)
     for stops in (True, False):
-        table = touches_csv(planned, positions_of(planned, 9, stops), stops).decode().splitlines()
+        table = touches_csv(planned, positions_of(planned, 9, stops=stops), stops).decode().splitlines()
         rows = [row.split(",") for row in table[1:]]
         for n, row in enumerate(rows):
             row[0] = str(60 * n)
@@ -210,7 +210,7 @@ def test_more_touches_never_leave_more(day, artefact):
 def test_touches_in_the_part_s_frame_are_written_in_it(day, artefact):
     frame = Pose(np.array([1.3, -0.1, 0.2]), from_wpr(*np.radians([[0.5], [-0.3], [20.0]]))[0])
     there = replace(artefact, place=frame.inverse().act(artefact.place), frame="uframe 1")
-    planned = plan_path_touches(day, there, (1, frame), 4, SIGMA, Search(0.02, 0.003), False, quiet)
+    planned = plan_path_touches(day, there, (1, frame), 4, SIGMA, Search(0.02, 0.003), quiet, centres=False)
     in_world = plan(day, artefact, 4)
     assert_allclose(planned.rms, in_world.rms, rtol=1e-9)
     assert b"UFRAME_NUM=1" in write_touches(planned, "TOUCH", "26-01-01", 9, None)

@@ -101,10 +101,16 @@ def identify(
     check_identified(target)
     use_cores(workers)
     options = page_options(target.parent, assets, date)
-    measurements, of_log = read_measurements(arm, files, force, reference)
+    measurements, of_log = read_measurements(arm, files, force=force, reference=reference)
     with show_progress(quiet or as_json) as progress:
         identified = identification.identify(
-            arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress, arm.facts
+            arm.robot,
+            arm.known,
+            measurements,
+            len(arm.nodes),
+            progress,
+            temperatures=temperatures is not None,
+            facts=arm.facts,
         )
     identified = replace(
         identified, findings=(*identified.findings, *of_log, *log_findings(arm, identified), *arm.input_findings)
@@ -185,7 +191,7 @@ def validate(
         frames=frames,
         log=temperatures,
     )
-    measurements, of_log = read_measurements(arm, files, True, reference, frames_known=not refit)
+    measurements, of_log = read_measurements(arm, files, force=True, reference=reference, frames_known=not refit)
     known_frames = None if refit else identified_frames(arm, measurements)
     result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), known_frames, bound)
     result = replace(result, findings=(*result.findings, *of_log))

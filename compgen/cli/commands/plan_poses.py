@@ -88,7 +88,7 @@ def plan_poses(
     )
     parts = [
         p
-        for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)
+        for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
         if p.original.NAME != "joint_ripple"
     ]
     model = build_model(arm.robot, parts, len(arm.nodes))

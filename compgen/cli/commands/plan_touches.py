@@ -88,10 +88,10 @@ def plan_touches(
     with show_progress(quiet or as_json) as progress:
         search = Search(clearance * MM, beyond * MM)
         planned = plan_path_touches(
-            job, spheres, frame, count=count, sigma=sigma * UM, search=search, centres=centres, progress=progress
+            job, spheres, frame, count=count, sigma=sigma * UM, search=search, progress=progress, centres=centres
         )
     text = write_touches(planned, name, checked_date(date), utool, signal)
-    touches = positions_of(planned, utool, signal is None)
+    touches = positions_of(planned, utool, stops=signal is None)
     record = touch_record(planned, touches, signal)
     reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, signal is None)}
     publish(folder, {f"{name}.LS": text}, reports)

@@ -11,8 +11,8 @@ along the path. With L y all that the state then corrects, G x + rest what is re
 Columns fade along the path with the lag of each node. Source: linear minimum-variance estimation (Kay 1993, chapter
 12).
 
-The path is taken as places evenly along the part. Where much stays open on it, those targets are named that would shrink
-that most.
+The path is taken as places evenly along the part. Where much stays open on it, those targets are named that would
+shrink that most.
 """
 
 from dataclasses import dataclass

@@ -205,7 +205,7 @@ def frame_of_artefact(artefact: Artefact, part: PartFrame | None, frames: str | 
     return number, known[number]
 
 
-def targets_of(artefact: Artefact, frame: Pose, centres: bool) -> tuple[Targets, Array, list[Finding]]:
+def targets_of(artefact: Artefact, frame: Pose, *, centres: bool) -> tuple[Targets, Array, list[Finding]]:
     """The spheres and planes that can anchor, in World, with the sigma of their places (S,) [m].
 
     Args:

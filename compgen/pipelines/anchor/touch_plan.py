@@ -74,8 +74,9 @@ def plan_path_touches(
     count: int,
     sigma: float,
     search: Search,
-    centres: bool,
     progress: Progress,
+    *,
+    centres: bool,
 ) -> PlannedTouches:
     """The touches that shrink the variance of a job's path most.
 
@@ -86,8 +87,8 @@ def plan_path_touches(
         count: How many touches.
         sigma: Of one coordinate of a touch [m].
         search: How a touch is driven.
-        centres: Whether a touch locates the centre of a sphere.
         progress: Called with the stage and the share done.
+        centres: Whether a touch locates the centre of a sphere.
 
     Raises:
         InputError: Targets that cannot anchor anything.
@@ -95,12 +96,12 @@ def plan_path_touches(
     """
     if not 1 <= count <= MOST_TOUCHES:
         raise InputError(f"-n {count}: must be 1 to {MOST_TOUCHES}; 8 to 16 do for most paths")
-    targets, place_sigma, notes = targets_of(artefact, frame[1], centres)
+    targets, place_sigma, notes = targets_of(artefact, frame[1], centres=centres)
     probe = Probe(Pose(artefact.probe, np.eye(3)), artefact.probe_diameter / 2)
     path = path_places(job, PLACES)
     progress(stages.TOUCHES_IN_REACH, 0.0)
     near = path.theta[len(path.theta) // 2]
-    ways = reachable_ways(job.robot, job.posture, near, targets, probe, search, centres)
+    ways = reachable_ways(job.robot, job.posture, near, targets, probe, search, centres=centres)
     notes += unreached(artefact, targets, ways)
     if len(ways.target) < count:
         raise ImpossibleError(
@@ -116,14 +117,14 @@ def plan_path_touches(
     left = float(model.left.mean())
     rms = np.sqrt(np.maximum(plan.variance, 0.0) + left)
     notes += [
-        *_too_few(count, centres),
+        *_too_few(count, centres=centres),
         *_little_gain(rms, count),
         *_tight_ways(job, probe, targets, chosen),
         *job.input_findings,
     ]
     p99 = _p99(model, model.prior), _p99(model, plan.covariance)
     by_anchoring = None
-    if _coordinates(count, centres) >= LEAST_COORDINATES:
+    if _coordinates(count, centres=centres) >= LEAST_COORDINATES:
         by_anchoring = left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1]
     next_rms = float(np.sqrt(max(plan.next_variance, 0.0) + left))
     return PlannedTouches(
@@ -151,12 +152,12 @@ def _p99(model: TouchModel, S: Array) -> float:
     return float(np.quantile(np.sqrt(np.maximum(variance, 0.0)), 0.99, method="higher"))
 
 
-def _coordinates(count: int, centres: bool) -> int:
+def _coordinates(count: int, *, centres: bool) -> int:
     return 3 * count if centres else count
 
 
-def _too_few(count: int, centres: bool) -> list[Finding]:
-    coordinates = _coordinates(count, centres)
+def _too_few(count: int, *, centres: bool) -> list[Finding]:
+    coordinates = _coordinates(count, centres=centres)
     if coordinates >= LEAST_COORDINATES:
         return []
     message = f"{coordinates} coordinates: cgen anchor asks for {LEAST_COORDINATES} at least; plan more touches"
@@ -195,7 +196,7 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Fi
     return findings
 
 
-def positions_of(planned: PlannedTouches, utool: int, stops: bool) -> TouchPositions:
+def positions_of(planned: PlannedTouches, utool: int, *, stops: bool) -> TouchPositions:
     """The positions of the program, in its user frame."""
     job, ways = planned.job, planned.ways
     stages = list(STOPPED if stops else DRIVEN)
@@ -227,7 +228,7 @@ def write_touches(planned: PlannedTouches, name: str, date: str, utool: int, sig
         ImpossibleError: The text, read back, is not what was planned; names the position.
     """
     stops = signal is None
-    text = touch_program(name, date, positions_of(planned, utool, stops), signal)
+    text = touch_program(name, date, positions_of(planned, utool, stops=stops), signal)
     prove_touches(planned, text, utool, list(STOPPED if stops else DRIVEN))
     return text
 

@@ -46,7 +46,7 @@ class Unknowns:
     prior: Prior
 
     def columns(
-        self, forecast: Forecast, theta: Array, rise: Array, motion: DirectionState, tool: Pose, then: bool = False
+        self, forecast: Forecast, theta: Array, rise: Array, motion: DirectionState, tool: Pose, *, then: bool = False
     ) -> tuple[Array, Array]:
         """H (M, 3, X) and N (M, 3, Q) at M poses of a tool; ``then``: of another time, whose rises are known."""
         changes = np.array([q.cause.parameters for q in self.others]).reshape(-1, len(self.parameters.entries))

@@ -85,7 +85,7 @@ class MeasurementFiles:
 
 
 def read_measurements(
-    arm: Arm, files: MeasurementFiles, force: bool, reference: str = "start", frames_known: bool = False
+    arm: Arm, files: MeasurementFiles, *, force: bool, reference: str = "start", frames_known: bool = False
 ) -> tuple[Measurements, list[Finding]]:
     """All measurements as one, and what the user must know of the log.
 
@@ -95,10 +95,10 @@ def read_measurements(
     nodes, findings = len(arm.nodes), list[Finding]()
     lenient = force or len([*files.poses, *files.warm_up, *files.distances, *files.touches]) > 1
     timed = bool(files.log and not files.warm_up)
-    cold = [read_poses(f, arm.robot, nodes, lenient, timed, frames_known) for f in files.poses]
-    warm = [read_poses(f, arm.robot, nodes, True, True, frames_known) for f in files.warm_up]
-    distances = [read_distances(f, arm.robot, nodes, lenient, frames_known) for f in files.distances]
-    touches = _read_touches(arm, files, lenient, frames_known)
+    cold = [read_poses(f, arm.robot, nodes, force=lenient, timed=timed, frames_known=frames_known) for f in files.poses]
+    warm = [read_poses(f, arm.robot, nodes, force=True, timed=True, frames_known=frames_known) for f in files.warm_up]
+    distances = [read_distances(f, arm.robot, nodes, force=lenient, frames_known=frames_known) for f in files.distances]
+    touches = _read_touches(arm, files, lenient=lenient, frames_known=frames_known)
     if files.log is not None:
         on_clock = [*(warm or cold), *(part for part in (*distances, *touches) if part.timed)]
         if not on_clock:
@@ -121,7 +121,7 @@ def read_measurements(
     return with_one_frame_a_name(concatenate([*cold, *warm, *distances, *touches, *lines])), findings
 
 
-def _read_touches(arm: Arm, files: MeasurementFiles, lenient: bool, frames_known: bool) -> list[Measurements]:
+def _read_touches(arm: Arm, files: MeasurementFiles, *, lenient: bool, frames_known: bool) -> list[Measurements]:
     """The touches of each file, as rows."""
     if not files.touches:
         return []
@@ -138,7 +138,7 @@ def _read_touches(arm: Arm, files: MeasurementFiles, lenient: bool, frames_known
     for file in files.touches:
         artefact = artefacts[files.artefact_of(file)]
         rows = read_touches(file, arm.robot, artefact, uframes)
-        parts.append(touch_rows(rows, artefact, arm.robot, len(arm.nodes), lenient, frames_known))
+        parts.append(touch_rows(rows, artefact, arm.robot, len(arm.nodes), force=lenient, frames_known=frames_known))
     return parts
 
 
@@ -265,7 +265,7 @@ def _sensorless(arm: Arm, identified: Identification) -> list[SensorlessNode]:
 
 def log_findings(arm: Arm, identified: Identification) -> list[Finding]:
     """What was fitted of nodes without a sensor in the log."""
-    return sensorless_findings(_sensorless(arm, identified), arm.law is not None)
+    return sensorless_findings(_sensorless(arm, identified), is_written=arm.law is not None)
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:

@@ -50,6 +50,7 @@ def teach_frame(
     log: str | None,
     reference: Reference,
     uframes: Mapping[int, Pose],
+    *,
     nominal: bool,
 ) -> TaughtFrame:
     """The frame of a part from touches.
@@ -82,7 +83,7 @@ def teach_frame(
         model = build_model(arm.robot, sources, len(arm.nodes))
         fitted = fit_frame(artefact, touches, model, data, _variants(data))
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
-    findings += _findings(arm, touches, fitted, log, nominal, max(rise.values(), default=0.0))
+    findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
     robot_file = f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}"
     return TaughtFrame(
@@ -118,7 +119,7 @@ def _variants(data: Measurements) -> list[Measurements]:
 
 
 def _findings(
-    arm: Arm, touches: Touches, fitted: FrameFit, log: str | None, nominal: bool, hottest: float
+    arm: Arm, touches: Touches, fitted: FrameFit, log: str | None, *, nominal: bool, hottest: float
 ) -> list[Finding]:
     """What the user must know of the teaching."""
     findings = [

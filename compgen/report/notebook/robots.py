@@ -150,9 +150,15 @@ def identify(
     report_progress = progress_of(progress)
     arm = load_arm(name)
     with numpy_alone():
-        measurements, of_log = read_measurements(arm, files, force, _reference(reference))
+        measurements, of_log = read_measurements(arm, files, force=force, reference=_reference(reference))
         fitted = pipeline.identify(
-            arm.robot, arm.known, measurements, len(arm.nodes), log is not None, report_progress, arm.facts
+            arm.robot,
+            arm.known,
+            measurements,
+            len(arm.nodes),
+            report_progress,
+            temperatures=log is not None,
+            facts=arm.facts,
         )
         result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.input_findings))
         text, posterior = identified_texts(arm, result, files.names, f"{arm.robot.name}{POSTERIOR}")
