@@ -172,9 +172,9 @@ class _Iterate:
     frames: InstrumentFrames
     reflector_rotation: Array
     scales: Scales
-    posterior: Posterior | None
-    linear: Linearisation | None
-    steps: int
+    posterior: Posterior | None = None
+    linear: Linearisation | None = None
+    steps: int = 0
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -190,16 +190,8 @@ class _Solver:
 
     def initial(self, start: Fit | None) -> _Iterate:
         if start is not None:
-            p = np.where(self.active, start.p, 0.0)
-            return _Iterate(
-                p=p,
-                frames=start.frames,
-                reflector_rotation=start.reflector_rotation,
-                scales=start.posterior.scales,
-                posterior=None,
-                linear=None,
-                steps=0,
-            )
+            p, scales = np.where(self.active, start.p, 0.0), start.posterior.scales
+            return _Iterate(p=p, frames=start.frames, reflector_rotation=start.reflector_rotation, scales=scales)
         p = np.zeros(len(self.model.parameters))
         position, rotation = self.model.pose(self.data, p)
         frames = initial_frames(self.data, position, rotation)
@@ -207,15 +199,8 @@ class _Solver:
         s2 = self.noise**2 if self.noise else max(START_NOISE, 0.2 * float(np.median(distance))) ** 2
         names, _ = self.model.groups()
         scales = Scales(np.ones(len(names)), np.where(np.arange(len(KINDS)) == KNOWN, 1.0, s2))
-        return _Iterate(
-            p=p,
-            frames=frames,
-            reflector_rotation=_reflector_rotations(self.data, frames, rotation),
-            scales=scales,
-            posterior=None,
-            linear=None,
-            steps=0,
-        )
+        axes = _reflector_rotations(self.data, frames, rotation)
+        return _Iterate(p=p, frames=frames, reflector_rotation=axes, scales=scales)
 
     def minimise(self, point: _Iterate, weight: Array, *, student: bool = False) -> _Iterate:
         """Gauss-Newton steps until no row moves."""
@@ -245,15 +230,7 @@ class _Solver:
             faint = NEGLIGIBLE * float(np.sqrt(point.scales.noise[kinds].min()))
             if largest_shift < CONVERGED or (learning and largest_shift < faint and scales_moved < 0.01):
                 break
-        return _Iterate(
-            p=point.p,
-            frames=point.frames,
-            reflector_rotation=point.reflector_rotation,
-            scales=point.scales,
-            posterior=point.posterior,
-            linear=linear,
-            steps=point.steps + steps,
-        )
+        return replace(point, linear=linear, steps=point.steps + steps)
 
     def _linearise(self, point: _Iterate) -> Linearisation:
         return linearise(
@@ -293,15 +270,8 @@ class _Solver:
         rotation = point.reflector_rotation
         if unknowns.oriented:
             rotation = rotation @ rotation_matrix(step[unknowns.turn(0).start :].reshape(Q, 3))
-        return _Iterate(
-            p=p,
-            frames=frames,
-            reflector_rotation=rotation,
-            scales=solution.scales,
-            posterior=solution,
-            linear=None,
-            steps=point.steps,
-        )
+        scales, steps = solution.scales, point.steps
+        return _Iterate(p=p, frames=frames, reflector_rotation=rotation, scales=scales, posterior=solution, steps=steps)
 
     def _cost(self, point: _Iterate, linear: Linearisation, w: Array, scales: Scales) -> float:
         problem, kind = self._problem(point, linear, w), self.data.kind

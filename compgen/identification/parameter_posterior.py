@@ -53,7 +53,7 @@ def _name(parameter: FreeParameter, source: Source | None, robot: Robot, nodes: 
     if source is None:
         return ""
     if isinstance(source, Extensible):  # terms that were not needed are gone, the others have moved up
-        terms = source.entries_to_fit(Visibility(robot, tuple(range(6)), warm=True, log=True))
+        terms = source.entries_to_fit(Visibility(robot, tuple(range(6)), warm_up=True, temperatures=True))
         index = next((term.index for term in terms if term.label == parameter.label), ())
     return f"{parameter.source}.{key}[{','.join(str(i + 1) for i in index)}]"
 

@@ -1,6 +1,6 @@
 r"""Which poses to measure: those that determine all parameters together best.
 
-D-optimal by exchange (Fedorov 1972): from many candidates inside limits and box, those poses are taken that raise
+D-optimal by exchange (``exchange``): from many candidates inside limits and box, those poses are taken that raise
 
     log det ( sum_n A_n' A_n / s^2 + diag(1 / sigma^2) ),
 
@@ -17,6 +17,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
+from compgen.identification.exchange import Choice
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.linear_problem import FRAME_PRECISION
 from compgen.identification.linearisation import linearise
@@ -28,6 +29,7 @@ from compgen.robot.robot import Robot
 CANDIDATES = 1500
 DRAWS = 200_000
 EXCHANGES = 3  # rounds over all poses
+GAIN = 1e-9  # of log det: an exchange that gains less is none
 #: of a reversal run, from its turn: small ones where play is run through, large ones that show the curve
 REVERSAL_STEPS = np.array([0.03, 0.07, 0.12, 0.18, 0.26, 0.4, 0.7, 1.2]) * DEG
 REVERSAL_ENTRY = 1.0 * DEG  # from where a run comes to its turn
@@ -70,9 +72,13 @@ def plan_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, count: int
     prior = np.concatenate(
         [np.ones(len(model.parameters)), np.full(A.shape[2] - len(model.parameters), FRAME_PRECISION)]
     )
-    rows = _exchange(A, prior, count, progress)
-    order = _nearest_neighbour_order(theta[rows], robot.pendant_zero)
-    rows = rows[order]
+    noise = np.broadcast_to(np.eye(A.shape[1]), (len(A), A.shape[1], A.shape[1]))
+    choice = Choice(np.diag(1 / prior), A, noise, _log_det_gain)
+    start = choice.greedy(count)
+    progress(stages.EXCHANGE, 0.6)
+    rows = np.array(choice.exchanged(start, EXCHANGES, GAIN))
+    progress(stages.EXCHANGE, 0.9)
+    rows = rows[_nearest_neighbour_order(theta[rows], robot.pendant_zero)]
     A = _jacobians(model, nodes, site, theta[rows])  # again: each joint now comes from the pose before
     information = np.diag(prior) + np.einsum("nij,nik->jk", A, A)
     covariance = np.linalg.inv(information)
@@ -189,51 +195,9 @@ def _jacobians(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
     return np.asarray(linear.A.reshape(len(theta), -1, linear.A.shape[2]) / site.noise)
 
 
-def _exchange(A: Array, prior: Array, count: int, progress: Progress) -> IntArray:
-    """Candidates that maximise log det of the information, (count,)."""
-    size = A.shape[1]
-    C = np.diag(1 / prior)
-    selected: list[int] = []
-    for _ in range(count):  # one by one: log det grows by log det(I + A C A')
-        best = _best_candidate(A, C, selected)
-        C = _covariance_with(C, A[best], size)
-        selected.append(best)
-    progress(stages.EXCHANGE, 0.6)
-    for exchange in range(EXCHANGES):
-        changed = False
-        for k in range(count):
-            replaced = selected[k]
-            S = np.eye(size) - A[replaced] @ C @ A[replaced].T
-            without = C + C @ A[replaced].T @ np.linalg.solve(S, A[replaced] @ C)
-            others = selected[:k] + selected[k + 1 :]
-            best = _best_candidate(A, without, others)
-            gain, old_gain = _log_det_gain(A[[best, replaced]], without)
-            if best != replaced and gain > old_gain + 1e-9:
-                selected[k], changed = best, True
-                C = _covariance_with(without, A[best], size)
-        progress(stages.EXCHANGE, 0.6 + 0.3 * (exchange + 1) / EXCHANGES)
-        if not changed:
-            break
-    return np.array(selected)
-
-
-def _log_det_gain(A: Array, C: Array) -> Array:
-    """Growth of log det of the information by each pose, (M,), for the covariance C before it."""
-    innovation = np.eye(A.shape[1]) + (A @ C) @ np.swapaxes(A, 1, 2)
-    return np.asarray(np.linalg.slogdet(innovation)[1])
-
-
-def _best_candidate(A: Array, C: Array, taken: list[int]) -> int:
-    gain = _log_det_gain(A, C)
-    gain[taken] = -np.inf
-    return int(np.argmax(gain))
-
-
-def _covariance_with(C: Array, rows: Array, size: int) -> Array:
-    """Covariance after the rows of one more pose, by Woodbury's formula."""
-    innovation = np.eye(size) + rows @ C @ rows.T
-    updated = C - C @ rows.T @ np.linalg.solve(innovation, rows @ C)
-    return np.asarray((updated + updated.T) / 2)
+def _log_det_gain(S: Array, A: Array, noise: Array) -> Array:
+    """Growth of log det of the information by each pose, (M,), after the covariance S; noise is one."""
+    return np.asarray(np.linalg.slogdet(noise + (A @ S) @ np.swapaxes(A, 1, 2))[1])
 
 
 def _nearest_neighbour_order(theta: Array, start: Array) -> IntArray:

@@ -10,8 +10,7 @@ V is the mean variance of the path, w_m the share of its length. One more touch 
     g_i = tr((H_i S H_i^T + R_i)^-1 H_i S W S H_i^T)
 
 Touches are taken one by one by g, then each is exchanged for a better one until none is: from there, and from some
-choices at random, since exchange ends at the best near its start. V. V. Fedorov, Theory of Optimal Experiments (1972);
-R. K. Meyer and C. J. Nachtsheim, Technometrics 37 (1995) 60.
+choices at random, since exchange ends at the best near its start.
 """
 
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, own
+from compgen.identification.exchange import Choice
 
 EXCHANGES = 20  # rounds at most
 STARTS = 96  # touches in all random starts: twelve of eight
@@ -34,6 +34,17 @@ class PathDrift:
 
     def __post_init__(self) -> None:
         own(self, prior=("Q", "Q"), weight=("Q", "Q"))
+
+    def variance(self, S: Array) -> float:
+        """V after touches that leave the covariance S [m^2]."""
+        return float(np.trace(self.weight @ S))
+
+    def gains(self, S: Array, rows: Array, noise: Array) -> Array:
+        """By how much each of K touches lowers V, (K,) [m^2]."""
+        HS = rows @ S
+        innovation = HS @ np.swapaxes(rows, 1, 2) + noise
+        lowered = HS @ self.weight @ np.swapaxes(HS, 1, 2)
+        return np.asarray(np.trace(np.linalg.solve(innovation, lowered), axis1=1, axis2=2))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,81 +72,22 @@ def plan_touches(drift: PathDrift, rows: Array, noise: Array, count: int) -> Tou
         count: How many touches, at most K.
     """
     rng = np.random.default_rng(1)  # the same plan at every run
-    starts = [_greedy(drift, rows, noise, count)]
+    choice = Choice(drift.prior, rows, noise, drift.gains)
+    starts = [choice.greedy(count)]
     starts += [rng.choice(len(rows), count, replace=False).tolist() for _ in range(STARTS // count)]
-    choices = [_exchanged(drift, rows, noise, start) for start in starts]
-    left = [float(np.trace(drift.weight @ covariance_after(drift.prior, rows[c], noise[c]))) for c in choices]
-    return _in_order(drift, rows, noise, choices[int(np.argmin(left))])
+    choices = [choice.exchanged(start, EXCHANGES, GAIN * drift.variance(drift.prior)) for start in starts]
+    left = [drift.variance(choice.after(chosen)) for chosen in choices]
+    return _in_order(drift, choice, choices[int(np.argmin(left))])
 
 
-def _greedy(drift: PathDrift, rows: Array, noise: Array, count: int) -> list[int]:
-    """Touches taken one by one, each the one that gains most after those before it."""
-    chosen: list[int] = []
-    S = drift.prior
-    for _ in range(count):
-        best = _best(drift.weight, S, rows, noise, chosen)
-        chosen.append(best)
-        S = _updated(S, rows[best], noise[best])
-    return chosen
-
-
-def _exchanged(drift: PathDrift, rows: Array, noise: Array, start: list[int]) -> list[int]:
-    """A choice in which no touch can be exchanged for a better one."""
-    chosen, least = list(start), GAIN * np.trace(drift.weight @ drift.prior)
-    for _ in range(EXCHANGES):
-        changed = False
-        for k in range(len(chosen)):
-            others = chosen[:k] + chosen[k + 1 :]
-            without = covariance_after(drift.prior, rows[others], noise[others])
-            best = _best(drift.weight, without, rows, noise, others)
-            gains = _gains(drift.weight, without, rows[[best, chosen[k]]], noise[[best, chosen[k]]])
-            if gains[0] - gains[1] > least:
-                chosen[k], changed = best, True
-        if not changed:
-            break
-    return chosen
-
-
-def covariance_after(prior: Array, rows: Array, noise: Array) -> Array:
-    """S after touches with H (n, r, Q) and R (n, r, r)."""
-    H = rows.reshape(-1, prior.shape[0])
-    R = np.zeros((len(H), len(H)))
-    r = rows.shape[1]
-    for n, block in enumerate(noise):
-        R[r * n : r * (n + 1), r * n : r * (n + 1)] = block
-    return _updated(prior, H, R)
-
-
-def _in_order(drift: PathDrift, rows: Array, noise: Array, chosen: list[int]) -> TouchPlan:
+def _in_order(drift: PathDrift, choice: Choice, chosen: list[int]) -> TouchPlan:
     """The chosen touches, each the one that gains most after those before it."""
-    S, left, order = drift.prior, sorted(chosen), list[int]()
-    variance = [float(np.trace(drift.weight @ S))]
+    left, order = sorted(chosen), list[int]()
+    variance = [drift.variance(drift.prior)]
     while left:
-        k = left.pop(int(np.argmax(_gains(drift.weight, S, rows[left], noise[left]))))
-        S = _updated(S, rows[k], noise[k])
-        order.append(k)
-        variance.append(float(np.trace(drift.weight @ S)))
-    gains = _gains(drift.weight, S, rows, noise)
+        order.append(left.pop(int(np.argmax(choice.gains_of(choice.after(order), left)))))
+        variance.append(drift.variance(choice.after(order)))
+    S = choice.after(order)
+    gains = choice.gains_of(S)
     gains[order] = 0.0
     return TouchPlan(np.array(order, dtype=int), np.array(variance), variance[-1] - float(gains.max(initial=0.0)), S)
-
-
-def _best(weight: Array, S: Array, rows: Array, noise: Array, taken: list[int]) -> int:
-    gains = _gains(weight, S, rows, noise)
-    gains[taken] = -np.inf
-    return int(np.argmax(gains))
-
-
-def _gains(weight: Array, S: Array, rows: Array, noise: Array) -> Array:
-    """By how much each candidate lowers V, (K,) [m^2]."""
-    HS = rows @ S
-    innovation = HS @ np.swapaxes(rows, 1, 2) + noise
-    lowered = HS @ weight @ np.swapaxes(HS, 1, 2)
-    return np.asarray(np.trace(np.linalg.solve(innovation, lowered), axis1=1, axis2=2))
-
-
-def _updated(S: Array, H: Array, R: Array) -> Array:
-    """S after one more touch (Joseph's form would differ by rounding alone)."""
-    gain = np.linalg.solve(H @ S @ H.T + R, H @ S)
-    after = S - (H @ S).T @ gain
-    return np.asarray((after + after.T) / 2)
