@@ -11,14 +11,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+import tomlkit
 from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
-from compgen.core.toml import Number, Table, check, read_toml_text, toml_value
+from compgen.core.toml import Number, Table, check, read_toml_text
 from compgen.core.units import MDEG, UM
 from compgen.error_model.posterior import correlation_matrix, correlation_rows
 
@@ -166,54 +167,50 @@ def state_text(state: AnchoredState) -> str:
     """The state's file."""
     sigma, K = state.sigma, len(state.nodes)
     size = np.where(sigma > 0, sigma, 1.0)
-    shift, turn = state.base[:3] / UM, state.base[3:] / MDEG
-    lines = [
-        "# What a robot is at a time, as cgen anchor wrote it; for --state of cgen generate and others",
-        "[state]",
-        f'verdict = "{state.verdict}"',
-        f"time_s = {_number(state.time)} # on the clock of touches and log",
-        f"window_s = {_number(state.window)} # how long after that it holds, the robot standing with its servo on",
-        f"air_K = {_number(state.air)}",
-        f'heat_model = "{state.model}"',
-        "",
-        "[rise]",
-        f"node = {toml_value(list(state.nodes))}",
-        f"K = {_numbers(state.rise)}",
-        f"sigma_K = {_numbers(sigma[:K])}",
-    ]
-    if state.modal is not None:
-        lines.append(f"modal = {_numbers(state.modal, 17)}")
-    lines += [
-        "",
-        "# how far the arm stands in World from where its robot file has it",
-        "[base]",
-        f"shift_um = {_numbers(shift)}",
-        f"turn_mdeg = {_numbers(turn)}",
-        f"sigma_um = {_numbers(sigma[K : K + 3] / UM)}",
-        f"sigma_mdeg = {_numbers(sigma[K + 3 : K + BASE] / MDEG)}",
-        "",
-    ]
-    for name, change, s in zip(state.drifting, state.drift.tolist(), sigma[K + BASE :].tolist(), strict=True):
-        lines += ["[[drifting]]", f'parameter = "{name}"', f"change = {_number(change)}", f"sigma = {_number(s)}", ""]
-    rows = correlation_rows(state.covariance / np.outer(size, size))
-    # a table of the top level stands before any other: TOML reads keys into the table above them
-    head, rest = lines[:1], lines[1:]
-    head += [
-        "# of rises, base shift, base turn and drifting numbers, in this order, to the diagonal",
-        "correlation = [",
-    ]
-    head += [f"  {row}," for row in rows] + ["]", ""]
-    made = [f'{_key(name)} = "{digest}"' for name, digest in state.made_from.items()]
-    return "\n".join([*head, *rest, "[made_from] # sha256", *made]) + "\n"
+    file = tomlkit.document()
+    file.add(
+        tomlkit.comment("What a robot is at a time, as cgen anchor wrote it; for --state of cgen generate and others")
+    )
+    # a key of the top level stands before any table: TOML reads keys into the table above them
+    file.add(tomlkit.comment("of rises, base shift, base turn and drifting numbers, in this order, to the diagonal"))
+    correlation = tomlkit.array()
+    for row in correlation_rows(state.covariance / np.outer(size, size)):
+        correlation.add_line(tomlkit.array(row), indent="  ")
+    correlation.add_line(indent="")
+    values = {
+        "verdict": state.verdict,
+        "time_s": _remarked(_number(state.time), "on the clock of touches and log"),
+        "window_s": _remarked(
+            _number(state.window), "how long after that it holds, the robot standing with its servo on"
+        ),
+        "air_K": _number(state.air),
+    }
+    rise = {"node": list(state.nodes), "K": _numbers(state.rise), "sigma_K": _numbers(sigma[:K])}
+    file["correlation"] = correlation
+    file["state"] = {**values, "heat_model": state.model}
+    file["rise"] = rise if state.modal is None else {**rise, "modal": state.modal.tolist()}
+    base = {
+        "shift_um": _numbers(state.base[:3] / UM),
+        "turn_mdeg": _numbers(state.base[3:] / MDEG),
+        "sigma_um": _numbers(sigma[K : K + 3] / UM),
+        "sigma_mdeg": _numbers(sigma[K + 3 : K + BASE] / MDEG),
+    }
+    file["base"] = _remarked(base, "how far the arm stands in World from where its robot file has it")
+    if state.drifting:
+        changes = zip(state.drifting, _numbers(state.drift), _numbers(sigma[K + BASE :]), strict=True)
+        file["drifting"] = [{"parameter": name, "change": change, "sigma": s} for name, change, s in changes]
+    file["made_from"] = _remarked(state.made_from, "sha256")
+    return tomlkit.dumps(file)
 
 
-def _key(name: str) -> str:
-    return name if name.replace("_", "").isalnum() and name.isascii() else toml_value(name)
+def _remarked(value: Any, remark: str) -> Any:
+    return tomlkit.item(value).comment(remark)
 
 
-def _number(value: float, digits: int = 9) -> str:
-    return repr(float(f"{value:.{digits}g}") + 0.0)
+def _number(value: float) -> float:
+    """To the nine digits that the file has."""
+    return float(f"{value:.9g}") + 0.0
 
 
-def _numbers(values: Array, digits: int = 9) -> str:
-    return "[" + ", ".join(_number(v, digits) for v in values.tolist()) + "]"
+def _numbers(values: Array) -> list[float]:
+    return [_number(v) for v in values.tolist()]

@@ -96,7 +96,7 @@ def anchor_findings(anchored: Anchored) -> tuple[Finding, ...]:
     if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
         message = "neither [[before]] nor a log: the forecast is a cold robot"
         findings.append(Finding(Level.NOTE, Code.ANCHOR_COLD, message))
-    return (*findings, *anchored.job.unlikely)
+    return (*findings, *anchored.job.input_findings)
 
 
 def _next(anchored: Anchored) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomlkit
 
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
@@ -159,7 +160,7 @@ def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, fla
 def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:
     """The frame as data: what to type in, the place in full, uncertainty, state, and model."""
     fit, touches = taught.fit, taught.touches
-    numbers = _numbers(fit)
+    numbers = _place(fit)
     pendant = None
     if taught.pendant is not None:
         difference = taught.pendant.middle - fit.middle
@@ -190,29 +191,29 @@ def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:
 def frame_text(taught: TaughtFrame) -> str:
     """The frame's file, which a path file names in ``frame.file``."""
     sigma, probe = taught.fit.sigma, taught.fit.probe / MM
-    rises = ", ".join(f"{name} = {value:.3f}" for name, value in taught.rise.items())
-    lines = [
-        '# The frame of a part, as cgen teach-frame wrote it; in a path file: [frame] file = "..."',
-        "[frame]",
-        f"number = {taught.number}",
-        *(f"{key} = {value:.9g}" for key, value in _numbers(taught.fit).items()),
-        "",
-        "[frame.taught]",
-        f'through = "{taught.through}"',
-        f'robot_file = "{taught.robot_file}"',
-        f"rise_K = {{ {rises} }}" if rises else "rise_K = {}",
-        f"sigma_um = {_listed(sigma[3:6] / UM, 2)}",
-        f"sigma_mdeg = {_listed(sigma[:3] / MDEG, 4)}",
-        "",
-        "# The probe's centre in the flange, as the touches say",
-        "[tool]",
-        *(f"{key} = {value:.9g}" for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)),
-        f"sigma_um = {_listed(sigma[6:] / UM, 2)}",
-    ]
-    return "\n".join(lines) + "\n"
+    rises = tomlkit.inline_table()
+    rises.update({name: round(value, 3) for name, value in taught.rise.items()})
+    file = tomlkit.document()
+    file.add(tomlkit.comment('The frame of a part, as cgen teach-frame wrote it; in a path file: [frame] file = "..."'))
+    file["frame"] = {
+        "number": taught.number,
+        **{key: float(f"{value:.9g}") for key, value in _place(taught.fit).items()},
+        "taught": {
+            "through": taught.through,
+            "robot_file": taught.robot_file,
+            "rise_K": rises,
+            "sigma_um": _listed(sigma[3:6] / UM, 2),
+            "sigma_mdeg": _listed(sigma[:3] / MDEG, 4),
+        },
+    }
+    centre = {key: float(f"{value:.9g}") for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)}
+    tool = tomlkit.item({**centre, "sigma_um": _listed(sigma[6:] / UM, 2)})
+    file["tool"] = tool.comment("the probe's centre in the flange, as the touches say")
+    return tomlkit.dumps(file)
 
 
-def _numbers(fit: FrameFit) -> dict[str, float]:
+def _place(fit: FrameFit) -> dict[str, float]:
+    """The frame as the controller's six numbers."""
     w, p, r = (float(np.ravel(a)[0]) / DEG for a in to_wpr(fit.frame.rotation[None]))
     x, y, z = (fit.frame.position / MM).tolist()
     return {"x_mm": x, "y_mm": y, "z_mm": z, "w_deg": w, "p_deg": p, "r_deg": r}
