@@ -9,7 +9,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.measurements import Measurements
-from compgen.identification.pose_files import FARTHEST, JOINTS
+from compgen.identification.pose_files import FARTHEST, JOINTS, numbered, numbers_or, words_or
 from compgen.robot.inverse_kinematics import Posture, check_arm_class, flange_from_tool
 from compgen.robot.joint_path import follow_branch
 from compgen.robot.kinematics import flange_pose
@@ -48,9 +48,7 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
         raise InputError(f"{table.location(int(bad[0]), 'direction')}: {direction[bad[0]]:g} must be 1 or -1")
     if np.nanmax(np.abs(deviation), initial=0.0) > 5e4:
         raise InputError(f"{source}: columns d*_um: deviations beyond 50 mm; they are in um")
-    names = table.words("line") if table.has("line") else ["1"] * N
-    lines = tuple(dict.fromkeys(names))
-    line = np.array([lines.index(n) for n in names])
+    lines, line = numbered(words_or(table, "line", "1"))
     theta = _joints(table, robot, position)
     motion = np.zeros((N, 6))
     for k in range(len(lines)):
@@ -97,10 +95,7 @@ def _joints(table: CsvTable, robot: Robot, tcp: Array) -> Array:
             "here, so lines need their joints"
         ) from None
     N = len(tcp)
-    angles = [
-        table.numbers(c) * DEG if table.has(c) else np.full(N, d * DEG)
-        for c, d in zip(TURN, (180.0, 0.0, 0.0), strict=True)
-    ]
+    angles = [numbers_or(table, c, np.full(N, d)) * DEG for c, d in zip(TURN, (180.0, 0.0, 0.0), strict=True)]
     tool = Pose(np.array([_constant(table, c) for c in TOOL]) * MM, np.eye(3))
     flange = flange_from_tool(Pose(tcp, from_wpr(*angles)), tool)
     try:

@@ -13,8 +13,11 @@ from compgen.identification.pose_files import (
     SAME,
     check_moving,
     check_within_limits,
+    columns_together,
+    first_doubled,
     motion_directions,
     relative_sigma,
+    words_or,
 )
 from compgen.robot.robot import Robot
 
@@ -48,7 +51,9 @@ def read_distances(
     table = read_csv(source, (*NEAR, "distance_mm"), KNOWN)
     N = len(table.line)
     near = np.column_stack([table.numbers(c) for c in NEAR]) * DEG
-    far, carried = _far_joints(table, N)
+    needs = f"the second end needs {FAR[0]} to {FAR[-1]}"
+    far = columns_together(table, FAR, needs, "give all six joints of the second end, or none") * DEG
+    carried: BoolArray = np.isfinite(far[:, 0])
     distance = table.numbers("distance_mm", largest=FARTHEST) * MM
     bad = np.flatnonzero(distance <= 0)
     if len(bad):
@@ -56,7 +61,7 @@ def read_distances(
             f"{table.location(int(bad[0]), 'distance_mm')}: {distance[bad[0]] / MM:g} must be above 0; mend the row"
         )
     time = table.numbers("time_s") if table.has("time_s") else None
-    a_name = table.words("a_target") if table.has("a_target") else [REFLECTOR] * N
+    a_name = words_or(table, "a_target", REFLECTOR)
     b_name = table.words("b_target") if table.has("b_target") else [(SOCKET, REFLECTOR)[int(c)] for c in carried]
     reflectors, sockets = _named_ends(table, a_name, b_name, carried)
     pose_a, pose_b, pendant, row_of_pose = _poses(near, far, carried, time)
@@ -85,7 +90,7 @@ def read_distances(
         reflector=reflector,
         position=np.full((N, 3), np.nan),
         rotation=np.full((N, 3, 3), np.nan),
-        sigma=relative_sigma(table, N),
+        sigma=relative_sigma(table),
         label=tuple(table.location(n) for n in range(N)),
         reflectors=reflectors,
         instruments=(),
@@ -107,23 +112,6 @@ def read_distances(
         ),
         timed=time is not None,
     )
-
-
-def _far_joints(table: CsvTable, count: int) -> tuple[Array, BoolArray]:
-    """Joints of the second ends, (N, 6) [rad], and which have any, (N,)."""
-    if not any(table.has(c) for c in FAR):
-        return np.full((count, 6), np.nan), np.zeros(count, dtype=bool)
-    missing = next((c for c in FAR if not table.has(c)), None)
-    if missing is not None:
-        raise InputError(f"{table.source}: column {missing}: missing; the second end needs {FAR[0]} to {FAR[-1]}")
-    joints = np.column_stack([table.numbers(c, gaps=True) for c in FAR])
-    given = np.isfinite(joints)
-    partial = np.flatnonzero(given.any(axis=1) & ~given.all(axis=1))
-    if len(partial):
-        n = int(partial[0])
-        column = FAR[int(np.argmin(given[n]))]
-        raise InputError(f"{table.location(n, column)}: empty; give all six joints of the second end, or none")
-    return joints * DEG, np.asarray(given.all(axis=1), dtype=np.bool_)
 
 
 def _named_ends(
@@ -169,13 +157,10 @@ def _check_two_ends(
         raise InputError(
             f"{table.location(int(same[0]), FAR[0])}: both ends are the same target at the same joints; mend the row"
         )
-    rows: dict[tuple[float, ...], int] = {}
-    for n, key in enumerate(
-        zip(pose_a.tolist(), pose_b.tolist(), reflector.tolist(), other.tolist(), distance, strict=True)
-    ):
-        if key in rows:
-            raise InputError(f"{table.location(n)}: duplicate of line {table.line[rows[key]]}; remove one")
-        rows[key] = n
+    ends = (pose_a, pose_b, reflector, other, distance)
+    doubled = first_doubled(zip(*(values.tolist() for values in ends), strict=True))
+    if doubled is not None:
+        raise InputError(f"{table.location(doubled[0])}: duplicate of line {table.line[doubled[1]]}; remove one")
 
 
 def _check_measured_enough(

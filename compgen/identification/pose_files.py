@@ -1,6 +1,6 @@
 """Pose files: joints, and where an instrument measured the reflectors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterable, Sequence
 
 import numpy as np
 
@@ -53,13 +53,13 @@ def read_poses(
             f"{source}: column time_s: missing; temperatures follow the clock, and neither order nor rows are seconds; "
             "give the seconds at which each pose was measured"
         )
-    names = table.words("target") if table.has("target") else ["tcp"] * len(pendant)
-    reflectors = tuple(dict.fromkeys(names))
-    reflector = np.array([reflectors.index(n) for n in names])
-    time = _time(table)
+    names = words_or(table, "target", "tcp")
+    reflectors, reflector = numbered(names)
+    clock_column = next((c for c in ("time_s", "order") if table.has(c)), None)
+    time = None if clock_column is None else table.numbers(clock_column)
     rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
     first, pose = _poses(table, pendant, time, rows)
-    _check_duplicates(table, pendant, pose, reflector, names)
+    _check_duplicates(table, pose, reflector, names)
     if not frames_known:
         _check_measured_twice(table, reflectors, reflector)
     theta = robot.to_theta(pendant[first] * DEG)
@@ -80,7 +80,7 @@ def read_poses(
         reflector=reflector,
         position=position * MM,
         rotation=_rotation(table, N),
-        sigma=relative_sigma(table, N),
+        sigma=relative_sigma(table),
         label=tuple(table.location(i) for i in range(N)),
         reflectors=reflectors,
         instruments=(instrument,),
@@ -101,13 +101,6 @@ def motion_directions(theta: Array, order: Array | None = None) -> Array:
         step = theta[m] - theta[m - 1]
         direction[m] = np.where(np.abs(step) > TRAVEL, np.sign(step), direction[m - 1])
     return direction
-
-
-def _time(table: CsvTable) -> Array | None:
-    for column in ("time_s", "order"):
-        if table.has(column):
-            return table.numbers(column)
-    return None
 
 
 def _instrument(table: CsvTable) -> str:
@@ -164,15 +157,14 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
     return np.array(first), pose
 
 
-def _check_duplicates(table: CsvTable, pendant: Array, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
-    rows: dict[tuple[int, int], int] = {}  # of each pose and reflector
-    for i, key in enumerate(zip(pose.tolist(), reflector.tolist(), strict=True)):
-        if key in rows:
-            raise InputError(
-                f"{table.location(i)}: duplicate of line {table.line[rows[key]]}: the same pose and target "
-                f"{quote_cell(names[i], 'name')}; remove one, or give times if it was measured again"
-            )
-        rows[key] = i
+def _check_duplicates(table: CsvTable, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
+    doubled = first_doubled(zip(pose.tolist(), reflector.tolist(), strict=True))
+    if doubled is not None:
+        n, first = doubled
+        raise InputError(
+            f"{table.location(n)}: duplicate of line {table.line[first]}: the same pose and target "
+            f"{quote_cell(names[n], 'name')}; remove one, or give times if it was measured again"
+        )
 
 
 def _check_measured_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:
@@ -215,32 +207,71 @@ def check_moving(source: str, pendant: Array, *, force: bool) -> None:
 
 def _rotation(table: CsvTable, count: int) -> Array:
     """Measured orientations, (N, 3, 3); NaN where not measured."""
-    if not any(table.has(c) for c in TURN):
-        return np.full((count, 3, 3), np.nan)
-    missing = [c for c in TURN if not table.has(c)]
-    if missing:
-        raise InputError(f"{table.source}: column {missing[0]}: missing; an orientation needs {', '.join(TURN)}")
-    vector = np.column_stack([table.numbers(c, gaps=True) for c in TURN])
-    partial = np.isnan(vector).any(axis=1) & ~np.isnan(vector).all(axis=1)
-    if partial.any():
-        i = int(np.flatnonzero(partial)[0])
-        raise InputError(
-            f"{table.location(i, TURN[int(np.argmax(np.isnan(vector[i])))])}: empty; give all three or none"
-        )
+    vector = columns_together(table, TURN, f"an orientation needs {', '.join(TURN)}", "give all three or none")
     rotation = rotation_matrix(np.nan_to_num(vector) * DEG)
     rotation[np.isnan(vector[:, 0])] = np.nan
     return rotation
 
 
-def relative_sigma(table: CsvTable, count: int) -> Array:
+def columns_together(table: CsvTable, columns: Sequence[str], needs: str, mend: str) -> Array:
+    """Columns of which a file has all or none, and a row too: numbers (N, C), NaN where there are none.
+
+    Raises:
+        InputError: One is missing (``needs`` says what for), or empty in a row that has others (``mend``).
+    """
+    missing = [c for c in columns if not table.has(c)]
+    if len(missing) == len(columns):
+        return np.full((len(table.line), len(columns)), np.nan)
+    if missing:
+        raise InputError(f"{table.source}: column {missing[0]}: missing; {needs}")
+    values = np.column_stack([table.numbers(c, gaps=True) for c in columns])
+    empty = np.isnan(values)
+    for n in np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1)).tolist():
+        raise InputError(f"{table.location(n, columns[int(np.argmax(empty[n]))])}: empty; {mend}")
+    return values
+
+
+def words_or(table: CsvTable, column: str, otherwise: str) -> list[str]:
+    """A column of text; the same word in every row where the file has none."""
+    return table.words(column) if table.has(column) else [otherwise] * len(table.line)
+
+
+def numbers_or(table: CsvTable, column: str, otherwise: Array) -> Array:
+    """A column of numbers, or others where the file has none."""
+    return table.numbers(column) if table.has(column) else otherwise
+
+
+def numbered(names: Sequence[str]) -> tuple[tuple[str, ...], IntArray]:
+    """All names that occur, in their order, and the number of each among them."""
+    known = tuple(dict.fromkeys(names))
+    return known, np.array([known.index(name) for name in names], dtype=int)
+
+
+def first_doubled(keys: Iterable[Hashable]) -> tuple[int, int] | None:
+    """The first row whose key an earlier one has, and that one."""
+    rows: dict[Hashable, int] = {}
+    return next(((n, rows[key]) for n, key in enumerate(keys) if rows.setdefault(key, n) != n), None)
+
+
+def sigmas(table: CsvTable, low: float, high: float, *, gaps: bool) -> Array:
+    """Standard deviations as the file gives them, (N,) [um]; NaN where it does not.
+
+    Raises:
+        InputError: One is outside of low to high, or left out where there may be no gaps.
+    """
+    if not table.has("sigma_um"):
+        return np.full(len(table.line), np.nan)
+    sigma = table.numbers("sigma_um", gaps=gaps)
+    for n in np.flatnonzero((sigma < low) | (sigma > high)).tolist():
+        raise InputError(
+            f"{table.location(n, 'sigma_um')}: {sigma[n]:g} must be {low:g} to {high:g} um; give one standard deviation"
+        )
+    return sigma
+
+
+def relative_sigma(table: CsvTable) -> Array:
     """How uncertain each row is beside the others, (N,), median 1."""
     if not table.has("sigma_um"):
-        return np.ones(count)
-    sigma = table.numbers("sigma_um")
-    bad = np.flatnonzero((sigma < 1e-3) | (sigma > 1e5))
-    if len(bad):
-        raise InputError(
-            f"{table.location(int(bad[0]), 'sigma_um')}: {sigma[bad[0]]:g} must be 0.001 to 1e+05 um; "
-            "give one standard deviation"
-        )
+        return np.ones(len(table.line))
+    sigma = sigmas(table, 1e-3, 1e5, gaps=False)
     return np.asarray(sigma / np.median(sigma))

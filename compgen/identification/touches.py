@@ -14,7 +14,15 @@ from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.fanuc.configuration import parse_config
-from compgen.identification.pose_files import JOINTS, LIMIT
+from compgen.identification.pose_files import (
+    JOINTS,
+    check_within_limits,
+    columns_together,
+    first_doubled,
+    numbers_or,
+    sigmas,
+    words_or,
+)
 from compgen.identification.tables import ArtefactFile
 from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
 from compgen.robot.kinematics import flange_pose
@@ -224,7 +232,7 @@ def read_touches(
             )
     _check_doubled(table)
     target = np.array([artefact.targets.index(name) for name in names])
-    time = table.numbers("time_s") if table.has("time_s") else np.arange(N, dtype=float)
+    time = numbers_or(table, "time_s", np.arange(N, dtype=float))
     theta = _joints(table, robot, artefact, uframes)
     normal, deflection = _directions(table, artefact, target)
     return Touches(
@@ -235,7 +243,7 @@ def read_touches(
         theta=theta,
         normal=normal,
         deflection=deflection,
-        sigma=_sigma(table),
+        sigma=sigmas(table, 0.1, 1e4, gaps=True) * UM,
     )
 
 
@@ -243,12 +251,11 @@ def _check_doubled(table: CsvTable) -> None:
     """Raises InputError where a touch with a time stands twice: it would count twice."""
     if not table.has("time_s"):
         return
-    cells = list(zip(*(table.columns[k] for k in range(len(table.header))), strict=True))
-    first = {row: n for n, row in reversed(list(enumerate(cells)))}
-    doubled = next((n for n, row in enumerate(cells) if first[row] != n), None)
+    doubled = first_doubled(zip(*(table.columns[k] for k in range(len(table.header))), strict=True))
     if doubled is not None:
-        line = table.line[first[cells[doubled]]]
-        raise InputError(f"{table.location(doubled)}: the same touch at the same time_s as in line {line}; keep one")
+        n, first = doubled
+        line = table.line[first]
+        raise InputError(f"{table.location(n)}: the same touch at the same time_s as in line {line}; keep one")
 
 
 def check_directions(touches: Touches, inwards: Array) -> None:
@@ -295,13 +302,7 @@ def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[
         theta = robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
     else:
         theta = _inverse(table, robot, artefact, uframes)
-    beyond = np.argwhere((theta < robot.lower - LIMIT) | (theta > robot.upper + LIMIT))
-    if len(beyond):
-        n, k = beyond[0].tolist()
-        raise InputError(
-            f"{table.location(n)}: {robot.joint_names[k]} is outside its limits: the joints are those of the pendant, "
-            "in degrees; mend the row, or the robot file"
-        )
+    check_within_limits(robot, theta, lambda n, k: table.location(n))
     return theta
 
 
@@ -338,7 +339,7 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
             f"{table.source}: columns w_deg, p_deg, r_deg: at most {largest:.4g}, with the probe pointing up: they are "
             "radians; give W, P, R in degrees"
         )
-    configs = table.words("config") if table.has("config") else ["N U T"] * len(values)
+    configs = words_or(table, "config", "N U T")
     theta = np.empty((len(values), 6))
     for n, text in enumerate(configs):
         posture, turns = parse_config(text)
@@ -356,44 +357,21 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
 
 def _directions(table: CsvTable, artefact: Artefact, target: IntArray) -> tuple[Array, Array]:
     """Probing directions (N, 3), and deflections (N,) [m]."""
-    N = len(target)
-    if not any(table.has(c) for c in NORMAL):
-        if table.has("value_mm"):
-            raise InputError(f"{table.source}: column value_mm: a deflection has a direction; add nx, ny and nz")
-        return np.full((N, 3), np.nan), np.zeros(N)
-    missing = next((c for c in NORMAL if not table.has(c)), None)
-    if missing is not None:
-        raise InputError(f"{table.source}: column {missing}: missing; a direction needs nx, ny and nz")
-    normal = np.column_stack([table.numbers(c, gaps=True) for c in NORMAL])
-    given = np.isfinite(normal)
+    if table.has("value_mm") and not any(table.has(c) for c in NORMAL):
+        raise InputError(f"{table.source}: column value_mm: a deflection has a direction; add nx, ny and nz")
+    normal = columns_together(table, NORMAL, "a direction needs nx, ny and nz", "give all three or none")
     length = np.linalg.norm(normal, axis=1)
-    for n in range(N):
-        if given[n].any() and not given[n].all():
-            raise InputError(f"{table.location(n, NORMAL[int(np.argmin(given[n]))])}: empty; give all three or none")
-        if given[n].all() and abs(length[n] - 1) > UNIT:
+    for n in np.flatnonzero(np.isfinite(length)).tolist():
+        if abs(length[n] - 1) > UNIT:
             raise InputError(
                 f"{table.location(n, 'nx')}: the direction's length is {length[n]:.4g}, not 1; give the unit vector "
                 "in which the probe moved"
             )
-        if given[n].all() and target[n] < len(artefact.names) and np.isnan(artefact.diameter[target[n]]):
+        if target[n] < len(artefact.names) and np.isnan(artefact.diameter[target[n]]):
             raise InputError(
                 f"{artefact.source}: sphere '{artefact.names[target[n]]}': diameter_mm: missing; a touch from one side "
                 f"({table.location(n)}) needs it"
             )
-    deflection = np.zeros(N)
-    if table.has("value_mm"):
-        values = table.numbers("value_mm", gaps=True, largest=100.0)
-        deflection = np.nan_to_num(values) * MM
-    return normal, deflection
-
-
-def _sigma(table: CsvTable) -> Array:
-    """Standard deviation of one coordinate of each touch, (N,) [m]; NaN where it is not said."""
-    if not table.has("sigma_um"):
-        return np.full(len(table.line), np.nan)
-    sigma = table.numbers("sigma_um", gaps=True)
-    bad = np.flatnonzero((sigma < 0.1) | (sigma > 1e4))
-    if len(bad):
-        n = int(bad[0])
-        raise InputError(f"{table.location(n, 'sigma_um')}: {sigma[n]:g} must be 0.1 to 10000 um; mend it")
-    return sigma * UM
+    gaps = np.zeros(len(target))
+    deflection = table.numbers("value_mm", gaps=True, largest=100.0) if table.has("value_mm") else gaps
+    return normal, np.nan_to_num(deflection) * MM

@@ -18,7 +18,7 @@ from compgen.core.units import HOUR, MDEG, MM, UM
 from compgen.error_model.anchored_state import read_state
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import base_rows
-from compgen.pipelines.anchor.estimate import estimate, path_columns, path_places
+from compgen.pipelines.anchor.estimate import compare, estimate, path_places
 from compgen.pipelines.anchor.files import anchor_files
 from compgen.pipelines.anchor.forecast import forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, judge, left_out
@@ -192,12 +192,11 @@ def test_a_touch_left_out_is_predicted_by_the_others(days):
 def test_a_state_leaves_along_the_path_what_it_says(days):
     """Draws of all that is unknown, touched and anchored each: the rms that is left is the rms that is told."""
     day = days(0)
-    forecast, seen, unknowns, innovation = pieces(day)
-    prior, K, R = unknowns.prior, len(forecast.rise), len(innovation.y)
-    columns = path_columns(day.job, forecast, unknowns, seen, innovation, path_places(day.job, 20))
+    beside = compare(day.job, day.artefact, day.touches, WORLD, path_places(day.job, 20))
+    columns, innovation, prior, R = beside.columns, beside.innovation, beside.prior, len(beside.innovation.y)
     columns = replace(columns, missed=0 * columns.missed, field=0 * columns.field)
     innovation = replace(innovation, field=np.zeros((R, R)))
-    estimated = estimate(innovation, prior, AS_FORECAST, columns, K)
+    estimated = estimate(replace(beside, innovation=innovation, columns=columns), AS_FORECAST)
     rng, draws, left = np.random.default_rng(0), 3000, []
     root = np.linalg.cholesky(prior.forecast + 1e-18 * np.eye(len(prior.forecast)))
     for _ in range(draws):

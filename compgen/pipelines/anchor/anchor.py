@@ -15,23 +15,21 @@ from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.start_window import Course, windows
 from compgen.pipelines.anchor.estimate import (
+    Compared,
     Estimate,
-    PathColumns,
     PathPlaces,
+    compare,
     estimate,
     moved_target,
     next_touches,
-    path_columns,
     path_places,
 )
-from compgen.pipelines.anchor.forecast import Forecast, forecast_now
+from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import (
     AS_FORECAST,
     KNOCKED,
     Hypothesis,
-    Innovation,
     Judged,
-    Prior,
     judge,
     left_out,
 )
@@ -73,41 +71,31 @@ def anchor(
             nobody has identified.
         ImpossibleError: The robot cannot drive the path.
     """
-    forecast, path = forecast_now(job, touches), path_places(job)
-    seen = touched(artefact, touches, frame, forecast)
-    cell, K = forecast.cell, len(forecast.rise)
-    missed = missing_of(forecast) * rms(seen.thermal)
-    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missed)
-    prior, innovation = unknowns.prior, innovation_of(seen, forecast, unknowns)
+    beside = compare(job, artefact, touches, frame, path_places(job))
+    forecast, seen, innovation, prior = beside.forecast, beside.seen, beside.innovation, beside.prior
     judged = judge(innovation, prior)
     best, as_forecast = judged[0], next(j for j in judged if j.hypothesis == AS_FORECAST)
-    refuse_taught(artefact, touches, frame, forecast, unknowns, best)
+    refuse_taught(artefact, touches, frame, forecast, beside.unknowns, best)
     refuse_other_hour(forecast, touches, innovation, prior, best)
-    columns = path_columns(job, forecast, unknowns, seen, innovation, path)
-    chosen = estimate(innovation, prior, best.hypothesis, columns, K)
+    chosen = estimate(beside, best.hypothesis)
     used = innovation.rows(innovation.used(best.hypothesis))
     left = left_out(used, chosen.V)
     error = np.array([rms(used.y[used.touch == n]) for n in left.touch.tolist()])
-    moved = _moved(artefact, best.hypothesis, chosen, innovation, prior, path, K)
-    rival = _rival(judged, innovation, prior, columns, chosen, K)
+    moved = _moved(artefact, best.hypothesis, chosen, beside)
+    rival = _rival(judged, beside, chosen)
     sizes = rms(chosen.before), rms(chosen.after)
     verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
-    refuse_unidentified(cell, artefact, touches, best, innovation)
-    touch_next = next_touches(
-        job, artefact, frame, forecast=forecast, unknowns=unknowns, seen=seen, chosen=chosen, columns=columns
-    )
-    state = _state(
-        job, forecast, unknowns, chosen=chosen, prior=prior, path=path, verdict=verdict, made_from=made_from or {}
-    )
+    refuse_unidentified(forecast.cell, artefact, touches, best, innovation)
+    state = _state(beside, chosen, verdict, made_from or {})
     anchored = Anchored(
         job=job,
         artefact=artefact,
         state=state,
         reason=reason,
         forecast=forecast,
-        unknowns=unknowns,
+        unknowns=beside.unknowns,
         seen=seen,
-        path=path,
+        path=beside.path,
         innovation=innovation,
         judged=tuple(judged),
         as_forecast=as_forecast,
@@ -115,19 +103,17 @@ def anchor(
         left=left,
         forecast_error=error,
         moved=moved,
-        touch_next=tuple(touch_next),
+        touch_next=tuple(next_touches(beside, artefact, frame, chosen)),
         findings=(),
     )
     return replace(anchored, findings=anchor_findings(anchored))
 
 
-def _moved(
-    artefact: Artefact, h: Hypothesis, chosen: Estimate, innovation: Innovation, prior: Prior, path: PathPlaces, K: int
-) -> tuple[Moved, ...]:
+def _moved(artefact: Artefact, h: Hypothesis, chosen: Estimate, beside: Compared) -> tuple[Moved, ...]:
     """What the best hypothesis says has moved."""
-    moved = []
+    moved, innovation, prior, K = [], beside.innovation, beside.prior, beside.nodes
     if h.base:
-        x, y, z = path.middle.tolist()
+        x, y, z = beside.path.middle.tolist()
         J = np.hstack([np.eye(3), [[0, z, -y], [-z, 0, x], [y, -x, 0]]])  # d + w x c
         base = slice(K, K + 6)
         sigma = np.sqrt(np.diag(J @ chosen.covariance[base, base] @ J.T))
@@ -145,34 +131,27 @@ def _moved(
     return tuple(moved)
 
 
-def _rival(
-    judged: list[Judged], innovation: Innovation, prior: Prior, columns: PathColumns, chosen: Estimate, K: int
-) -> tuple[Hypothesis, float] | None:
+def _rival(judged: list[Judged], beside: Compared, chosen: Estimate) -> tuple[Hypothesis, float] | None:
     """Another cause that may hold as well, and by how much its path differs [m]; None where that does not matter."""
     best = judged[0]
     for other in judged[1:]:
         if other.evidence < best.evidence - RIVAL:
             return None
         h = other.hypothesis
-        if (bool(h.base), h.target, h.touch) == (
-            bool(best.hypothesis.base), best.hypothesis.target, best.hypothesis.touch,
-        ):  # fmt: skip
+        if h.cause == best.hypothesis.cause:
             continue
-        apart = rms(np.linalg.norm(estimate(innovation, prior, h, columns, K).correction - chosen.correction, axis=1))
+        apart = rms(np.linalg.norm(estimate(beside, h).correction - chosen.correction, axis=1))
         if apart > max(APART, rms(chosen.after)):
             return h, apart
     return None
 
 
-def _state(
-    job: Job, forecast: Forecast, unknowns: Unknowns, chosen: Estimate, prior: Prior, path: PathPlaces,
-    verdict: Verdict, made_from: Mapping[str, str],
-) -> AnchoredState:  # fmt: skip
+def _state(beside: Compared, chosen: Estimate, verdict: Verdict, made_from: Mapping[str, str]) -> AnchoredState:
     """The state to be written: with *leave it* the forecast's own."""
-    cell, K = forecast.cell, len(forecast.rise)
-    x, covariance = (chosen.x, chosen.covariance)
+    forecast, unknowns, K = beside.forecast, beside.unknowns, beside.nodes
+    cell, x, covariance = forecast.cell, chosen.x, chosen.covariance
     if verdict == "leave it":
-        x, covariance = np.zeros_like(x), prior.forecast
+        x, covariance = np.zeros_like(x), beside.prior.forecast
     base, drift, earlier = x[K : K + 6], x[K + 6 :] / unknowns.unit, cell.state
     if earlier is not None:
         base = base + earlier.base
@@ -192,7 +171,7 @@ def _state(
         covariance=covariance * np.outer(unit, unit),
         air=forecast.air,
         time=forecast.time,
-        window=_window(job, forecast, path),
+        window=_window(beside.job, forecast, beside.path),
         verdict=verdict,
         made_from={"robot_file": cell.robot_file_hash, **made_from},
     )

@@ -19,18 +19,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, rms
 from compgen.core.exceptions import naming_file
 from compgen.core.pose import Pose
-from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
-from compgen.error_model.model import build_error_model
-from compgen.identification.touches import Artefact
+from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.motion_plan import COARSE
-from compgen.pipelines.anchor.forecast import Forecast
+from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
-from compgen.pipelines.anchor.touching import Touched, missing_of, smooth
-from compgen.pipelines.anchor.unknowns import Unknowns
+from compgen.pipelines.anchor.touching import Touched, innovation_of, missing_of, smooth, thermal_shift, touched
+from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
 from compgen.planning import toolpath
 from compgen.planning.exact_path import MAX_SPACING
 from compgen.robot import inverse_kinematics, joint_path
@@ -110,34 +108,85 @@ class Estimate:
     correction: Array  # (M, 3) [m] by which it moves the predicted path
 
 
-def path_columns(
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Compared:
+    """Touches of a job's robot beside its forecast, and what they and the path may tell."""
+
+    job: Job
+    forecast: Forecast
+    path: PathPlaces
+    seen: Touched
+    unknowns: Unknowns
+    innovation: Innovation
+    columns: PathColumns
+
+    @property
+    def prior(self) -> Prior:
+        """Of the unknowns."""
+        return self.unknowns.prior
+
+    @property
+    def nodes(self) -> int:
+        """How many rises, K: the first of the unknowns."""
+        return len(self.forecast.rise)
+
+
+def compare(job: Job, artefact: Artefact, touches: Touches, frame: Pose, path: PathPlaces) -> Compared:
+    """Touches against the forecast of a job's robot.
+
+    Args:
+        job: Its history or its log.
+        artefact: What was touched.
+        touches: On the clock of the log, else from the first duty of [[before]] on.
+        frame: Place in World of the frame that the artefact's places are in.
+        path: M places, from where the state holds on.
+
+    Raises:
+        InputError: Touches of another hour, or that are not of their targets.
+    """
+    forecast = forecast_now(job, touches)
+    seen = touched(artefact, touches, frame, forecast)
+    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(seen.thermal))
+    innovation = innovation_of(seen, forecast, unknowns)
+    return Compared(
+        job=job,
+        forecast=forecast,
+        path=path,
+        seen=seen,
+        unknowns=unknowns,
+        innovation=innovation,
+        columns=_path_columns(job, forecast, unknowns, seen, innovation, path),
+    )
+
+
+def columns_along(job: Job, forecast: Forecast, unknowns: Unknowns, path: PathPlaces) -> tuple[Array, Array]:
+    """G (M, 3, X) and N (M, 3, Q) along a path, on which rises fade with the lag of each node."""
+    G, N = unknowns.columns(forecast, path.theta, job.tool.pose)
+    G, K = G.copy(), len(forecast.rise)
+    G[:, :, :K] *= np.exp(-path.time[:, None, None] / forecast.cell.warmth.lag)
+    return G, N
+
+
+def _path_columns(
     job: Job, forecast: Forecast, unknowns: Unknowns, seen: Touched, innovation: Innovation, path: PathPlaces
 ) -> PathColumns:
-    """Columns along a path that begins when the state holds."""
-    cell = forecast.cell
-    M, K = len(path.theta), len(cell.heat.names)
-    rise = np.broadcast_to(forecast.rise, (M, K))
-    motion = DirectionState(np.zeros((M, 6)), np.zeros((M, 3)))
-    G, N = unknowns.columns(forecast, path.theta, rise, motion, job.tool.pose)
-    G = G.copy()
-    G[:, :, :K] *= np.exp(-path.time[:, None, None] / cell.warmth.lag)
-    model = build_error_model(cell.robot, cell.sources, K, job.tool.pose)
-    warm, cold = (model.actual_pose(path.theta, r, NO_DIRECTION).position for r in (rise, 0 * rise))
-    kappa = missing_of(forecast)
-    missed = kappa * np.linalg.norm(warm - cold, axis=1)
+    G, N = columns_along(job, forecast, unknowns, path)
+    kappa, K = missing_of(forecast), len(forecast.rise)
+    missed = kappa * thermal_shift(forecast, path.theta, job.tool.pose)[1]
     alike = smooth(path.position, seen.actual)[:, innovation.touch]
     field = alike * np.outer(missed, kappa * seen.thermal[innovation.touch])
-    base = G[:, :, K : K + 6].reshape(3 * M, 6)
+    base = G[:, :, K : K + 6].reshape(3 * len(G), 6)
     return PathColumns(G, N, missed, field, np.asarray(np.linalg.pinv(base, rcond=1e-6)))
 
 
-def estimate(innovation: Innovation, prior: Prior, h: Hypothesis, columns: PathColumns, nodes: int) -> Estimate:
+def estimate(beside: Compared, h: Hypothesis) -> Estimate:
     """The most likely state if a hypothesis holds."""
+    innovation, columns, nodes = beside.innovation, beside.columns, beside.nodes
     keep = innovation.used(h)
     if len(keep) < len(innovation.y):
         innovation = innovation.rows(keep)
         columns = PathColumns(columns.G, columns.N, columns.missed, columns.field[:, keep], columns.carried)
-    P, V = prior.of(h), innovation.covariance(prior, h)
+    P, V = beside.prior.of(h), innovation.covariance(beside.prior, h)
     K = np.linalg.inv(V)
     C = P @ innovation.H.T @ K
     M = len(columns.G)
@@ -173,23 +222,21 @@ class NextTouch:
 
 
 def next_touches(
-    job: Job, artefact: Artefact, frame: Pose, forecast: Forecast, unknowns: Unknowns, seen: Touched,
-    chosen: Estimate, columns: PathColumns, count: int = 2,
-) -> list[NextTouch]:  # fmt: skip
+    beside: Compared, artefact: Artefact, frame: Pose, chosen: Estimate, count: int = 2
+) -> list[NextTouch]:
     """The targets that tell most, the best first; in the orientation of the first touch."""
+    job, seen, columns = beside.job, beside.seen, beside.columns
     place = frame.act(artefact.place)
-    known = [t for t in range(len(place)) if np.isfinite(place[t, 0])]
-    robot = job.robot
-    rotation = flange_pose(robot, seen.touches.theta[:1]).rotation
-    poses = Pose(place[known], np.repeat(rotation, len(known), axis=0))
-    theta, margin = solve_tool(robot, poses, seen.probe, job.posture)
-    rise = np.broadcast_to(forecast.rise, (len(known), len(forecast.rise)))
-    still = DirectionState(np.zeros((len(known), 6)), np.zeros((len(known), 3)))
-    H, _ = unknowns.columns(forecast, theta, rise, still, seen.probe)
+    known = np.flatnonzero(np.isfinite(place[:, 0]))
+    rotation = flange_pose(job.robot, seen.touches.theta[:1]).rotation
+    theta, margin = solve_tool(
+        job.robot, Pose(place[known], np.repeat(rotation, len(known), axis=0)), seen.probe, job.posture
+    )
+    H, _ = beside.unknowns.columns(beside.forecast, theta, seen.probe)
     M, sigma = len(columns.G), float(np.median(seen.sigma))
     G, P = columns.G.reshape(3 * M, -1), chosen.covariance
-    touches_ = []
-    for k, t in enumerate(known):
+    ranked = []
+    for k, t in enumerate(known.tolist()):
         if margin[k] < 0:
             continue
         S = H[k] @ P @ H[k].T + (sigma**2 + seen.place_sigma[t] ** 2) * np.eye(3)
@@ -197,8 +244,8 @@ def next_touches(
         fall = float(np.einsum("ai,ij,aj->", cross, np.linalg.inv(S), cross)) / M
         left = max(float(np.mean(chosen.after**2)) - fall, 0.0)
         each = (cross**2).sum(axis=0) / np.diag(S)
-        touches_.append(NextTouch(artefact.names[t], "xyz"[int(np.argmax(each))], float(np.sqrt(left))))
-    return sorted(touches_, key=lambda n: n.rms)[:count]
+        ranked.append(NextTouch(artefact.names[t], "xyz"[int(np.argmax(each))], float(np.sqrt(left))))
+    return sorted(ranked, key=lambda n: n.rms)[:count]
 
 
 def moved_target(y: Array, weight: Array, along: Array, cross: float) -> tuple[Array, Array]:

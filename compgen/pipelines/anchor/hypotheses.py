@@ -46,6 +46,11 @@ class Hypothesis:
     noise: float = 1.0  # times the touches' sigma
 
     @property
+    def cause(self) -> tuple[bool, int, int]:
+        """What went otherwise, whatever its size: the base, which target, which touch."""
+        return bool(self.base), self.target, self.touch
+
+    @property
     def odds(self) -> float:
         """Logarithm of how likely it is before the touches."""
         moved = BASE_ODDS * bool(self.base) + TARGET_ODDS * (self.target >= 0) + TOUCH_ODDS * (self.touch >= 0)

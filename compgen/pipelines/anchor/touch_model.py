@@ -20,19 +20,18 @@ from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import MM
-from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
-from compgen.error_model.model import build_error_model
+from compgen.error_model.direction_memory import DirectionState
 from compgen.fanuc.frames import load_frames
 from compgen.identification.touch_candidates import Probe, Targets, Ways
 from compgen.identification.touch_planning import PathDrift, path_weight
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.part_frame import PartFrame
-from compgen.pipelines.anchor.estimate import PathPlaces, estimate, path_columns
+from compgen.pipelines.anchor.estimate import PathPlaces, columns_along, compare, estimate
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
-from compgen.pipelines.anchor.touching import innovation_of, missing_of, smooth, taught_rises, touched
-from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
+from compgen.pipelines.anchor.touching import missing_of, smooth, taught_rises, thermal_shift
+from compgen.pipelines.anchor.unknowns import unknowns_of
 
 RIDGE = 1e-9  # of the field's variance
 TINY = 1e-18  # [m^2] of a field that is none
@@ -70,17 +69,19 @@ def touch_model(
         path: M places.
     """
     forecast = forecast_now(job, _touches(artefact, ways))
-    touch, thermal = _thermal(forecast, ways.theta[:, 2], probe.centre)
-    along, warm = _thermal(forecast, path.theta, job.tool.pose)
+    _, thermal = thermal_shift(forecast, ways.theta[:, 2], probe.centre)
+    along, warm = thermal_shift(forecast, path.theta, job.tool.pose)
     unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(thermal))
-    H, N = _columns(forecast, unknowns, artefact, ways.theta[:, 2], probe.centre)
-    still = DirectionState(np.zeros((len(along), 6)), np.zeros((len(along), 3)))
-    rise = np.broadcast_to(forecast.rise, (len(along), len(forecast.rise)))
-    G, N_path = unknowns.columns(forecast, path.theta, rise, still, job.tool.pose)
-    nodes, faded = len(forecast.rise), np.exp(-path.time[:, None, None] / job.cell.warmth.lag)
-    G = np.concatenate([G[:, :, :nodes] * faded, G[:, :, nodes:]], axis=2)
+    theta, K = ways.theta[:, 2], len(ways.target)
+    rise, still = (
+        np.broadcast_to(forecast.rise, (K, len(forecast.rise))),
+        DirectionState(np.zeros((K, 6)), np.zeros((K, 3))),
+    )
+    taught = None if artefact.taught is None else taught_rises(artefact, job.cell.heat.names)
+    H, N = unknowns.columns_of_touches(forecast, theta, probe.centre, rise, still, taught)
+    G, N_path = columns_along(job, forecast, unknowns, path)
     share, field, left = _field(forecast, targets, ways, thermal, along, warm)
-    S, M, K = len(targets.name), len(along), len(touch)
+    S, M = len(targets.name), len(along)
     of_target = np.einsum("ks,ij->kisj", np.eye(S)[ways.target], np.eye(3)).reshape(K, 3, -1)
     on_path = np.einsum("ms,ij->misj", share, np.eye(3)).reshape(M, 3, -1)
     places = np.diag(np.repeat(place_sigma**2, 3))
@@ -112,13 +113,8 @@ def left_by_anchoring(
         InputError: Too few touches for a state.
     """
     touches = replace(_touches(artefact, ways), sigma=np.full(len(ways.target), sigma))
-    forecast = forecast_now(job, touches)
-    seen = touched(artefact, touches, frame, forecast)
-    missed = missing_of(forecast) * rms(seen.thermal)
-    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missed)
-    innovation = innovation_of(seen, forecast, unknowns)
-    columns = path_columns(job, forecast, unknowns, seen, innovation, path)
-    expected = estimate(innovation, unknowns.prior, AS_FORECAST, columns, len(forecast.rise))
+    beside = compare(job, artefact, touches, frame, path)
+    expected = estimate(beside, AS_FORECAST)
     return rms(expected.before), rms(expected.after)
 
 
@@ -135,32 +131,6 @@ def _touches(artefact: Artefact, ways: Ways) -> Touches:
         deflection=np.zeros(count),
         sigma=np.full(count, np.nan),
     )
-
-
-def _thermal(forecast: Forecast, theta: Array, tool: Pose) -> tuple[Array, Array]:
-    """Where a tool is (M, 3) [m], and by how much the rises move it, (M,) [m]."""
-    cell = forecast.cell
-    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), tool)
-    rise = np.broadcast_to(forecast.rise, (len(theta), len(forecast.rise)))
-    warm, cold = (model.actual_pose(theta, r, NO_DIRECTION).position for r in (rise, 0 * rise))
-    return warm, np.linalg.norm(warm - cold, axis=1)
-
-
-def _columns(
-    forecast: Forecast, unknowns: Unknowns, artefact: Artefact, theta: Array, probe: Pose
-) -> tuple[Array, Array]:
-    """H (K, 3, X) and N (K, 3, Q) of touches; of targets that the robot taught, less what they were then."""
-    still = DirectionState(np.zeros((len(theta), 6)), np.zeros((len(theta), 3)))
-    rise = np.broadcast_to(forecast.rise, (len(theta), len(forecast.rise)))
-    H, N = unknowns.columns(forecast, theta, rise, still, probe)
-    if artefact.taught is None:
-        return H, N
-    then = np.broadcast_to(taught_rises(artefact, forecast.cell.heat.names), rise.shape)
-    H_then, N_then = unknowns.columns(forecast, theta, then, still, probe, then=True)
-    grown = slice(len(forecast.rise) + 6, H.shape[2] - len(forecast.cell.drifting.numbers))
-    H = H.copy()
-    H[:, :, grown] -= H_then[:, :, grown]
-    return H, N - N_then
 
 
 def _field(

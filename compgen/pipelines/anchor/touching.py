@@ -22,7 +22,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.toml import suggest
 from compgen.core.units import DEG, MM, UM
-from compgen.error_model.direction_memory import DirectionState, reversal_widths
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, reversal_widths
 from compgen.error_model.model import build_error_model
 from compgen.identification.touches import Artefact, Touches, check_directions, probing_directions, unit_of
 from compgen.pipelines.anchor.forecast import Forecast
@@ -137,16 +137,8 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
 def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Innovation:
     """The touches with what each unknown would do to them."""
     theta, cell = seen.touches.theta, forecast.cell
-    H, N = unknowns.columns(forecast, theta, seen.rise, seen.motion, seen.probe)
-    noise = cell.fit.noise
-    if seen.taught is not None:
-        then = np.broadcast_to(seen.taught, seen.rise.shape)
-        H_then, N_then = unknowns.columns(forecast, theta, then, seen.motion, seen.probe, then=True)
-        K = len(cell.heat.names)
-        H = H.copy()
-        D = len(unknowns.named) - len(cell.drifting.numbers)  # what grows: what drifts has drifted since
-        H[:, :, K + 6 : K + 6 + D] -= H_then[:, :, K + 6 : K + 6 + D]
-        N, noise = N - N_then, 0.0
+    H, N = unknowns.columns_of_touches(forecast, theta, seen.probe, seen.rise, seen.motion, seen.taught)
+    noise = cell.fit.noise if seen.taught is None else 0.0
     e, n = seen.along, seen.touch
     size = missing_of(forecast) * seen.thermal
     field = smooth(seen.actual, seen.actual) * (np.outer(size, size) + noise**2)
@@ -167,6 +159,15 @@ def missing_of(forecast: Forecast) -> float:
     """kappa: the share of the thermal error that the physics leaves out."""
     cell = forecast.cell
     return cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, 0.05)
+
+
+def thermal_shift(forecast: Forecast, theta: Array, tool: Pose) -> tuple[Array, Array]:
+    """Where a tool is at poses (M, 6) [rad], (M, 3) [m], and by how much the forecast's rises move it, (M,) [m]."""
+    cell = forecast.cell
+    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), tool)
+    rise = np.broadcast_to(forecast.rise, (len(theta), len(forecast.rise)))
+    warm, cold = (model.actual_pose(theta, r, NO_DIRECTION).position for r in (rise, 0 * rise))
+    return warm, np.linalg.norm(warm - cold, axis=1)
 
 
 def smooth(one: Array, other: Array) -> Array:

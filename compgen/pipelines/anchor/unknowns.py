@@ -9,6 +9,7 @@ standard deviation. Where the robot itself taught a target in another state, wha
 place: growth, drifting numbers and N count as what they do now less what they did then.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.posterior import numbers_of
 from compgen.error_model.quantities import Quantity
 from compgen.job.anchored_start import base_rows, drifting_row
-from compgen.job.job import Job
+from compgen.job.job import Cell, Job
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Prior
@@ -46,21 +47,51 @@ class Unknowns:
     prior: Prior
 
     def columns(
-        self, forecast: Forecast, theta: Array, rise: Array, motion: DirectionState, tool: Pose, *, then: bool = False
+        self,
+        forecast: Forecast,
+        theta: Array,
+        tool: Pose,
+        rise: Array | None = None,
+        motion: DirectionState | None = None,
+        *,
+        then: bool = False,
     ) -> tuple[Array, Array]:
-        """H (M, 3, X) and N (M, 3, Q) at M poses of a tool; ``then``: of another time, whose rises are known."""
+        """H (M, 3, X) and N (M, 3, Q) at M poses of a tool.
+
+        Args:
+            forecast: Of the robot now.
+            theta: Joints (M, 6) [rad].
+            tool: TCP in the flange.
+            rise: (M, K) [K]; None: those of the forecast.
+            motion: That each joint came with; None: it is not known.
+            then: Whether the rises are of another time, and known.
+        """
+        M = len(theta)
+        rise = np.broadcast_to(forecast.rise, (M, len(forecast.rise))) if rise is None else rise
+        motion = DirectionState(np.zeros((M, 6)), np.zeros((M, 3))) if motion is None else motion
         changes = np.array([q.cause.parameters for q in self.others]).reshape(-1, len(self.parameters.entries))
         of_others = np.flatnonzero(changes.any(axis=0)).tolist()
         which = tuple(dict.fromkeys([*self.rows, *of_others]))
-        cell = forecast.cell
-        slopes = build_slopes(cell.robot, self.parameters, which, len(cell.heat.names), tool)
-        A, B, _ = slopes(theta, rise, motion)
+        A, B, _ = build_slopes(forecast.cell.robot, self.parameters, which, rise.shape[1], tool)(theta, rise, motion)
         H = np.concatenate([B, A[:, :, [which.index(r) for r in self.rows]]], axis=2)
         deviation = np.array([np.hypot(q.deviation, q.mean) for q in self.others])
         N = A @ changes[:, which].T
-        if not then:
-            N = N + np.einsum("mik,qk->miq", B, self.other_rise)
-        return H, N * deviation
+        return H, deviation * (N if then else N + np.einsum("mik,qk->miq", B, self.other_rise))
+
+    def columns_of_touches(
+        self, forecast: Forecast, theta: Array, probe: Pose, rise: Array, motion: DirectionState, taught: Array | None
+    ) -> tuple[Array, Array]:
+        """H and N of touches; of targets that the robot taught, with rises (K,) [K], less what they were then."""
+        H, N = self.columns(forecast, theta, probe, rise, motion)
+        if taught is None:
+            return H, N
+        H_then, N_then = self.columns(forecast, theta, probe, np.broadcast_to(taught, rise.shape), motion, then=True)
+        grown = slice(
+            rise.shape[1] + 6, H.shape[2] - len(forecast.cell.drifting.numbers)
+        )  # what drifts has drifted since
+        H = H.copy()
+        H[:, :, grown] -= H_then[:, :, grown]
+        return H, N - N_then
 
 
 def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, missed: float) -> Unknowns:
@@ -78,62 +109,80 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
     """
     cell = forecast.cell
     known = quantities_of_cell(cell)
-    parameters, K = known.parameters, len(cell.heat.names)
-    base = base_rows(parameters)
-    thermal, growth, others = [], [], []
-    for q in known.quantities:
-        if not q.cause.parameters.any():
-            thermal.append(q)
-        elif q.source in GROWTH or set(np.flatnonzero(q.cause.parameters).tolist()) <= set(base):
-            growth.append(q)
-        else:
-            others.append(q)
-    grown = sorted({int(n) for q in growth for n in np.flatnonzero(q.cause.parameters) if n not in base})
-    names = {_place(parameters, n): n for n in grown}
-    named, units = [], []
-    for name, (parameter, _) in numbers_of(cell.known).items():
-        if (parameter.table, parameter.field, parameter.index) in names:
-            named.append(name)
-            units.append(parameter.unit)
-    rows = [drifting_row(cell, parameters, name, "growth")[0] for name in named]
-    drift_sigma = []
-    for name, sigma in zip(job.cell.drifting.numbers, job.cell.drifting.sigma, strict=True):
-        row, unit = drifting_row(cell, parameters, name, f"{cell.robot_file}: anchor.drifting")
-        if row not in rows:
-            rows.append(row)
-            named.append(name)
-            units.append(unit)
-        drift_sigma.append((rows.index(row), sigma * unit))
-    D, X = len(rows), K + 6 + len(rows)
-    all_rows = [*base, *rows]
-    P = np.zeros((X, X))
-    day = np.zeros((X, X))
-    for q in thermal:
-        r = forecast.added_rise(q, job.feed)
-        P[:K, :K] += (q.deviation**2 + q.mean**2) * np.outer(r, r)
-    P[:K, :K] += np.diag(forecast.own**2)
-    day[:K, :K] = P[:K, :K] + OTHER_DAY**2 * np.outer(forecast.rise, forecast.rise)
-    for q in growth:
-        v = np.concatenate([forecast.added_rise(q, job.feed), q.cause.parameters[all_rows]])
-        P += (q.deviation**2 + q.mean**2) * np.outer(v, v)
-    for k, sigma in drift_sigma:
-        P[K + 6 + k, K + 6 + k] += sigma**2
-    if cell.state is None:
-        P[K : K + 6, K : K + 6] += _base_prior(job, middle, radius, missed)
-    shifted, turned = np.zeros((2, X, X))
-    shifted[K : K + 6, K : K + 6] = _about(middle, np.full(3, MOVED_SHIFT), np.zeros(3))
-    turned[K : K + 6, K : K + 6] = _about(middle, np.full(3, MOVED_SHIFT), np.full(3, MOVED_TURN))
-    other_rise = np.array([forecast.added_rise(q, job.feed) for q in others]).reshape(-1, K)
-    prior = Prior(P, day, shifted, turned)
+    parameters, base = known.parameters, base_rows(known.parameters)
+    moves = {id(q): set(np.flatnonzero(q.cause.parameters).tolist()) for q in known.quantities}
+    growth = [q for q in known.quantities if moves[id(q)] and (q.source in GROWTH or moves[id(q)] <= set(base))]
+    thermal = [q for q in known.quantities if not moves[id(q)]]
+    others = [q for q in known.quantities if q not in [*growth, *thermal]]
+    named = _named(cell, parameters, set[int]().union(*(moves[id(q)] for q in growth)) - set(base))
+    rows = (*base, *(row for row, _ in named.values()))
+    other_rise = np.array([forecast.added_rise(q, job.feed) for q in others]).reshape(-1, len(forecast.rise))
     return Unknowns(
         parameters=parameters,
-        rows=tuple(all_rows),
+        rows=rows,
         named=tuple(named),
-        unit=np.array(units[:D]),
+        unit=np.array([unit for _, unit in named.values()]),
         others=tuple(others),
         other_rise=other_rise,
-        prior=prior,
+        prior=_prior(job, forecast, thermal, growth, rows, _base_prior(job, middle, radius, missed), middle),
     )
+
+
+def _named(cell: Cell, parameters: SourceParameters, grown: set[int]) -> dict[str, tuple[int, float]]:
+    """Row and unit of each number that a state names: what grows, then what drifts."""
+    places = {_place(parameters, n) for n in grown}
+    growing = [n for n, (p, _) in numbers_of(cell.known).items() if (p.table, p.field, p.index) in places]
+    named = {name: drifting_row(cell, parameters, name, "growth") for name in growing}
+    rows = {row for row, _ in named.values()}
+    for name in cell.drifting.numbers:
+        row, unit = drifting_row(cell, parameters, name, f"{cell.robot_file}: anchor.drifting")
+        if row not in rows:
+            named[name] = row, unit
+    return named
+
+
+def _prior(
+    job: Job,
+    forecast: Forecast,
+    thermal: Sequence[Quantity],
+    growth: Sequence[Quantity],
+    rows: Sequence[int],
+    base: Array,
+    middle: Array,
+) -> Prior:
+    """What is known of x beforehand, and by how much more a day that went otherwise, or a base that was hit, moves it.
+
+    Args:
+        job: Its robot, and what drifts of it.
+        forecast: Of the robot now.
+        thermal: Quantities that move rises alone.
+        growth: Those that move rises and growth.
+        rows: Of the parameters in x, those of the base first.
+        base: Covariance of its shift and turn, (6, 6).
+        middle: Of the part, World, (3,) [m].
+    """
+    cell, K, X = forecast.cell, len(forecast.rise), len(forecast.rise) + len(rows)
+
+    def known_to(quantities: Sequence[Quantity]) -> Array:
+        columns = [
+            np.hypot(q.deviation, q.mean) * np.append(forecast.added_rise(q, job.feed), q.cause.parameters[list(rows)])
+            for q in quantities
+        ]
+        F = np.array(columns).reshape(-1, X)
+        return np.asarray(F.T @ F)
+
+    warm = known_to(thermal) + np.diag(np.append(forecast.own**2, np.zeros(len(rows))))
+    rise = np.append(forecast.rise, np.zeros(len(rows)))
+    P = warm + known_to(growth)
+    for name, sigma in zip(cell.drifting.numbers, cell.drifting.sigma, strict=True):
+        row, unit = drifting_row(cell, quantities_of_cell(cell).parameters, name, f"{cell.robot_file}: anchor.drifting")
+        P[K + rows.index(row), K + rows.index(row)] += (sigma * unit) ** 2
+    shifted, turned, of_base = *np.zeros((2, X, X)), np.s_[K : K + 6, K : K + 6]
+    if cell.state is None:
+        P[of_base] += base
+    shifted[of_base] = _about(middle, np.full(3, MOVED_SHIFT), np.zeros(3))
+    turned[of_base] = _about(middle, np.full(3, MOVED_SHIFT), np.full(3, MOVED_TURN))
+    return Prior(P, warm + OTHER_DAY**2 * np.outer(rise, rise), shifted, turned)
 
 
 def _place(parameters: SourceParameters, n: int) -> tuple[str, str, tuple[int, ...]]:
