@@ -54,12 +54,7 @@ def read_distances(
     needs = f"the second end needs {FAR[0]} to {FAR[-1]}"
     far = columns_together(table, FAR, needs, "give all six joints of the second end, or none") * DEG
     carried: BoolArray = np.isfinite(far[:, 0])
-    distance = table.numbers("distance_mm", largest=FARTHEST) * MM
-    bad = np.flatnonzero(distance <= 0)
-    if len(bad):
-        raise InputError(
-            f"{table.location(int(bad[0]), 'distance_mm')}: {distance[bad[0]] / MM:g} must be above 0; mend the row"
-        )
+    distance = _measured(table)
     time = table.numbers("time_s") if table.has("time_s") else None
     a_name = words_or(table, "a_target", REFLECTOR)
     b_name = table.words("b_target") if table.has("b_target") else [(SOCKET, REFLECTOR)[int(c)] for c in carried]
@@ -104,14 +99,23 @@ def read_distances(
             distance=distance,
             toward=np.full((N, 3), np.nan),
         ),
-        fixed=FixedPlaces(
-            names=sockets,
-            frame=np.full(len(sockets), WORLD),
-            place=np.full((len(sockets), 3), np.nan),
-            sigma=np.zeros(len(sockets)),
-        ),
+        fixed=_unknown_places(sockets),
         timed=time is not None,
     )
+
+
+def _measured(table: CsvTable) -> Array:
+    """The distances, (N,) [m]."""
+    distance = table.numbers("distance_mm", largest=FARTHEST)
+    for n in np.flatnonzero(distance <= 0).tolist():
+        raise InputError(f"{table.location(n, 'distance_mm')}: {distance[n]:g} must be above 0; mend the row")
+    return np.asarray(distance * MM)
+
+
+def _unknown_places(names: tuple[str, ...]) -> FixedPlaces:
+    """Places that stand in the cell, nobody knows where."""
+    S = len(names)
+    return FixedPlaces(names=names, frame=np.full(S, WORLD), place=np.full((S, 3), np.nan), sigma=np.zeros(S))
 
 
 def _named_ends(

@@ -152,8 +152,9 @@ def posterior(
         scales = Scales(lam, noise, scales.rho)
         if moved < CONVERGED:
             learning = False
-    misfit = sum(n.rows * np.log(2 * np.pi * scales.noise[n.kind]) + _squares(n, x) / scales.noise[n.kind]
-                 for n in channels)  # fmt: skip
+    misfit = sum(
+        n.rows * np.log(2 * np.pi * scales.noise[n.kind]) + _squares(n, x) / scales.noise[n.kind] for n in channels
+    )
     precision = scales.precision(prior)
     deviation = np.concatenate([x[:K], x[K:] - prior.mean])
     log_prior = float(np.log(precision[precision > 0]).sum())

@@ -53,9 +53,6 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     """Singular values, ranking, correlations and condition numbers of a fit's scaled Jacobian."""
     K = int(fitted.active.sum())
     rows = scaled_rows(data, fitted)
-    frames = rows[:, K:]
-    size = np.linalg.norm(frames, axis=0)
-    scaled = frames / np.where(size > 0, size, 1.0)
     frames_condition = _condition_of_frames(data, fitted, K)
     index = np.flatnonzero(fitted.active)
     if K == 0:
@@ -67,18 +64,15 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
             condition=1.0,
             frames_condition=frames_condition,
         )
-    values, eigenvectors = np.linalg.eigh(scaled.T @ scaled)
-    base = np.linalg.qr(scaled @ eigenvectors[:, values > 1e-10 * values[-1]])[0]
     _, group = model.groups()
     spread = np.sqrt(fitted.posterior.scales.group[group[fitted.active]])
-    S = rows[:, :K] * spread
-    S = S - base @ (base.T @ S)
+    S = _freed(rows[:, :K] * spread, rows[:, K:])
     _, pivot = qr(np.linalg.qr(S, mode="r"), mode="r", pivoting=True)
     singular = np.linalg.svd(S, compute_uv=False)
     above_prior = singular[singular > 1.0]
     variance = np.diag(fitted.posterior.covariance)[:K]
     held_by_prior = tuple(int(index[k]) for k in range(K) if variance[k] > (1 - KNOWN) * spread[k] ** 2)
-    correlation = fitted.posterior.covariance[:K, :K] / np.sqrt(np.outer(variance, variance))
+    correlation = correlations(fitted)
     upper = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
     correlated = tuple((int(index[i]), int(index[j]), float(correlation[i, j])) for i, j in upper.tolist())
     condition = float(above_prior[0] / above_prior[-1]) if len(above_prior) else float("inf")

@@ -42,7 +42,7 @@ from compgen.identification.reversals import (
 )
 from compgen.identification.shared_setup import with_shared_setups
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
-from compgen.identification.verdict import FittedCandidate, judge
+from compgen.identification.verdict import FittedCandidate, verdict_findings
 from compgen.job.tables import FitLimits
 from compgen.robot.robot import Robot
 
@@ -74,26 +74,15 @@ class Identification:
         """The robot file's table ``identified``: frames, noise and held-out error."""
         frames, validation = self.selected.fit.frames, self.selected.cross_validation
         held_out = np.array([validation.mean, *validation.interval()])
+        places = _millimetres(self.data.fixed.names, frames.place)
         return {
             "model": self.selected.candidate.name,
             "noise_um": float(f"{self.selected.fit.noise / UM:.9g}"),
             "held_out_um": _nine_digits(held_out / UM),
             **fit_limits_record(self.limits),
             **self._frames(frames),
-            "reflector_mm": {
-                name: _nine_digits(place / MM)
-                for name, place in zip(self.data.reflectors, frames.reflector, strict=True)
-            },
-            **(
-                {
-                    "place_mm": {
-                        n: _nine_digits(place / MM)
-                        for n, place in zip(self.data.fixed.names, frames.place, strict=True)
-                    }
-                }
-                if len(frames.place)
-                else {}
-            ),
+            "reflector_mm": _millimetres(self.data.reflectors, frames.reflector),
+            **({"place_mm": places} if places else {}),
         }
 
     def _frames(self, frames: InstrumentFrames) -> dict[str, Any]:
@@ -159,13 +148,7 @@ def identify(
         data = without_run_interiors(with_directions(data, lost_motion.widths))
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
-    names, _ = model.groups()
-    models = candidate_models(names)
-    candidates: list[FittedCandidate] = []
-    for i, candidate in enumerate(models):
-        progress(RunStage(stages.FIT, candidate.name), i / len(models))
-        fitted = fit(model, data, active_in_groups(model, candidate.groups))
-        candidates.append(FittedCandidate(candidate, fitted, cross_validate(model, data, fitted)))
+    candidates = _fitted_candidates(model, data, progress)
     held_out_errors = [s.cross_validation.robust_mean for s in candidates]
     best = int(np.nanargmin(held_out_errors))
     progress(stages.WARMTH, 0.9)
@@ -177,7 +160,7 @@ def identify(
     candidates[best] = FittedCandidate(selected.candidate, with_uncertain_scales(model, data, fitted), validated)
     progress(stages.JUDGE, 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
-    findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
+    findings = verdict_findings(robot, model, data, candidates[0], candidates[best], identifiability, moved)
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
     findings += unobservable(model, data, candidates[best].fit)
     limits = assess_fit_limits(model, data, candidates[best].fit, temperatures=temperatures)
@@ -198,6 +181,21 @@ def identify(
         lost_motion=lost_motion,
         limits=limits,
     )
+
+
+def _fitted_candidates(model: ArmModel, data: Measurements, progress: Progress) -> list[FittedCandidate]:
+    """All models that there are parameters for, from the plainest."""
+    models, candidates = candidate_models(model.groups()[0]), list[FittedCandidate]()
+    for i, candidate in enumerate(models):
+        progress(RunStage(stages.FIT, candidate.name), i / len(models))
+        fitted = fit(model, data, active_in_groups(model, candidate.groups))
+        candidates.append(FittedCandidate(candidate, fitted, cross_validate(model, data, fitted)))
+    return candidates
+
+
+def _millimetres(names: Sequence[str], place: Array) -> dict[str, list[float]]:
+    """Places (n, 3) [m] by their names, as the robot file has them."""
+    return {name: _nine_digits(row / MM) for name, row in zip(names, place, strict=True)}
 
 
 def _nine_digits(values: Array) -> list[float]:

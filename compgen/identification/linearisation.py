@@ -67,9 +67,7 @@ class Unknowns:
 def unknowns_of(data: Measurements, active: BoolArray) -> Unknowns:
     """The unknowns of a fit of the active parameters, (K,), to some measurements."""
     oriented = bool(np.isfinite(data.rotation[:, 0, 0]).any())
-    return Unknowns(
-        int(active.sum()), len(data.instruments), len(data.reflectors), len(data.fixed.names), oriented
-    )  # fmt: skip
+    return Unknowns(int(active.sum()), len(data.instruments), len(data.reflectors), len(data.fixed.names), oriented)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -70,7 +70,12 @@ def exchanged_sensors(data: Measurements, nodes: Sequence[str]) -> Iterator[tupl
 def log_evidence(model: ArmModel, data: Measurements, fitted: Fit) -> float:
     """Of all rows that were kept, at the fit's linearisation with other rises."""
     linear = linearise(
-        model, model.jacobian_function(fitted.active), data, fitted.active, fitted.p, fitted.frames,
+        model,
+        model.jacobian_function(fitted.active),
+        data,
+        fitted.active,
+        fitted.p,
+        fitted.frames,
         fitted.reflector_rotation,
-    )  # fmt: skip
+    )
     return fitted.problem(model, data, linear).solve(learn_noise=True, rounds=ROUNDS).log_evidence

@@ -71,8 +71,10 @@ def fit_lost_motion(data: Measurements, assumed: ReversalWidths | None) -> LostM
     runs = list(_runs(data))
     if not runs or assumed is None:
         return None
-    fitted = {law: [_fit_joint(data, [r for j, r in runs if j == joint], joint, law) for joint in range(6)]
-              for law in get_args(Law)}  # fmt: skip
+    fitted = {
+        law: [_fit_joint(data, [r for j, r in runs if j == joint], joint, law) for joint in range(6)]
+        for law in get_args(Law)
+    }
     likelihood = {law: sum(f.likelihood for f in joints) for law, joints in fitted.items()}
     law: Law = "play" if likelihood["play"] > likelihood["dahl"] else "dahl"
     best = fitted[law]

@@ -7,6 +7,7 @@ frames of two files, fitted apart, agree within what both are known to,
 
 and by less than NEAR, they are taken for one. What warmth does to the base is then seen against the cold poses."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,42 +28,40 @@ NEAR = 0.15e-3  # [m], [rad]: frames further apart are of two setups, however li
 
 def with_shared_setups(data: Measurements, fitted: Fit) -> tuple[Measurements, list[Finding]]:
     """Measurements in which instruments of one setup are one, and a note of each."""
-    K = int(fitted.active.sum())
-    names, findings = list(data.instruments), list[Finding]()
-    for i in range(1, len(names)):
-        for j in range(i):
-            if data.aligned[i] or data.aligned[j] or names[j] != data.instruments[j]:
-                continue
-            difference = _difference(fitted, i, j)
-            if not np.abs(difference).max() <= NEAR:
-                continue
-            rows_i, rows_j = (slice(K + 6 * k, K + 6 * k + 6) for k in (i, j))
-            C = fitted.posterior.covariance
-            cross = C[rows_i, rows_j]
-            distance = difference @ np.linalg.solve(C[rows_i, rows_i] + C[rows_j, rows_j] - cross - cross.T, difference)
-            if distance <= chi2.isf(CHANCE, 6):
-                names[i] = names[j]
-                message = (
-                    f"{data.instruments[j]} and {data.instruments[i]}: their frames agree to "
-                    f"{np.linalg.norm(difference[3:]) / UM:.0f} um: taken as measured from one setup"
-                )
-                findings.append(Finding(Level.NOTE, Code.SETUP, message))
-                break
-    if not findings:
-        return data, findings
-    return with_one_frame_a_name(replace(data, instruments=tuple(names))), findings
+    K, C = int(fitted.active.sum()), fitted.posterior.covariance
+
+    def is_one(i: int, j: int, difference: Array) -> bool:
+        a, b = (slice(K + 6 * k, K + 6 * k + 6) for k in (i, j))
+        spread = C[a, a] + C[b, b] - C[a, b] - C[a, b].T
+        near = bool(np.abs(difference).max() <= NEAR)
+        return near and bool(difference @ np.linalg.solve(spread, difference) <= chi2.isf(CHANCE, 6))
+
+    merged, pairs = _merged(data, fitted, is_one)
+    messages = [
+        f"{data.instruments[j]} and {data.instruments[i]}: their frames agree to "
+        f"{np.linalg.norm(_difference(fitted, i, j)[3:]) / UM:.0f} um: taken as measured from one setup"
+        for i, j in pairs
+    ]
+    return merged, [Finding(Level.NOTE, Code.SETUP, message) for message in messages]
 
 
 def as_one_setup(data: Measurements, fitted: Fit) -> Measurements:
     """Measurements in which all instruments that stood within CLOSE are one, whatever their frames say of warmth."""
-    names = list(data.instruments)
-    for i in range(1, len(names)):
-        for j in range(i):
-            own_frames = not (data.aligned[i] or data.aligned[j])
-            if own_frames and names[j] == data.instruments[j] and np.abs(_difference(fitted, i, j)).max() <= CLOSE:
-                names[i] = names[j]
-                break
-    return with_one_frame_a_name(replace(data, instruments=tuple(names)))
+    return _merged(data, fitted, lambda i, j, difference: bool(np.abs(difference).max() <= CLOSE))[0]
+
+
+def _merged(
+    data: Measurements, fitted: Fit, is_one: Callable[[int, int, Array], bool]
+) -> tuple[Measurements, list[tuple[int, int]]]:
+    """Measurements in which each instrument is the first that it is one with, and these pairs; axis tests stay."""
+    names, pairs = list(data.instruments), list[tuple[int, int]]()
+    for i in np.flatnonzero(~data.aligned).tolist():
+        earlier = [j for j in np.flatnonzero(~data.aligned[:i]).tolist() if names[j] == data.instruments[j]]
+        j = next((j for j in earlier if is_one(i, j, _difference(fitted, i, j))), None)
+        if j is not None:
+            names[i] = names[j]
+            pairs.append((i, j))
+    return (with_one_frame_a_name(replace(data, instruments=tuple(names))) if pairs else data), pairs
 
 
 def _difference(fitted: Fit, i: int, j: int) -> Array:

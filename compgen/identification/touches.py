@@ -1,6 +1,6 @@
 """Touches of an artefact's spheres and planes by a probe in the flange: both files, in SI."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +13,8 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
+from compgen.error_model.direction_memory import reversal_widths
+from compgen.error_model.source import Source
 from compgen.fanuc.configuration import parse_config
 from compgen.identification.pose_files import (
     JOINTS,
@@ -294,6 +296,15 @@ def probing_directions(robot: Robot, theta: Array, normal: Array) -> Array:
     wanted = np.concatenate([normal, np.zeros((len(theta), 3))], axis=1)
     speed = np.einsum("nij,nj->ni", np.linalg.pinv(J), wanted)
     return np.asarray(np.where(np.abs(speed) > 1e-6, np.sign(speed), 0.0))
+
+
+def probed_motion(robot: Robot, sources: Sequence[Source], touches: Touches) -> Array:
+    """The direction that each joint came with, (N, 6), where an arm has play and the probing direction says it."""
+    sided = np.isfinite(touches.normal[:, 0])
+    direction = np.zeros((len(touches.theta), 6))
+    if reversal_widths(sources) is not None and sided.any():
+        direction[sided] = probing_directions(robot, touches.theta[sided], touches.normal[sided])
+    return direction
 
 
 def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Array:

@@ -24,12 +24,12 @@ from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, build_model, fixed_source
 from compgen.identification.parameters import without_force
 from compgen.identification.reversals import has_runs, with_directions
+from compgen.identification.verdict import set_aside_findings
 from compgen.robot.robot import Robot
 
 FEWEST = 10  # rows from which one can be told to be far from the others
 MOST = 0.05  # share of rows that may be set aside
 MEDIAN = {1: 0.6745, 3: 1.538}  # of the length of one and of three standard normal numbers
-NAMED = 20  # rows set aside that are named one by one
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -105,7 +105,9 @@ def validate(
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
         findings.append(Finding(Level.WARNING, Code.OUTLIERS, message))
         outlier = np.zeros_like(outlier)
-    findings += _named(data, distances[1], outlier)
+    farthest = np.argsort(-distances[1])
+    usual = np.full(len(outlier), np.median(distances[1]))
+    findings += set_aside_findings(data.label, farthest[outlier[farthest]], distances[1], usual)
     kept = np.where(outlier, 0.0, distances[1])
     worst = int(np.argmax(kept))
     if bound is not None and kept[worst] > bound:
@@ -149,17 +151,3 @@ def _residual(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> 
     """What each row measured less what is predicted, (N, 3) [m]."""
     position, rotation = model.pose(data, np.zeros(0))
     return np.nan_to_num(frames.residual(data, position, rotation))
-
-
-def _named(data: Measurements, distance: Array, outlier: BoolArray) -> list[Finding]:
-    """A finding for each row set aside, the farthest first."""
-    rows = [n for n in np.argsort(-distance).tolist() if outlier[n]]
-    usual = float(np.median(distance)) / UM
-    findings = [
-        Finding(Level.WARNING, Code.OUTLIER, f"{data.label[n]}: set aside: {distance[n] / UM:.0f} um off, where "
-                f"{usual:.0f} um is usual")
-        for n in rows[:NAMED]
-    ]  # fmt: skip
-    if len(rows) > NAMED:
-        findings.append(Finding(Level.WARNING, Code.OUTLIER, f"{len(rows) - NAMED} more rows were set aside"))
-    return findings

@@ -1,10 +1,11 @@
 """The verdict on an identification, with its reasons: what it gains, what it leaves out, what it cannot tell."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM, UM
@@ -24,6 +25,7 @@ NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
 MOST = 0.05  # share of the rows that may be set aside: of all, of a joint's, of a series'
 FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
+NAMED = 20  # rows set aside that are named one by one
 FOREIGN = 5 * MM  # [m] from the file's length: that of another robot
 MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
 
@@ -37,7 +39,7 @@ class FittedCandidate:
     cross_validation: CrossValidation
 
 
-def judge(
+def verdict_findings(
     robot: Robot,
     model: ArmModel,
     data: Measurements,
@@ -47,71 +49,108 @@ def judge(
     moved: BoolArray,
 ) -> list[Finding]:
     """The reasons of the verdict: the selected model against the nominal arm, joints, outliers, weak parameters."""
-    findings: list[Finding] = []
-    if identifiability.frames_condition > ILL:
-        stays = _frames_stay(nominal, selected)
-        findings.append(
-            Finding(
-                Level.WARNING if stays else Level.REFUSED, Code.FRAMES,
-                f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
-                f"{'instrument' if data.ends is None else 'spheres or sockets'} and of what the flange carries can "
-                "hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
-                "second reflector",
-            )
-        )  # fmt: skip
-    findings += refuse_set_aside(data, selected.fit)
+    fitted = selected.fit
+    usual = fitted.noise_of_row * np.sqrt(data.numbers)
+    distance = np.linalg.norm(fitted.residual, axis=1)
+    return [
+        *_frames_told_apart(data, nominal, selected, identifiability),
+        *refuse_set_aside(data, fitted),
+        *_refuse_unexplained(robot, selected),
+        *refuse_foreign_lengths(robot, model, fitted),
+        *_refuse_no_gain(robot, data, nominal, selected, moved),
+        *_unmoved_joints(data, moved),
+        *set_aside_findings(data.label, np.flatnonzero(fitted.outlier), distance, usual),
+        *_held_by_prior(model, identifiability.held_by_prior),
+    ]
+
+
+def set_aside_findings(label: Sequence[str], rows: IntArray, distance: Array, usual: Array) -> list[Finding]:
+    """A finding for each row that was set aside, those beyond NAMED together.
+
+    Args:
+        label: File and line of each of N rows.
+        rows: Numbers of those set aside, the first to be named first.
+        distance: Of all rows from what the others say, (N,) [m].
+        usual: Of a row such as each, (N,) [m].
+    """
+    messages = [
+        f"{label[n]}: set aside: {distance[n] / UM:.0f} um from what the other rows say, where {usual[n] / UM:.0f} um "
+        "is usual"
+        for n in rows[:NAMED].tolist()
+    ]
+    messages += [f"{len(rows) - NAMED} more rows were set aside"] if len(rows) > NAMED else []
+    return [Finding(Level.WARNING, Code.OUTLIER, message) for message in messages]
+
+
+def _frames_told_apart(
+    data: Measurements, nominal: FittedCandidate, selected: FittedCandidate, identifiability: Identifiability
+) -> list[Finding]:
+    """What is said where poses hardly turn the tool; refused where instrument and reflectors do not stay."""
+    if identifiability.frames_condition <= ILL:
+        return []
+    stays = _frames_stay(nominal, selected)
+    message = (
+        f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
+        f"{'instrument' if data.ends is None else 'spheres or sockets'} and of what the flange carries can "
+        "hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
+        "second reflector"
+    )
+    return [Finding(Level.WARNING if stays else Level.REFUSED, Code.FRAMES, message)]
+
+
+def _refuse_unexplained(robot: Robot, selected: FittedCandidate) -> list[Finding]:
+    """Refusal of a fit that leaves more than any calibration does."""
     left, reach = selected.cross_validation.robust_mean, float(np.abs(robot.a).sum() + np.abs(robot.d).sum())
-    if left > FAR * reach:
-        findings.append(
-            Finding(
-                Level.REFUSED, Code.UNEXPLAINED,
-                f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
-                f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
-                "signs), the DH lengths and the order of the columns this robot's?",
-            )
-        )  # fmt: skip
-    findings += refuse_foreign_lengths(robot, model, selected.fit)
+    if left <= FAR * reach:
+        return []
+    message = (
+        f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
+        f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
+        "signs), the DH lengths and the order of the columns this robot's?"
+    )
+    return [Finding(Level.REFUSED, Code.UNEXPLAINED, message)]
+
+
+def _refuse_no_gain(
+    robot: Robot, data: Measurements, nominal: FittedCandidate, selected: FittedCandidate, moved: BoolArray
+) -> list[Finding]:
+    """Refusal of a fit that predicts no better than the nominal arm."""
     gain = improvement_interval(selected.cross_validation, nominal.cross_validation)
-    if selected is nominal or gain[0] <= 0:
-        findings.append(
-            Finding(
-                Level.REFUSED, Code.NO_GAIN,
-                f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
-                f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
-                f"{_poses_to_add(robot, data, moved)}",
-            )
-        )  # fmt: skip
-    span = np.ptp(data.theta, axis=0)
-    findings += [
-        Finding(Level.WARNING, Code.STILL, f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; "
-                f"measure poses that move J{k + 1}")
-        for k in np.flatnonzero(~moved).tolist()
-    ]  # fmt: skip
-    findings += [
-        Finding(Level.WARNING, Code.NARROW, f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are "
-                "known there and nowhere else; the robot file says so (sources.box)")
-        for k in np.flatnonzero(moved & (span < NARROW)).tolist()
-    ]  # fmt: skip
-    outliers = np.flatnonzero(selected.fit.outlier).tolist()
-    for n in outliers[:20]:
-        distance = np.linalg.norm(selected.fit.residual[n]) / UM
-        usual = selected.fit.noise_of_row[n] * np.sqrt(data.numbers[n]) / UM
-        findings.append(
-            Finding(Level.WARNING, Code.OUTLIER, f"{data.label[n]}: set aside: {distance:.0f} um from what the other "
-                    f"rows say, where {usual:.0f} um is usual")
-        )  # fmt: skip
-    if len(outliers) > 20:
-        findings.append(Finding(Level.WARNING, Code.OUTLIER, f"{len(outliers) - 20} more rows were set aside"))
-    weak = identifiability.held_by_prior
-    if weak:
-        names = ", ".join(model.parameters[k].name for k in weak[:6])
-        more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
-        findings.append(
-            Finding(
-                Level.NOTE, Code.HELD, f"the data says little of {names}{more}: their priors hold them near nominal"
-            )
+    if selected is not nominal and gain[0] > 0:
+        return []
+    message = (
+        f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
+        f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
+        f"{_poses_to_add(robot, data, moved)}"
+    )
+    return [Finding(Level.REFUSED, Code.NO_GAIN, message)]
+
+
+def _unmoved_joints(data: Measurements, moved: BoolArray) -> list[Finding]:
+    """Joints that never move, or little."""
+    span, findings = np.ptp(data.theta, axis=0), list[Finding]()
+    for k in np.flatnonzero(~moved).tolist():
+        message = (
+            f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; measure poses that move J{k + 1}"
         )
+        findings.append(Finding(Level.WARNING, Code.STILL, message))
+    for k in np.flatnonzero(moved & (span < NARROW)).tolist():
+        message = (
+            f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are known there and nowhere else; the "
+            "robot file says so (sources.box)"
+        )
+        findings.append(Finding(Level.WARNING, Code.NARROW, message))
     return findings
+
+
+def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> list[Finding]:
+    """Parameters that the data says little of."""
+    if not weak:
+        return []
+    names = ", ".join(model.parameters[k].name for k in weak[:6])
+    more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
+    message = f"the data says little of {names}{more}: their priors hold them near nominal"
+    return [Finding(Level.NOTE, Code.HELD, message)]
 
 
 def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
@@ -129,11 +168,14 @@ def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> list[F
     """Refusal of a fit that needs a length of another robot: rows exchanged, a longer version of the arm."""
     lengths = {"d": robot.d, "a": robot.a}
     far = [
-        (abs(value), f"{t.field}{t.index[0] + 1} fits {(lengths[t.field][t.index[0]] + value) / MM:.1f} mm, where the "
-         f"robot file has {lengths[t.field][t.index[0]] / MM:.1f}")
+        (
+            abs(value),
+            f"{t.field}{t.index[0] + 1} fits {(lengths[t.field][t.index[0]] + value) / MM:.1f} mm, where the "
+            f"robot file has {lengths[t.field][t.index[0]] / MM:.1f}",
+        )
         for t, value in zip(model.parameters, fitted.p.tolist(), strict=True)
         if t.source == "link_offsets" and t.field in lengths and abs(value) > FOREIGN
-    ]  # fmt: skip
+    ]
     if not far:
         return []
     words = "; ".join(sentence for _, sentence in sorted(far, reverse=True)[:2])

@@ -21,7 +21,7 @@ from compgen.job.anchored_start import base_rows
 from compgen.pipelines.anchor.estimate import compare, estimate, path_places
 from compgen.pipelines.anchor.files import anchor_files
 from compgen.pipelines.anchor.forecast import forecast_now
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, judge, left_out
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, left_out, weigh
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of
 
@@ -99,7 +99,7 @@ def test_one_touch_that_went_wrong_is_named_and_left_out(days):
 def test_a_forecast_that_is_exact_is_left(days):
     _, _, unknowns, innovation = pieces(days(1))
     quiet = replace(innovation, y=NOISE * np.random.default_rng(0).standard_normal(len(innovation.y)))
-    assert judge(quiet, unknowns.prior)[0].hypothesis == BETTER
+    assert weigh(quiet, unknowns.prior)[0].hypothesis == BETTER
 
 
 def test_touches_from_one_side_anchor_as_well(tmp_path):
@@ -172,7 +172,7 @@ def _at(forecast, count):
 
 def test_the_evidence_is_that_of_a_normal_distribution(days):
     _, _, unknowns, innovation = pieces(days(0))
-    judged = judge(innovation, unknowns.prior)
+    judged = weigh(innovation, unknowns.prior)
     values = {j.hypothesis: j for j in judged}
     for h in (AS_FORECAST, Hypothesis(day=4.0, base="turned"), Hypothesis(target=1, noise=2.0)):
         V = innovation.covariance(unknowns.prior, h)

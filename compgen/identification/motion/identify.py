@@ -6,7 +6,7 @@ filter's weights, by which a path is pulled inwards, v^2 sigma^2 / (2 R).
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -100,19 +100,8 @@ def identify(
     left = function(plainest.motion)[~fitted]
     limit = NOISE_MULTIPLE * max(noise, 1e-9) + FLOOR
     largest = float(np.sqrt((left**2).sum(axis=1).max(initial=0.0)))
-    findings = _verdict(
-        chosen,
-        alike,
-        intervals,
-        sigma=sigma,
-        held_out=plainest.rms,
-        limit=limit,
-        noise=noise,
-        blocks=len(np.unique(block)),
-        robot=robot,
-    )
     progress(1.0)
-    return IdentifiedMotion(
+    identified = IdentifiedMotion(
         chosen=chosen,
         motion=chosen.motion,
         intervals=intervals,
@@ -124,8 +113,9 @@ def identify(
         held_out=plainest.rms,
         largest=largest,
         blocks=len(np.unique(block)),
-        findings=findings,
+        findings=(),
     )
+    return replace(identified, findings=_verdict(identified, robot.controller.period))
 
 
 def _as_well(fit: KindFit, best: KindFit) -> bool:
@@ -189,57 +179,47 @@ def _draws(numbers: Array, spread: Array) -> Array:
     return np.asarray(draws)
 
 
-def _verdict(
-    chosen: KindFit,
-    alike: Sequence[KindFit],
-    intervals: Array,
-    sigma: Array,
-    held_out: float,
-    limit: float,
-    noise: float,
-    blocks: int,
-    robot: Robot,
-) -> tuple[Finding, ...]:
+def _verdict(found: IdentifiedMotion, period: float) -> tuple[Finding, ...]:
     """What speaks against a controller, and that a lag is not seen."""
-    findings = []
-    known = f"sigma is {sigma[0] / MS:.1f} to {sigma[1] / MS:.1f} ms"
+    findings, kind, limit = list[Finding](), found.chosen.kind, found.limit
+    known = f"sigma is {found.sigma[0] / MS:.1f} to {found.sigma[1] / MS:.1f} ms"
 
     def refuse(code: Code, message: str) -> None:
         findings.append(Finding(Level.REFUSED, code, message))
 
-    if blocks < LEAST_BLOCKS:
+    if found.blocks < LEAST_BLOCKS:
         refuse(
             Code.MOTION_SHORT,
-            f"{blocks} blocks of rows away from stops are too few to hold some out; log a longer run",
+            f"{found.blocks} blocks of rows away from stops are too few to hold some out; log a longer run",
         )
-    if held_out > limit:
+    if found.held_out > limit:
         refuse(
             Code.MOTION_HELD_OUT,
-            f"{chosen.kind.words} foretells stretches that it was not fitted to with {held_out / UM:.2f} um rms, above "
+            f"{kind.words} foretells stretches that it was not fitted to with {found.held_out / UM:.2f} um rms, above "
             f"{limit / UM:.2f} ({NOISE_MULTIPLE:g} times the noise and {FLOOR / UM:g}): it is none of those tried",
         )
-    elif not chosen.kind.count and sigma[1] > BLIND:
+    elif not kind.count and found.sigma[1] > BLIND:
         refuse(
             Code.MOTION_BLIND,
             f"the path curves too little at its speed to show smoothing: {known}; log a program with corners at CNT100 "
             "or curvature that changes, at full speed",
         )
-    elif not chosen.kind.count:
+    elif not kind.count:
         refuse(
             Code.MOTION_NONE,
             "no smoothing seen: the log shows the programmed path itself; either the controller smooths nothing, or "
             f"the log has commanded positions from before the smoothing; {known}",
         )
     else:
-        others = [fit.kind for fit in alike if not fit.kind.includes(chosen.kind)]
+        others = [other for other in found.alike if not other.includes(kind)]
         if others:
             refuse(
                 Code.MOTION_ALIKE,
-                f"the log cannot tell {chosen.kind.words} from {others[0].words}: only the smoothing's {known}; log a "
+                f"the log cannot tell {kind.words} from {others[0].words}: only the smoothing's {known}; log a "
                 "program with corners at CNT100 or curvature that changes, at full speed",
             )
-        for time, (low, high) in zip(times_of(chosen.kind, chosen.numbers), intervals.tolist(), strict=True):
-            if (high - low) / 2 > max(KNOWN * time, robot.controller.period):
+        for time, (low, high) in zip(times_of(kind, found.chosen.numbers), found.intervals.tolist(), strict=True):
+            if (high - low) / 2 > max(KNOWN * time, period):
                 refuse(
                     Code.MOTION_UNSURE,
                     f"a time of {time / MS:.0f} ms is known as {low / MS:.0f} to {high / MS:.0f} ms only; {known}; log "

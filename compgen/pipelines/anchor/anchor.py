@@ -30,8 +30,8 @@ from compgen.pipelines.anchor.hypotheses import (
     KNOCKED,
     Hypothesis,
     Judged,
-    judge,
     left_out,
+    weigh,
 )
 from compgen.pipelines.anchor.result import Anchored, anchor_findings
 from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
@@ -73,7 +73,7 @@ def anchor(
     """
     beside = compare(job, artefact, touches, frame, path_places(job))
     forecast, seen, innovation, prior = beside.forecast, beside.seen, beside.innovation, beside.prior
-    judged = judge(innovation, prior)
+    judged = weigh(innovation, prior)
     best, as_forecast = judged[0], next(j for j in judged if j.hypothesis == AS_FORECAST)
     refuse_taught(artefact, touches, frame, forecast, beside.unknowns, best)
     refuse_other_hour(forecast, touches, innovation, prior, best)

@@ -139,9 +139,15 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
 
 
 def _begun(
-    job: Job, state: Array, last: float, rise: Array, air: Ambient, own: Array,
-    course: tuple[Array, Array] | None, past: History,
-) -> Forecast:  # fmt: skip
+    job: Job,
+    state: Array,
+    last: float,
+    rise: Array,
+    air: Ambient,
+    own: Array,
+    course: tuple[Array, Array] | None,
+    past: History,
+) -> Forecast:
     cell = replace(job.cell, heat=job.cell.heat.starting(state))
     history = replace(job.history, before=(), air=air)
     now = np.asarray(cell.heat.outputs @ state)

@@ -133,7 +133,7 @@ class Judged:
     chi2: float  # y^T V^-1 y, of R
 
 
-def judge(innovation: Innovation, prior: Prior) -> list[Judged]:
+def weigh(innovation: Innovation, prior: Prior) -> list[Judged]:
     """All hypotheses, the best first."""
     judged = []
     for h in _hypotheses(np.unique(innovation.target).tolist(), np.unique(innovation.touch).tolist()):

@@ -122,11 +122,9 @@ def plan_path_touches(
         *_tight_ways(job, probe, targets, chosen),
         *job.input_findings,
     ]
-    p99 = _p99(model, model.prior), _p99(model, plan.covariance)
     by_anchoring = None
     if _coordinates(count, centres=centres) >= LEAST_COORDINATES:
         by_anchoring = left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1]
-    next_rms = float(np.sqrt(max(plan.next_variance, 0.0) + left))
     return PlannedTouches(
         job=job,
         artefact=artefact,
@@ -135,8 +133,8 @@ def plan_path_touches(
         all_ways=ways,
         plan=plan,
         rms=rms,
-        next_rms=next_rms,
-        p99=p99,
+        next_rms=float(np.sqrt(max(plan.next_variance, 0.0) + left)),
+        p99=(_p99(model, model.prior), _p99(model, plan.covariance)),
         model=model,
         by_anchoring=by_anchoring,
         sigma=sigma,

@@ -22,9 +22,9 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.toml import suggest
 from compgen.core.units import DEG, MM, UM
-from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, reversal_widths
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import build_error_model
-from compgen.identification.touches import Artefact, Touches, check_directions, probing_directions, unit_of
+from compgen.identification.touches import Artefact, Touches, check_directions, probed_motion, unit_of
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Innovation
 from compgen.pipelines.anchor.unknowns import Unknowns
@@ -68,50 +68,25 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
     Raises:
         InputError: Touches that are not of their targets.
     """
-    cell, probe = forecast.cell, Pose(artefact.probe, np.eye(3))
-    N, S, theta = len(touches.target), len(artefact.names), touches.theta
-    sided = np.isfinite(touches.normal[:, 0])
-    on_plane = touches.target >= S
-    direction = np.zeros((N, 6))
-    if reversal_widths(cell.sources) is not None and sided.any():
-        direction[sided] = probing_directions(cell.robot, theta[sided], touches.normal[sided])
-    motion = DirectionState(direction, np.zeros((N, 3)))
+    cell, probe, theta = forecast.cell, Pose(artefact.probe, np.eye(3)), touches.theta
+    motion = DirectionState(probed_motion(cell.robot, cell.sources, touches), np.zeros((len(theta), 3)))
     model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), probe)
-    rise = forecast.touch_rise
-    pushed = touches.deflection[:, None] * np.nan_to_num(touches.normal)
+    rise, pushed = forecast.touch_rise, touches.deflection[:, None] * np.nan_to_num(touches.normal)
     nominal = model.nominal_pose(theta).position - pushed
-    actual = model.actual_pose(theta, rise, motion).position - pushed
-    cold = model.actual_pose(theta, 0 * rise, motion).position - pushed
+    actual, cold = (model.actual_pose(theta, r, motion).position - pushed for r in (rise, 0 * rise))
     place = frame.act(np.vstack([artefact.place, artefact.point]))
-    reach = np.where(sided & ~on_plane, _radius(artefact, touches), 0.0)
-    coordinates = int(np.where(sided | on_plane, 1, 3).sum())
-    largest = float(np.abs(cell.robot.to_pendant(theta)).max())
-    check_touches(artefact, touches, nominal, place, reach, coordinates, largest)
-    normal = frame.rotation @ artefact.normal.T if len(artefact.normal) else np.zeros((3, 0))
     target, taught = place[touches.target], None
-    inwards = target - nominal
-    inwards[on_plane] = -normal.T[touches.target[on_plane] - S]
-    check_directions(touches, inwards)
+    outward = _outward(artefact, touches, frame)
+    reach = np.where(np.isfinite(touches.normal[:, 0]) & np.isnan(outward[:, 0]), _radius(artefact, touches), 0.0)
+    largest = float(np.abs(cell.robot.to_pendant(theta)).max())
+    check_touches(artefact, touches, nominal, place, reach, largest)
+    check_directions(touches, np.where(np.isnan(outward), target - nominal, -outward))
     if artefact.taught is not None:
         taught = taught_rises(artefact, cell.heat.names)
         then = model.actual_pose(theta, np.broadcast_to(taught, rise.shape), motion).position - pushed
         target = target + then - nominal
-    rows, along, y = [], [], []
-    for n in range(N):
-        gap = target[n] - actual[n]
-        if on_plane[n]:
-            e = normal[:, touches.target[n] - S]
-            along.append(e)
-            y.append(e @ gap + artefact.probe_diameter / 2)
-        elif sided[n]:
-            e = gap / np.linalg.norm(gap)
-            along.append(e)
-            y.append(e @ gap - reach[n])
-        else:
-            along += list(np.eye(3))
-            y += gap.tolist()
-        rows += [n] * (1 if on_plane[n] or sided[n] else 3)
-    touch, given = np.array(rows), touches.sigma
+    touch, along, y = _coordinates(touches, target - actual, outward, reach, artefact.probe_diameter / 2)
+    given = touches.sigma
     usual = np.nanmedian(given) if np.isfinite(given).any() else (cell.fit.repeatability or SIGMA)
     sigma = np.where(np.isfinite(given), given, usual)
     # a place that nobody certified is known no better than one touch tells it
@@ -126,12 +101,40 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
         actual=actual,
         thermal=np.linalg.norm(actual - cold, axis=1),
         target=target,
-        along=np.array(along),
+        along=along,
         touch=touch,
-        y=np.array(y),
+        y=y,
         place_sigma=open_places,
         sigma=sigma[touch],
     )
+
+
+def _outward(artefact: Artefact, touches: Touches, frame: Pose) -> Array:
+    """Normal of the plane that each touch is of, in World (N, 3); NaN of a sphere."""
+    normals = np.vstack([np.full((len(artefact.names), 3), np.nan), artefact.normal @ frame.rotation.T])
+    return np.asarray(normals[touches.target])
+
+
+def _coordinates(
+    touches: Touches, gap: Array, outward: Array, reach: Array, ball: float
+) -> tuple[IntArray, Array, Array]:
+    """The coordinates that touches give: whose each is (R,), its direction (R, 3), and y (R,) [m].
+
+    Args:
+        touches: N of them.
+        gap: From the probe's centre to each target, (N, 3) [m].
+        outward: Of a plane's material, (N, 3); NaN: a sphere.
+        reach: From a sphere's centre to the probe's where it was touched from one side, (N,) [m]; else 0.
+        ball: Radius of the probe's ball [m].
+    """
+    on_plane = np.isfinite(outward[:, 0])
+    single = on_plane | np.isfinite(touches.normal[:, 0])
+    toward = np.where(on_plane[:, None], outward, gap / np.linalg.norm(gap, axis=1)[:, None])
+    touch = np.repeat(np.arange(len(gap)), np.where(single, 1, 3))
+    axis = np.arange(len(touch)) - np.searchsorted(touch, touch)
+    along = np.where(single[touch][:, None], toward[touch], np.eye(3)[axis])
+    off = np.where(on_plane, -ball, reach)
+    return touch, along, (along * gap[touch]).sum(axis=1) - off[touch]
 
 
 def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Innovation:
@@ -199,7 +202,7 @@ def taught_rises(artefact: Artefact, nodes: tuple[str, ...]) -> Array:
 
 
 def check_touches(
-    artefact: Artefact, touches: Touches, centre: Array, place: Array, radius: Array, coordinates: int, largest: float
+    artefact: Artefact, touches: Touches, centre: Array, place: Array, radius: Array, largest: float
 ) -> None:
     """Raises InputError for touches that are not of the targets that they name.
 
@@ -209,7 +212,6 @@ def check_touches(
         centre: Where the controller believes the probe's centre, World, (N, 3) [m].
         place: Where each target is, World, (T, 3) [m]; NaN: unknown.
         radius: From a sphere's centre to the probe's where it touched from one side, (N,) [m]; else 0.
-        coordinates: How many they give.
         largest: Pendant angle of all joints [rad].
     """
     S = len(artefact.names)
@@ -225,6 +227,7 @@ def check_touches(
     distance = np.abs(np.linalg.norm(centre[:, None] - place[None, :S], axis=2) - radius[:, None])  # (N, S)
     own = distance[spheres, touches.target[spheres]]
     if not (own > FAR).any():
+        coordinates = int(np.where(np.isfinite(touches.normal[:, 0]) | ~on, 1, 3).sum())
         if coordinates < LEAST_COORDINATES:
             raise InputError(
                 f"{touches.file}: {coordinates} coordinates of touches; a state needs {LEAST_COORDINATES} at least, 24 "

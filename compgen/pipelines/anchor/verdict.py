@@ -24,7 +24,7 @@ from compgen.error_model.anchored_state import Verdict
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Cell
 from compgen.pipelines.anchor.forecast import Forecast
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Hypothesis, Innovation, Judged, Prior, judge
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Hypothesis, Innovation, Judged, Prior, weigh
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns
 
@@ -68,9 +68,14 @@ def probability(chi2: float, freedom: int) -> float:
 
 
 def verdict_of(
-    best: Judged, coordinates: int, rms: tuple[float, float], forecast_error: Array, moved: Sequence[Moved],
-    rival: tuple[Hypothesis, float] | None, noise: float,
-) -> tuple[Verdict, str]:  # fmt: skip
+    best: Judged,
+    coordinates: int,
+    rms: tuple[float, float],
+    forecast_error: Array,
+    moved: Sequence[Moved],
+    rival: tuple[Hypothesis, float] | None,
+    noise: float,
+) -> tuple[Verdict, str]:
     """The verdict, and why.
 
     Args:
@@ -124,7 +129,7 @@ def refuse_taught(
     if best.hypothesis == AS_FORECAST or artefact.taught is not None:
         return
     seen = touched(replace(artefact, taught={}), touches, frame, forecast)
-    other = judge(innovation_of(seen, forecast, unknowns), unknowns.prior)[0]
+    other = weigh(innovation_of(seen, forecast, unknowns), unknowns.prior)[0]
     if other.evidence > best.evidence + MUCH and probability(other.chi2, len(seen.y)) > PLAUSIBLE:
         raise InputError(
             f"{artefact.source}: artefact.taught: missing: the touches fit places that this robot taught itself "
@@ -147,7 +152,7 @@ def refuse_other_hour(forecast: Forecast, touches: Touches, innovation: Innovati
     now, tried = rises(0.0), np.arange(time[0] - when.min(), time[-1] - when.max(), STEP)
     for shift in tried[np.abs(tried) >= 2 * STEP].tolist():
         other = replace(innovation, y=innovation.y - (rates * (rises(shift) - now)).sum(axis=1))
-        as_said = next(j for j in judge(other, prior) if j.hypothesis == AS_FORECAST)
+        as_said = next(j for j in weigh(other, prior) if j.hypothesis == AS_FORECAST)
         if as_said.evidence > best.evidence + MUCH and probability(as_said.chi2, len(other.y)) > PLAUSIBLE:
             raise InputError(
                 f"{touches.file}: column time_s: of another hour: the touches fit the log "

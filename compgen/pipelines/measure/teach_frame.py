@@ -17,11 +17,10 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
-from compgen.error_model.direction_memory import reversal_widths
 from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touched_poses
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
-from compgen.identification.touches import Artefact, Touches, probing_directions, read_artefact, read_touches
+from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM
 from compgen.pipelines.files.robot_file import Arm
@@ -71,7 +70,8 @@ def teach_frame(
     """
     artefact = read_artefact(artefact_file)
     touches = read_touches(touches_file, arm.robot, artefact, uframes)
-    data = touched_poses(artefact, touches, _directions(arm, touches), len(arm.nodes))
+    motion = probed_motion(arm.robot, [k.source for k in arm.known], touches)
+    data = touched_poses(artefact, touches, motion, len(arm.nodes))
     findings: list[Finding] = []
     if log is not None:
         if not touches.timed:
@@ -99,15 +99,6 @@ def teach_frame(
     )
 
 
-def _directions(arm: Arm, touches: Touches) -> Array:
-    """The direction that each joint came with, (N, 6), where the probing direction says it."""
-    sides = np.flatnonzero(np.isfinite(touches.normal[:, 0]))
-    direction = np.zeros((len(touches.theta), 6))
-    if reversal_widths([k.source for k in arm.known]) is not None and len(sides):
-        direction[sides] = probing_directions(arm.robot, touches.theta[sides], touches.normal[sides])
-    return direction
-
-
 def _variants(data: Measurements) -> list[Measurements]:
     """The poses with the rise of each node without a sensor moved by its sigma: its height, then its lag."""
     variants = []
@@ -124,10 +115,14 @@ def _findings(
 ) -> list[Finding]:
     """What the user must know of the teaching."""
     findings = [
-        Finding(Level.WARNING, Code.OUTLIER, f"{touches.label[n]}: set aside: {abs(fitted.residual[n]) / UM:.0f} um "
-                f"from where the other touches have it")
+        Finding(
+            Level.WARNING,
+            Code.OUTLIER,
+            f"{touches.label[n]}: set aside: {abs(fitted.residual[n]) / UM:.0f} um "
+            f"from where the other touches have it",
+        )
         for n in np.flatnonzero(fitted.outlier).tolist()
-    ]  # fmt: skip
+    ]
     if nominal and hottest > WARM:
         message = (
             f"taught as the pendant does, by an arm {hottest:.1f} K warm: the heat is in the frame and would be "
