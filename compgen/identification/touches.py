@@ -341,15 +341,7 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
                 "with --frames FILE, or give the joints"
             )
         pose = uframes[number] @ pose
-    for n, place in enumerate(values[:, :3] * MM):
-        if unit := unit_of(place, artefact.place):
-            raise InputError(f"{table.location(n)}: x_mm, y_mm, z_mm are {unit}, as the artefact's places say; give mm")
-    largest = float(np.abs(values[:, 3:]).max())
-    if 0 < largest < 3.15 and bool((pose.rotation[:, 2, 2] > 0.99).all()):  # 180 typed as 3.14 points up
-        raise InputError(
-            f"{table.source}: columns w_deg, p_deg, r_deg: at most {largest:.4g}, with the probe pointing up: they are "
-            "radians; give W, P, R in degrees"
-        )
+    _check_units(table, artefact, values, pose)
     configs = words_or(table, "config", "N U T")
     theta = np.empty((len(values), 6))
     for n, text in enumerate(configs):
@@ -364,6 +356,19 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
             )
         theta[n] = apply_turns(robot, solved, np.array([turns]))[0]
     return theta
+
+
+def _check_units(table: CsvTable, artefact: Artefact, values: Array, pose: Pose) -> None:
+    """Raises InputError where x_mm to r_deg (N, 6) as typed, poses in World, are of other units."""
+    for n, place in enumerate(values[:, :3] * MM):
+        if unit := unit_of(place, artefact.place):
+            raise InputError(f"{table.location(n)}: x_mm, y_mm, z_mm are {unit}, as the artefact's places say; give mm")
+    largest = float(np.abs(values[:, 3:]).max())
+    if 0 < largest < 3.15 and bool((pose.rotation[:, 2, 2] > 0.99).all()):  # 180 typed as 3.14 points up
+        raise InputError(
+            f"{table.source}: columns w_deg, p_deg, r_deg: at most {largest:.4g}, with the probe pointing up: they are "
+            "radians; give W, P, R in degrees"
+        )
 
 
 def _directions(table: CsvTable, artefact: Artefact, target: IntArray) -> tuple[Array, Array]:

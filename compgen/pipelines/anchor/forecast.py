@@ -26,12 +26,14 @@ from compgen.thermal import Ambient, Duty, JointMotion, rise_history, state_afte
 from compgen.thermal.filled_rises import HEIGHT
 from compgen.thermal.history import History
 from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.log_prior import EACH
+from compgen.thermal.logged_rises import HEIGHT
+from compgen.thermal.network import NetworkModel
 from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
 
 AFTER = 10 * MINUTE  # that touches may end after a log's last reading
 AROUND = 1 * HOUR  # of the end of [[before]] that touches may be away
 LONGEST = 2 * HOUR  # that the touches of one state may take
-EACH = 0.5  # of the thermocouples' error that each has by itself
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -22,8 +22,8 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import MM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.fanuc.frames import load_frames
+from compgen.identification.exchange import PathDrift, path_weight
 from compgen.identification.touch_candidates import Probe, Targets, Ways
-from compgen.identification.touch_planning import PathDrift, path_weight
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.part_frame import PartFrame

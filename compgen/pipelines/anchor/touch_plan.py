@@ -21,8 +21,8 @@ from compgen.fanuc.canonical.writer import resolution
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import loads
 from compgen.fanuc.touch_program import Signal, TouchPositions, touch_program
+from compgen.identification.exchange import TouchPlan, plan_touches
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
-from compgen.identification.touch_planning import TouchPlan, plan_touches
 from compgen.identification.touches import Artefact
 from compgen.job.job import Job
 from compgen.pipelines.anchor.estimate import path_places
