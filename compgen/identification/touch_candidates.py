@@ -64,6 +64,7 @@ class Search:
 
     clearance: float  # [m] before the touch, from where the search begins
     beyond: float  # [m] behind the touch, to where it may go
+    centres: bool = False  # whether it locates the centre of a sphere (a nest, a centring probe), not one side of it
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,9 +85,7 @@ class Ways:
         return Ways(*(getattr(self, name)[rows] for name in ("target", "normal", "position", "rotation", "theta")))
 
 
-def reachable_ways(
-    robot: Robot, posture: Posture, near: Array, targets: Targets, probe: Probe, search: Search, *, centres: bool
-) -> Ways:
+def reachable_ways(robot: Robot, posture: Posture, near: Array, targets: Targets, probe: Probe, search: Search) -> Ways:
     """All ways that the arm can drive.
 
     Args:
@@ -96,9 +95,8 @@ def reachable_ways(
         targets: What may be touched.
         probe: With what.
         search: How a touch is driven.
-        centres: Whether a touch locates the centre of a sphere (a nest, a centring probe), not one side of it.
     """
-    ways = [_ways_of(s, targets, probe, search, centres=centres) for s in range(len(targets.name))]
+    ways = [_ways_of(s, targets, probe, search) for s in range(len(targets.name))]
     rng, each = np.random.default_rng(1), MOST // len(ways)  # the same ways at every run
     rows = [np.sort(rng.permutation(len(part[0]))[:each]) for part in ways]
     target, normal, position, rotation = (
@@ -109,14 +107,14 @@ def reachable_ways(
     return Ways(target, normal, position, rotation, theta).subset(reached)
 
 
-def _ways_of(s: int, targets: Targets, probe: Probe, search: Search, *, centres: bool) -> tuple[Array, ...]:
+def _ways_of(s: int, targets: Targets, probe: Probe, search: Search) -> tuple[Array, ...]:
     """Target, normal, stages and rotation of all ways to touch one target, whatever the arm reaches."""
     rotations = _orientations()
     stem = rotations[:, :, 2]
     is_plane = bool(np.isfinite(targets.normal[s, 0]))
-    outward = np.empty((0, 3)) if centres else targets.normal[s : s + 1] if is_plane else _outward()
+    outward = np.empty((0, 3)) if search.centres else targets.normal[s : s + 1] if is_plane else _outward()
     i, j = np.indices((max(len(outward), 1), len(rotations))).reshape(2, -1)
-    if centres:  # the probe comes down along its stem; a plane has no centre
+    if search.centres:  # the probe comes down along its stem; a plane has no centre
         i, j = (i[:0], j[:0]) if is_plane else (i, j)
         normal, way, touch = np.full((len(j), 3), np.nan), stem[j], np.tile(targets.place[s], (len(j), 1))
     else:
@@ -125,7 +123,9 @@ def _ways_of(s: int, targets: Targets, probe: Probe, search: Search, *, centres:
         normal = way = -outward[i]
         touch = targets.place[s] - (targets.radius[s] + probe.radius) * way
     before = touch - search.clearance * way
-    stages = np.stack([before - LIFT * stem[j], before, touch, touch + search.beyond * way * (not centres)], axis=1)
+    stages = np.stack(
+        [before - LIFT * stem[j], before, touch, touch + search.beyond * way * (not search.centres)], axis=1
+    )
     return np.full(len(j), s), normal, stages, rotations[j]
 
 

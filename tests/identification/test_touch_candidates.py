@@ -34,7 +34,7 @@ def ways(arm, places=PLACES, centres=False, posture=UNFLIPPED):
 def ways_to(arm, targets, centres=False, posture=UNFLIPPED):
     probe = Probe(Pose(np.array([0, 0, LENGTH / 1e3]), np.eye(3)), BALL / 1e3)
     near = arm.to_theta(np.zeros((1, 6)))[0]
-    return reachable_ways(arm, posture, near, targets, probe, Search(0.02, 0.003), centres=centres)
+    return reachable_ways(arm, posture, near, targets, probe, Search(0.02, 0.003, centres))
 
 
 def ball(arm, theta):

@@ -54,7 +54,7 @@ def artefact(tmp_path_factory):
 
 
 def plan(day, artefact, count=8, centres=False):
-    return plan_path_touches(day, artefact, (0, IDENTITY), count, SIGMA, Search(0.02, 0.003), quiet, centres=centres)
+    return plan_path_touches(day, artefact, (0, IDENTITY), count, SIGMA, Search(0.02, 0.003, centres), quiet)
 
 
 def actual(job, tool, theta, rise, base):
@@ -210,7 +210,7 @@ def test_more_touches_never_leave_more(day, artefact):
 def test_touches_in_the_part_s_frame_are_written_in_it(day, artefact):
     frame = Pose(np.array([1.3, -0.1, 0.2]), from_wpr(*np.radians([[0.5], [-0.3], [20.0]]))[0])
     there = replace(artefact, place=frame.inverse().act(artefact.place), frame="uframe 1")
-    planned = plan_path_touches(day, there, (1, frame), 4, SIGMA, Search(0.02, 0.003), quiet, centres=False)
+    planned = plan_path_touches(day, there, (1, frame), 4, SIGMA, Search(0.02, 0.003), quiet)
     in_world = plan(day, artefact, 4)
     assert_allclose(planned.rms, in_world.rms, rtol=1e-9)
     assert b"UFRAME_NUM=1" in write_touches(planned, "TOUCH", "26-01-01", 9, None)

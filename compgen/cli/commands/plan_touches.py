@@ -86,9 +86,9 @@ def plan_touches(
     frame = frame_of_artefact(spheres, job.frame, frames)
     use_cores(workers)
     with show_progress(quiet or as_json) as progress:
-        search = Search(clearance * MM, beyond * MM)
+        search = Search(clearance * MM, beyond * MM, centres=centres)
         planned = plan_path_touches(
-            job, spheres, frame, count=count, sigma=sigma * UM, search=search, progress=progress, centres=centres
+            job, spheres, frame, count=count, sigma=sigma * UM, search=search, progress=progress
         )
     text = write_touches(planned, name, checked_date(date), utool, signal)
     touches = positions_of(planned, utool, stops=signal is None)

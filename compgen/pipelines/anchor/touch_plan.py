@@ -75,8 +75,6 @@ def plan_path_touches(
     sigma: float,
     search: Search,
     progress: Progress,
-    *,
-    centres: bool,
 ) -> PlannedTouches:
     """The touches that shrink the variance of a job's path most.
 
@@ -88,7 +86,6 @@ def plan_path_touches(
         sigma: Of one coordinate of a touch [m].
         search: How a touch is driven.
         progress: Called with the stage and the share done.
-        centres: Whether a touch locates the centre of a sphere.
 
     Raises:
         InputError: Targets that cannot anchor anything.
@@ -96,12 +93,12 @@ def plan_path_touches(
     """
     if not 1 <= count <= MOST_TOUCHES:
         raise InputError(f"-n {count}: must be 1 to {MOST_TOUCHES}; 8 to 16 do for most paths")
-    targets, place_sigma, notes = targets_of(artefact, frame[1], centres=centres)
+    targets, place_sigma, notes = targets_of(artefact, frame[1], centres=search.centres)
     probe = Probe(Pose(artefact.probe, np.eye(3)), artefact.probe_diameter / 2)
     path = path_places(job, PLACES)
     progress(stages.TOUCHES_IN_REACH, 0.0)
     near = path.theta[len(path.theta) // 2]
-    ways = reachable_ways(job.robot, job.posture, near, targets, probe, search, centres=centres)
+    ways = reachable_ways(job.robot, job.posture, near, targets, probe, search)
     notes += unreached(artefact, targets, ways)
     if len(ways.target) < count:
         raise ImpossibleError(
@@ -110,20 +107,20 @@ def plan_path_touches(
         )
     progress(stages.TOUCHES_THAT_TELL, 0.3)
     model = touch_model(job, artefact, targets, place_sigma, probe, ways, path)
-    H = model.rows if centres else np.einsum("ki,kiq->kq", ways.normal, model.rows)[:, None]
+    H = model.rows if search.centres else np.einsum("ki,kiq->kq", ways.normal, model.rows)[:, None]
     noise = np.broadcast_to(sigma**2 * np.eye(H.shape[1]), (len(H), H.shape[1], H.shape[1]))
     plan = plan_touches(model.drift, H, noise, count)
     chosen = ways.subset(plan.chosen)
-    left = float(model.left.mean())
+    left, coordinates = float(model.left.mean()), count * H.shape[1]
     rms = np.sqrt(np.maximum(plan.variance, 0.0) + left)
     notes += [
-        *_too_few(count, centres=centres),
+        *_too_few(coordinates),
         *_little_gain(rms, count),
         *_tight_ways(job, probe, targets, chosen),
         *job.input_findings,
     ]
     by_anchoring = None
-    if _coordinates(count, centres=centres) >= LEAST_COORDINATES:
+    if coordinates >= LEAST_COORDINATES:
         by_anchoring = left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1]
     return PlannedTouches(
         job=job,
@@ -150,12 +147,7 @@ def _p99(model: TouchModel, S: Array) -> float:
     return float(np.quantile(np.sqrt(np.maximum(variance, 0.0)), 0.99, method="higher"))
 
 
-def _coordinates(count: int, *, centres: bool) -> int:
-    return 3 * count if centres else count
-
-
-def _too_few(count: int, *, centres: bool) -> list[Finding]:
-    coordinates = _coordinates(count, centres=centres)
+def _too_few(coordinates: int) -> list[Finding]:
     if coordinates >= LEAST_COORDINATES:
         return []
     message = f"{coordinates} coordinates: cgen anchor asks for {LEAST_COORDINATES} at least; plan more touches"
