@@ -19,7 +19,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.units import DEG
 from compgen.error_model.uncertain_sources import UncertainSource, source_table
-from compgen.error_model.uncertainty import UncertainSource, table_of
 from compgen.identification.fit import Fit
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot

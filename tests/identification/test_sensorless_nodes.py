@@ -14,7 +14,6 @@ from compgen.identification.fit import fit
 from compgen.identification.identified_robot_file import sensorless_findings, sensorless_nodes, with_sensorless_nodes
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
-from compgen.identification.sensorless_nodes import sensorless_findings, sensorless_nodes, with_sensorless_nodes
 from compgen.thermal.filled_rises import fill_rises
 from compgen.thermal.log_fit import TemperatureLog
 

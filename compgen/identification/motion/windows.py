@@ -24,10 +24,9 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.robot.turns import posture_indices
-from compgen.verification.executed.course import ProgramCourse
-from compgen.verification.executed.course import Course, arc_lengths_of, tangents_of
+from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, tangents_of
 from compgen.verification.executed.judgement import ExecutedRun
-from compgen.verification.executed.projection import nearest
+from compgen.verification.executed.tracking import nearest
 from compgen.verification.twin.controller.command import run_law
 from compgen.verification.twin.controller.smoothing import moments, smooth
 

@@ -34,10 +34,6 @@ from compgen.pipelines.anchor.hypotheses import (
     weigh,
 )
 from compgen.pipelines.anchor.result import Anchored, anchor_findings
-from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
-from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
-from compgen.pipelines.anchor.verdict import APART, RIVAL, Moved, verdict_of
-from compgen.thermal.model import state_with_rises
 from compgen.pipelines.anchor.verdict import (
     APART,
     RIVAL,
@@ -47,8 +43,7 @@ from compgen.pipelines.anchor.verdict import (
     refuse_unidentified,
     verdict_of,
 )
-from compgen.thermal.network import NetworkModel
-from compgen.thermal.rises_to_state import state_with_rises
+from compgen.thermal.model import state_with_rises
 
 TRUSTED = 2.0  # times the drift that a start may add: so much standing is modelled well enough
 SHORTEST, LONGEST = 1 * MINUTE, 4 * HOUR  # of a state's window

@@ -27,8 +27,6 @@ from compgen.thermal.filled_rises import HEIGHT
 from compgen.thermal.history import History
 from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.log_prior import EACH
-from compgen.thermal.logged_rises import HEIGHT
-from compgen.thermal.network import NetworkModel
 from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
 
 AFTER = 10 * MINUTE  # that touches may end after a log's last reading

@@ -20,7 +20,7 @@ from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.canonical.writer import resolution
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import loads
-from compgen.fanuc.touch_program import Signal, TouchPositions, touch_program
+from compgen.fanuc.measuring_programs import Signal, TouchPositions, touch_program
 from compgen.identification.exchange import TouchPlan, plan_touches
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
 from compgen.identification.touches import Artefact
