@@ -9,9 +9,8 @@ import casadi as ca
 import numpy as np
 
 from benchmarks.measure import seconds
-from compgen.compensation import general_solver, optimise
-from compgen.compensation.problem import Problem, Settings
-from compgen.compensation.solution import Optimum
+from compgen.compensation import optimise
+from compgen.compensation.problem import Optimum, Problem, Settings
 from compgen.core import evaluation
 from compgen.core.rotations import rotation_vector_expr
 from compgen.error_model.model import ErrorModel
@@ -129,7 +128,7 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
         slow: list[Optimum] = []
 
         def general(settings: Settings = settings, slow: list[Optimum] = slow) -> None:
-            slow.append(general_solver.solve(part, settings, np.zeros((points, 6)), everywhere))
+            slow.append(general.solve(part, settings, np.zeros((points, 6)), everywhere))
 
         measured[f"{name} slow"] = seconds(general) / points
         measured[f"{name} fast"] = seconds(lambda settings=settings: optimise.optimise(part, settings)) / points

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from compgen.compensation.band import times, transposed_times
+from compgen.compensation.banded_matrix import times, transposed_times
 from compgen.core.arrays import Array, BoolArray, IntArray, dot
 
 

@@ -22,9 +22,9 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from compgen.compensation.band import assemble, smoothness_times, times
+from compgen.compensation.banded_matrix import assemble, smoothness_times, times
 from compgen.compensation.constraints import Constraint, Derivative
-from compgen.compensation.solution import Status
+from compgen.compensation.problem import Status
 from compgen.core.arrays import Array, BoolArray
 
 MAX_ITERATIONS = 80

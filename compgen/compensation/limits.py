@@ -3,7 +3,13 @@ r"""Where the limits of a correction bind: which waypoints, and the best legal c
     lower <= theta_n <= upper,      |c_n| <= clamp,      |c_{n+1} - c_n| <= rate ds,      (J2, J3) inside its polygon
 
 What a limit changes dies away within ``influence_length`` along the path. So only the waypoints around a violation are
-solved again, by ``limited_correction``, window by window; all others keep the unlimited solution and tie the ends.
+solved again, by ``solve_stretch``, window by window; all others keep the unlimited solution and tie the ends. A stretch
+is the problem of ``optimise`` in the interior point's unknowns,
+
+    minimise   1/2 sum ds [ |W e|^2 + l1 |W c'|^2 + l2 |W c''|^2 ]
+
+e, theta and their derivatives in c are CasADi's; the Hessian is Gauss-Newton's. The unknowns x are c in micrometres
+and, for rotations, micrometres at the lever; joints are in microradians.
 """
 
 from collections.abc import Callable
@@ -11,10 +17,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.compensation import limited_correction
-from compgen.compensation.problem import Joints, Problem, Settings
-from compgen.compensation.solution import Optimum, Status
+from compgen.compensation import interior_point
+from compgen.compensation.banded_matrix import transposed_times
+from compgen.compensation.constraints import Balls, Box, Changes, Constraint, Rows
+from compgen.compensation.interior_point import LocalProgram
+from compgen.compensation.problem import NEAR_EDGE, Joints, Optimum, Problem, Settings, Status
+from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm
+from compgen.core.units import UM
 
 WINDOW = 8192  # waypoints solved together
 MAX_WINDOW = 8 * WINDOW  # where they cannot be parted without a limit binding across
@@ -24,6 +34,7 @@ ACTIVE = 1 - 1e-4  # share of a clamp or a rate that counts as on it
 VIOLATED = 1 + 1e-6  # share of a clamp or a rate that counts as over it
 CHANGE_NOISE = 1e-10  # [m] of a correction's change that is no change: waypoints may stand nanometres apart
 NEAR_LIMIT = 0.02  # [rad] how near a limit a planned joint must come for its correction to reach it
+HELD_FROM = 5e-3  # rad from a limit within which a joint is constrained
 
 
 def with_rounding_margin(problem: Problem, step: tuple[float, float]) -> Problem:
@@ -211,7 +222,7 @@ def _solve_windows(
         window_free[: begin - first] = False
         if window_free.any():
             window = problem.window(slice(first, last))
-            optimum = limited_correction.solve(window, settings, correction[first:last], window_free, progress)
+            optimum = solve_stretch(window, settings, correction[first:last], window_free, progress)
             correction[begin:end] = optimum.correction[begin - first : end - first]
             if not optimum.converged:
                 return Optimum(correction, optimum.status)
@@ -236,3 +247,57 @@ def active_limits(problem: Problem, settings: Settings, correction: Array) -> tu
         "rate limit": norm(change[:, :3]) > settings.rate * np.diff(problem.arc) * ACTIVE,
     }
     return tuple(sorted((int(n) + 1, name) for name, binding in active.items() for n in np.flatnonzero(binding)))
+
+
+def solve_stretch(
+    problem: Problem,
+    settings: Settings,
+    start: Array,
+    free: BoolArray,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Optimum:
+    """Best legal correction of the free waypoints (N,), the others as they are.
+
+    Args:
+        problem: The stretch, N waypoints.
+        settings: Smoothness and limits.
+        start: (N, 6) [m] and [rad].
+        free: (N,).
+        progress: Called with the share done, a guess.
+    """
+    robot = problem.robot
+    unit = np.array([UM, UM, UM, *3 * [UM / settings.lever]])
+    h, ds = np.maximum(np.diff(problem.arc), 1e-12), waypoint_lengths(problem.arc)
+    scale = 1 / float(ds[free].mean())  # a waypoint counts about one
+    smoothness = smoothing_matrix(problem.arc, problem.stop, settings, 0.0) * scale
+    weight = (component_weights(settings) / UM) ** 2 * (scale * ds)[:, None]
+    clamps = Balls(
+        np.repeat(free[:, None], 2, axis=1),
+        np.array([settings.clamp_position, settings.clamp_rotation * settings.lever]) / UM,
+    )
+    rate = Changes(free[1:] | free[:-1], settings.rate * h / UM)
+    lower, upper = robot.lower / UM, robot.upper / UM
+    planned = problem.joints(start)[0] / UM
+    near = free[:, None] & np.stack([planned > upper - HELD_FROM / UM, planned < lower + HELD_FROM / UM])
+    joint_rows = np.flatnonzero(near.any(axis=(0, 2)))
+    edges, edge_counts = None, np.zeros((len(free), 0), dtype=bool)
+    if robot.interference is not None:  # the planned pose decides on which side of which edges a waypoint stays
+        edges = robot.interference.half_planes(problem.theta, NEAR_EDGE)
+        edge_counts = edges.near & free[:, None]
+
+    def linearise(x: Array) -> LocalProgram:
+        e, E, theta, G = problem.linearise(x * unit)
+        E, G = E * unit, G * unit / UM
+        hessian = np.matmul(np.swapaxes(E, 1, 2), weight[:, :, None] * E)
+        limits = Box(included=near, rows=joint_rows, x=x, f=theta / UM, jacobian=G, lower=lower, upper=upper)
+        constraints: tuple[Constraint, ...] = (limits, clamps, rate)
+        if robot.interference is not None and edges is not None:
+            plane = robot.interference.plane(theta)[:, None, :]
+            beyond = (edges.bound - (edges.normal * plane).sum(axis=2)) / UM
+            constraints += (Rows(edge_counts, x, beyond, -edges.normal @ robot.interference.to_plane @ G),)
+        return LocalProgram(x, transposed_times(E, weight * e), hessian, constraints)
+
+    end = interior_point.solve(linearise, smoothness, start / unit, free, progress)
+    if end.status is Status.FAILED:
+        return Optimum(start, end.status, end.iterations)
+    return Optimum(np.where(free[:, None], end.x * unit, start), end.status, end.iterations)

@@ -1,4 +1,4 @@
-r"""What the optimiser is given: targets, joints and temperatures of a program, and the limits of a correction.
+r"""What the optimiser is given: targets, joints, temperatures and limits; and what it answers.
 
 A correction c_n moves the commanded pose of waypoint n: three numbers of position in base axes [m], three of rotation
 in tool axes [rad]. What it leaves, and what it does to the joints, is
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.compensation.expressions import CorrectionFunctions, build_commanded_pose, build_correction_functions
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.core.evaluation import evaluate
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
@@ -130,3 +130,50 @@ class Problem:
 
     def _arm_state(self) -> tuple[Array, Array, Array]:
         return self.rise, self.direction_state.direction, self.direction_state.travel
+
+
+class Status(Enum):
+    """How it ended, in the user's words."""
+
+    CONVERGED = "every waypoint reaches its target within the smoothness asked for"
+    LIMITED = "limits hold some waypoints off their targets; the best legal correction is taken there"
+    FAILED = "the optimiser found no legal correction"
+    UNSETTLED = "the optimiser did not converge"
+    STOPPED = 'ipopt stopped before the optimum; compensation.solver = "structured" solves the same problem'
+
+    @property
+    def is_legal(self) -> bool:
+        """Whether there is a correction to command."""
+        return self in (Status.CONVERGED, Status.LIMITED)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Optimum:
+    """What one solver says of one stretch."""
+
+    correction: Array  # (N, 6)
+    status: Status
+    iterations: int = 0
+    last_step: float = 0.0  # [m] what a further iteration would change, about
+
+    @property
+    def converged(self) -> bool:
+        """Whether it is the optimum."""
+        return self.status is Status.CONVERGED
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Solution:
+    """The correction of a program and how it was found."""
+
+    correction: Array  # (N, 6)
+    theta: Array  # (N, 6) [rad] joints of the commanded poses
+    residual: Array  # (N, 6) predicted error that stays
+    status: Status
+    iterations: int
+    last_step: float  # [m] what a further iteration would change, about
+    active_limits: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
+    unsolved: tuple[int, int] | None = None  # first and last waypoint, from 1, of a stretch without an optimum
+
+    def __post_init__(self) -> None:
+        own(self, correction=("N", 6), theta=("N", 6), residual=("N", 6))

@@ -15,7 +15,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, read_toml
 from compgen.core.units import DEG, MM
 from compgen.fanuc.frames import load_frames
-from compgen.planning.frame_schema import FrameFile, FrameTable, TaughtTable
+from compgen.planning.tables import FrameFile, FrameTable, TaughtTable
 
 WARM = 1.0  # [K] from which a frame is taught hot
 FIGURES = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")

@@ -1,4 +1,4 @@
-"""Tables of a path file for pattern, surface, boundary and process, and the objects made from them."""
+"""Tables of a path file for pattern, surface, boundary, process and frame, and the objects made from them."""
 
 from typing import Annotated, Literal
 
@@ -6,13 +6,12 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
-from compgen.core.toml import Angle, Coordinate, Length, Table
+from compgen.core.toml import Angle, Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
-from compgen.planning.own_points.mesh_tables import MeshTable
-from compgen.planning.own_points.tables import OwnPoints
+from compgen.planning.own_points.tables import MeshTable, OwnPoints
 from compgen.robot.tables import AccPercent
 
 MAX_SWEEPS = 1e4
@@ -23,6 +22,8 @@ Corners = Annotated[list[Corner], Field(min_length=3, max_length=200)]
 Sizes = Annotated[list[Length], Field(min_length=2, max_length=2)]
 #: the key that each shape of an edge needs
 NEEDED = {"circle": "diameter_mm", "hexagon": "corner_to_corner_mm", "rectangle": "size_mm", "polygon": "corners_mm"}
+Rise = Annotated[FiniteFloat, Field(ge=-100, le=200)]
+Three = Annotated[list[NotNegative], Field(min_length=3, max_length=3)]
 
 
 class PatternTable(Table):
@@ -301,3 +302,62 @@ def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> s
         return surfaces.conic(origin, *(float(v or 0.0) for v in numbers.values()))
     except InputError as exception:
         raise InputError(f"{file}: {exception}") from exception
+
+
+class TaughtTable(Table):
+    """How a frame was taught: by which arm, how warm it was, and how well its place is known."""
+
+    through: Literal["model", "pendant"]
+    """By the robot file's model of the warm arm (cgen teach-frame), or as the pendant shows positions."""
+    robot_file: str = ""
+    """Name and hash of the robot file whose model it was."""
+    rise_K: dict[str, Rise] = {}
+    """Largest rise of each node of the arm while it was taught; none: cold."""
+    sigma_um: Three = [0.0, 0.0, 0.0]
+    """Standard deviation of the part's place along World's axes, in the middle of what was touched."""
+    sigma_mdeg: Three = [0.0, 0.0, 0.0]
+    """Standard deviation of the part's orientation about World's axes."""
+
+
+class FrameTable(Table):
+    """Frame that the part stands in: the path is given in it, and the program is written in this user frame."""
+
+    number: Annotated[int, Field(ge=1, le=9)] | None = None
+    """UFRAME number on the controller; default 1, or the file's."""
+    file: str | None = None
+    """File beside this one with the frame, instead of numbers: of cgen teach-frame, or SYSFRAME.VA."""
+    x_mm: Coordinate = 0.0
+    """Origin in World, x."""
+    y_mm: Coordinate = 0.0
+    """Origin in World, y."""
+    z_mm: Coordinate = 0.0
+    """Origin in World, z."""
+    w_deg: Angle = 0.0
+    """Rotation about World's x."""
+    p_deg: Angle = 0.0
+    """Rotation about World's y."""
+    r_deg: Angle = 0.0
+    """Rotation about World's z."""
+    taught: TaughtTable | None = None
+    """How it was taught."""
+
+
+class TaughtToolTable(Table):
+    """Tool that a frame was taught with: the probe's centre in the flange."""
+
+    x_mm: Coordinate
+    """Place in the flange, x."""
+    y_mm: Coordinate
+    """Place in the flange, y."""
+    z_mm: Coordinate
+    """Place in the flange, z."""
+    sigma_um: Three = [0.0, 0.0, 0.0]
+    """Its standard deviation."""
+
+
+class FrameFile(Table):
+    """What cgen teach-frame writes."""
+
+    frame: FrameTable
+    tool: TaughtToolTable | None = None
+    """Probe that touched, as the touches say."""

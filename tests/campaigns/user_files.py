@@ -34,8 +34,7 @@ from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.pipelines.files.robot_from_urdf import robot_from_urdf
 from compgen.planning import boundaries, patterns
-from compgen.planning.mesh.mesh import Mesh
-from compgen.planning.mesh.stl import read_stl
+from compgen.planning.mesh import Mesh, read_stl
 from compgen.planning.own_points.pattern_on_mesh import lay
 from compgen.robot.kinematics import flange_pose
 from compgen.verification.executed.position_log import read_position_log

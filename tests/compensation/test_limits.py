@@ -8,7 +8,7 @@ import pytest
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import limited_correction, limits, optimise, structured
+from compgen.compensation import general, limits, optimise, structured
 from compgen.compensation.problem import Settings
 from compgen.core.pose import Pose
 from compgen.core.units import UM
@@ -44,7 +44,7 @@ def slope_of(problem, share):
 def solve_whole(problem, settings):
     """The optimum with every waypoint in one system."""
     N = len(problem.arc)
-    whole = limited_correction.solve(problem, settings, np.zeros((N, 6)), np.ones(N, dtype=bool))
+    whole = limits.solve_stretch(problem, settings, np.zeros((N, 6)), np.ones(N, dtype=bool))
     assert whole.converged
     return whole.correction
 
@@ -84,8 +84,8 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     part = circle.window(slice(3, 1003))
     settings = Settings(clamp_position=clamp_of(part, 0.5))
     one = optimise.optimise(part, settings)
-    lengths, solve = [], limited_correction.solve
-    monkeypatch.setattr(limited_correction, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
+    lengths, solve = [], limits.solve_stretch
+    monkeypatch.setattr(limits, "solve_stretch", lambda *a: lengths.append(len(a[3])) or solve(*a))
     many = structured.optimise(part, settings, window=40, max_window=40)
     assert len(lengths) > 4
     assert max(lengths) < 100
@@ -191,3 +191,35 @@ def test_limits_are_drawn_in_by_what_joints_would_turn_to_follow_an_error(circle
     assert np.array_equal(np.delete(drawn_in.lower, 2), np.delete(lower, 2))
     assert np.array_equal(drawn_in.upper, robot.upper)
     assert limits.with_uncertainty_margin(circle, rows, moment, 3.0) is circle
+
+
+@pytest.mark.parametrize("kind", ["joint", "clamp", "rate", "two stretches"])
+def test_the_interior_point_is_the_general_solvers_optimum(kind):
+    planned = generate.predict(load_job(path_file("circle_1300")), quiet)
+    part, settings = problem_of(planned, slice(3, 103) if kind == "joint" else slice(300, 400)), Settings()
+    unlimited = optimise.optimise(part, settings)
+    free_rows = np.ones(100, dtype=bool)
+    if kind == "clamp":
+        settings = Settings(clamp_position=60 * UM)
+    elif kind == "two stretches":
+        settings = Settings(clamp_position=60 * UM)
+        free_rows[[0, 1, 98, 99]] = False
+        free_rows[40:52] = False
+    elif kind == "rate":
+        slope = np.linalg.norm(np.diff(unlimited.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
+        settings = Settings(rate=0.6 * float(slope.max()))
+    else:
+        lower = part.robot.lower.copy()
+        lower[2] = 0.3 * part.theta[:, 2].min() + 0.7 * unlimited.theta[:, 2].min()
+        part = replace(part, robot=replace(part.robot, lower=lower))
+    start = np.zeros((100, 6))
+    fast = limits.solve_stretch(part, settings, start, free_rows)
+    slow = general.solve(part, settings, start, free_rows)
+    assert fast.converged
+    fast = fast.correction
+    assert slow.converged
+    slow = slow.correction
+    assert np.abs(fast - slow)[:, :3].max() < 1e-9  # m
+    assert np.abs(fast - slow)[:, 3:].max() < 4e-9  # rad
+    assert np.array_equal(fast[~free_rows], start[~free_rows])
+    assert np.abs(fast - unlimited.correction)[:, :3].max() > 1 * UM  # the limit bites

@@ -14,7 +14,7 @@ from ls_text import cartesian, program
 from problems import problem_of
 from shipped import ROOT, path_file, quiet
 
-from compgen.compensation import limited_correction, optimise
+from compgen.compensation import limits, optimise
 from compgen.compensation.optimise import Status
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
@@ -51,7 +51,7 @@ def test_a_rate_that_binds_far_along_the_path_is_kept_as_the_whole_program_would
     assert len(found.active_limits) > 0.9 * (1 - share) * len(step)
     slope = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(problem.arc)
     assert slope.max() <= tight.rate * (1 + 1e-6)
-    whole = limited_correction.solve(problem, tight, free, np.ones(len(free), dtype=bool))
+    whole = limits.solve_stretch(problem, tight, free, np.ones(len(free), dtype=bool))
     assert whole.converged
     assert np.abs(found.correction - whole.correction)[:, :3].max() < SAME
 

@@ -9,7 +9,7 @@ import pytest
 from flawed import KNOWN_WITH_SIGMAS
 from shipped import ROOT, path_file, quiet
 
-from compgen.compensation.solution import Status
+from compgen.compensation.problem import Status
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.job.bounds import Bounds, Guarantee

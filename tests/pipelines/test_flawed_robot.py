@@ -14,7 +14,7 @@ from problems import problem_of
 from shipped import path_file, quiet
 
 from compgen import fanuc
-from compgen.compensation import general_solver, optimise, refinement
+from compgen.compensation import general, optimise, refinement
 from compgen.compensation.optimise import Status
 from compgen.core.codes import Level
 from compgen.core.dates import DEFAULT_DATE
@@ -116,7 +116,7 @@ def test_the_general_program_agrees_with_every_source_on(raster):
     n = int(np.argmax(planned.path.contact)) + 40
     part = whole.window(slice(n, n + 40))
     fast = optimise.optimise(part, job.settings).correction
-    slow = general_solver.solve(part, job.settings, np.zeros_like(fast), np.ones(40, dtype=bool))
+    slow = general.solve(part, job.settings, np.zeros_like(fast), np.ones(40, dtype=bool))
     assert slow.converged
     assert np.abs(fast - slow.correction).max() < 2e-9  # m, rad
     assert np.abs(fast[:, :3]).max() > 100 * UM

@@ -15,7 +15,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import generate
 from compgen.pipelines.planned.written_program import fly_written
 from compgen.planning.own_points import tables
-from compgen.planning.own_points.given import GivenArcs
+from compgen.planning.own_points.given_points import GivenArcs
 from tests.meshes import binary, grid_mesh
 from tests.shipped import quiet
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.planning import boundaries, surfaces, toolpath
-from compgen.planning.own_points.given import GivenArcs
+from compgen.planning.own_points.given_points import GivenArcs
 from compgen.planning.own_points.line_path import SHORTEST, line_path
 from compgen.planning.own_points.space_curve import LocalPoints, Tolerance
 

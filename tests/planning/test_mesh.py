@@ -8,8 +8,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries, patterns
-from compgen.planning.mesh.mesh import Mesh
-from compgen.planning.mesh.stl import read_stl
+from compgen.planning.mesh import Mesh, read_stl
 from compgen.planning.own_points.pattern_on_mesh import lay
 from tests.meshes import binary, grid_mesh
 

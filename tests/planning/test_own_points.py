@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries, surfaces, toolpath
-from compgen.planning.own_points.given import GivenPoints, check_points
-from compgen.planning.own_points.placing import place_points
+from compgen.planning.own_points.given_points import GivenPoints, check_points
 from compgen.planning.own_points.space_curve import Tolerance, space_curve
+from compgen.planning.own_points.tool_stands import place_points
 
 ORIGIN = np.zeros(3)
 PLANE = surfaces.plane(ORIGIN)

@@ -37,8 +37,7 @@ from compgen.pipelines.files.robot_file import cell_of, find_robot, refuse_unpri
 from compgen.pipelines.files.schema import PathFile
 from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.curves import PiecewiseCurve
-from compgen.planning.own_points.mesh_tables import mesh_of, pattern_on_mesh
-from compgen.planning.own_points.tables import OwnPoints, own_points_path, through
+from compgen.planning.own_points.tables import OwnPoints, mesh_of, own_points_path, pattern_on_mesh, through
 from compgen.planning.tables import (
     MAX_LEAD,
     AnyPattern,

@@ -9,13 +9,12 @@ from compgen.core.toml import Positive, Table
 from compgen.error_model.schema import SourcesTable
 from compgen.error_model.unknown import UnknownTable
 from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable
-from compgen.planning.frame_schema import FrameTable
-from compgen.planning.tables import AnyPattern, BoundaryTable, ProcessTable, SurfaceTable
-from compgen.robot.motion_schema import MotionTable
+from compgen.planning.tables import AnyPattern, BoundaryTable, FrameTable, ProcessTable, SurfaceTable
 from compgen.robot.tables import (
     ControllerTable,
     DhTable,
     LimitsTable,
+    MotionTable,
     PendantTable,
     PostureTable,
     SingularityTable,

@@ -6,8 +6,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from compgen import fanuc
-from compgen.compensation.problem import Settings, Solver
-from compgen.compensation.solution import Solution, Status
+from compgen.compensation.problem import Settings, Solution, Solver, Status
 from compgen.core.arrays import row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError

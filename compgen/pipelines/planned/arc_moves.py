@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.compensation.arc_fit import FittedMoves
-from compgen.compensation.problem import Problem
-from compgen.compensation.solution import Solution
+from compgen.compensation.problem import Problem, Solution
 from compgen.core import stages
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, frozen

@@ -17,8 +17,7 @@ import numpy as np
 
 from compgen import fanuc
 from compgen.compensation import optimise
-from compgen.compensation.problem import Problem
-from compgen.compensation.solution import Solution
+from compgen.compensation.problem import Problem, Solution
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.dates import DEFAULT_DATE
 from compgen.error_model.direction_memory import DirectionState

@@ -9,8 +9,7 @@ import numpy as np
 from compgen import fanuc
 from compgen.compensation import limits, optimise, simplify
 from compgen.compensation.mid_spatial import mid_spatial
-from compgen.compensation.problem import Problem, Settings, Solver
-from compgen.compensation.solution import Solution
+from compgen.compensation.problem import Problem, Settings, Solution, Solver
 from compgen.core import stages
 from compgen.core.arrays import Array, IntArray
 from compgen.core.codes import Code, Level

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from compgen.compensation.solution import Solution
+from compgen.compensation.problem import Solution
 from compgen.core.arrays import Array, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.evaluation import Background

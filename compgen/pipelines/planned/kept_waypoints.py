@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from compgen.compensation.solution import Solution
+from compgen.compensation.problem import Solution
 from compgen.core.arrays import IntArray
 from compgen.core.findings import Finding
 from compgen.pipelines.planned.job_results import Planned

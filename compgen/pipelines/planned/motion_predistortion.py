@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.compensation.predistortion import Commanded, predistortion
-from compgen.compensation.problem import Problem
-from compgen.compensation.solution import Solution
+from compgen.compensation.problem import Problem, Solution
 from compgen.core.arrays import frozen, row_norms
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose

@@ -3,6 +3,6 @@
 Each reader (``csv_points``, ``apt``, ``gcode``) gives ``GivenPoints``; ``space_curve`` lays a curve through them.
 """
 
-from compgen.planning.own_points.given import GivenPoints
+from compgen.planning.own_points.given_points import GivenPoints
 
 __all__ = ["GivenPoints"]

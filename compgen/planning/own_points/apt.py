@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.planning.own_points.given import GivenPoints
-from compgen.planning.own_points.words import PointRows, feed_in_m_s, not_driven, read_lines
+from compgen.planning.own_points.given_points import GivenPoints, PointRows, feed_in_m_s, not_driven, read_lines
 
 UNIT = 0.01  # that an axis' length may differ from one
 #: moves, or turns of the points, that are not read

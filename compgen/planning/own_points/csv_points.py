@@ -9,8 +9,7 @@ from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.planning.own_points.given import GivenPoints
-from compgen.planning.own_points.words import FEEDS
+from compgen.planning.own_points.given_points import FEEDS, GivenPoints
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 NORMAL = ("i", "j", "k")

@@ -11,8 +11,15 @@ from math import atan2, hypot, pi, sqrt
 from pathlib import Path
 
 from compgen.core.exceptions import InputError
-from compgen.planning.own_points.given import GivenPoints
-from compgen.planning.own_points.words import LINE, Arc, PointRows, feed_in_m_s, not_driven, read_lines
+from compgen.planning.own_points.given_points import (
+    LINE,
+    Arc,
+    GivenPoints,
+    PointRows,
+    feed_in_m_s,
+    not_driven,
+    read_lines,
+)
 
 WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
 SAME_ANGLE = 1e-9  # rad: an arc that ends where it begins is a whole circle

@@ -24,7 +24,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
 from compgen.core.units import DEG, UM
 from compgen.planning.curves import CUBIC, DEGREE, PiecewiseCurve
 from compgen.planning.exact_path import MAX_SPACING
-from compgen.planning.own_points.given import GivenArcs
+from compgen.planning.own_points.given_points import GivenArcs
 from compgen.planning.own_points.space_curve import NO_BULGE, LocalPoints, SpaceCurve, Tolerance
 
 SHORTEST = 20 * UM

@@ -22,9 +22,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
-from compgen.planning.mesh.facing import refuse_facing_down
-from compgen.planning.mesh.mesh import Mesh, Over
-from compgen.planning.own_points.given import GivenPoints
+from compgen.planning.mesh import Mesh, Over, refuse_facing_down
+from compgen.planning.own_points.given_points import GivenPoints
 
 MOST_POINTS = 4_000_000
 FINEST, COARSEST = 0.1 * MM, 2 * MM  # between points

@@ -14,6 +14,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.units import MM
 from compgen.planning import joint_curve
+from compgen.planning.joint_curve import JointCurve
 from compgen.planning.retiming.blocks import (
     SPEED_STEP,
     Blocks,
@@ -23,13 +24,13 @@ from compgen.planning.retiming.blocks import (
     smallest_in_blocks,
     stop_ramps,
 )
-from compgen.planning.retiming.phases import Phases
+from compgen.planning.retiming.phases import Passage, Phases
 from compgen.planning.retiming.state_to_state import drive_blocks
-from compgen.planning.retiming.utilisation import largest_shares
 from compgen.planning.whole_periods import STRETCH, WORD_STEP
 from compgen.robot.robot import Controller, Robot
 
 SAME_FEED = 0.005  # relative: a line of a period that is shorter by so much is written with the feed
+SAMPLES = 5  # of a stretch of constant jerk
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -162,3 +163,36 @@ def _in_one_period(
 def _block_of_segment(arc: Array, partition: Partition) -> IntArray:
     """The block in which the middle of each segment lies, (N - 1,)."""
     return np.maximum(joint_curve.last_before(partition.begin, (arc[:-1] + arc[1:]) / 2), 0)
+
+
+def largest_shares(robot: Robot, joints: JointCurve, phases: Phases, partition: Partition, passed: Passage) -> Array:
+    """Largest share of each joint's speed, acceleration and jerk limit, (3, 6).
+
+    Args:
+        robot: For the limits.
+        joints: The curve.
+        phases: How it is driven.
+        partition: The blocks that the phases are of.
+        passed: When each knot is passed, (K,).
+    """
+    run, ends = partition.run[phases.block], joints.interval_before(partition.end, partition.run)[phases.block]
+    # every knot that is no stop, with both ends and three inner points of each phase
+    inner = np.ones(len(joints.arc), dtype=bool)
+    inner[joints.first] = inner[joints.last] = False
+    knot = np.flatnonzero(inner)
+    k, t = passed.at(knot)
+    begin, end = joints.arc[joints.first], joints.arc[joints.last]
+    largest, share = np.zeros(18), np.linspace(0, 1, SAMPLES)
+    for phase in np.array_split(np.arange(len(run)), 1 + SAMPLES * len(run) // joint_curve.CHUNK):
+        inside = slice(*np.searchsorted(k, [phase[0], phase[-1] + 1]))
+        which = np.concatenate([k[inside], np.repeat(phase, SAMPLES)])
+        since = np.concatenate([t[inside], np.multiply.outer(phases.duration[phase], share).ravel()])
+        motion, runs = phases.motion(Passage(which, since)), run[which]
+        rates = np.column_stack([motion.v, motion.a, motion.j])
+        s = np.clip(motion.s, begin[runs], end[runs])
+        n = len(k[inside])
+        within = np.minimum(joints.interval(np.maximum.accumulate(s[n:]), runs[n:]), ends[which[n:]])
+        interval = np.concatenate([knot[inside], within])
+        used = joints.utilisation(robot, s, interval, rates)
+        largest = np.maximum(largest, used.max(axis=0))
+    return largest.reshape(3, 6)

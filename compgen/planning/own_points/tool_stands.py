@@ -14,9 +14,8 @@ import numpy as np
 from compgen.core.arrays import Array, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.planning.mesh.facing import refuse_facing_down
-from compgen.planning.mesh.mesh import Mesh
-from compgen.planning.own_points.given import MAX_TILT, GivenPoints
+from compgen.planning.mesh import Mesh, refuse_facing_down
+from compgen.planning.own_points.given_points import MAX_TILT, GivenPoints
 from compgen.planning.own_points.space_curve import LocalPoints
 from compgen.planning.surfaces import Quadric
 

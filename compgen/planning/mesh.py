@@ -1,21 +1,31 @@
-r"""A triangle mesh seen along z: how high it is over a place, and which way it faces there.
+r"""A triangle mesh from an STL file, seen along z: how high it is over a place, and which way it faces there.
 
 Corners in one place are one vertex. A vertex's normal is the mean of its facets' by their areas; over a facet the
 normal runs on between those of its corners (Phong 1975), so that a tool that follows it does not jump at edges. Facets
 that face upwards lie in the cells of a grid over x and y: a place asks those of its cell alone.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_norms
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
+from compgen.core.units import MM
 
 UPWARDS = 1e-3  # least z of a normal that counts as facing up: a wall is met by no place
 INSIDE = 1e-9  # relative, that a place may lie outside a facet's edge
 SAME_HEIGHT = 1e-6  # [m] by which a face below may seem to stand above the edge that it ends at
 PER_FACET = 4  # entries of the grid at most, in the mean
+MOST_BYTES = 1_500_000_000
+HEADER, COUNT = 80, 84  # bytes before the number of triangles, and before the first
+LARGEST = 1e5  # mm of a coordinate
+RECORD = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
+VERTEX = b"vertex"
 
 
 class Over(NamedTuple):
@@ -187,3 +197,119 @@ def _area(a: Array, b: Array, c: Array) -> Array:
     """Twice the signed area of triangles in the plane, (M,)."""
     u, v = b - a, c - a
     return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+
+
+def refuse_facing_down(mesh: Mesh, xy: Array, over: Over, rows: IntArray, where: Callable[[int], str]) -> None:
+    """Refuse a mesh that is inside out, or upside down, under a path.
+
+    Args:
+        mesh: In the frame of the part.
+        xy: Places, (M, 2) [m].
+        over: The mesh over them.
+        rows: Of those that the tool touches.
+        where: Names the file, and the line where it has one, of a row.
+
+    Raises:
+        InputError: What is on top at one of them faces down.
+    """
+    bad = rows[mesh.faces_down(xy[rows], over.height[rows])]
+    if len(bad):
+        x, y = xy[bad[0]] / MM
+        raise InputError(
+            f"{where(int(bad[0]))}: inside out: the triangle on top at x {x:.1f}, y {y:.1f} mm faces down (mirrored, "
+            "or upside down?); turn its normals (flip, or reorient faces) and export it again, or turn the part over"
+        )
+
+
+def read_stl(source: str | Path) -> Array:
+    """The corners of T triangles, (T, 3, 3) [m], in the file's order and axes; its normals are not looked at.
+
+    Raises:
+        InputError: Not readable, cut off, longer than its count says, a facet that is no triangle, a coordinate that is
+            no number or beyond 100 m, or no triangle.
+    """
+    name = str(source)
+    try:
+        content = read_regular(source, MOST_BYTES)
+    except OSError as exception:
+        raise InputError(f"{name}: cannot be read: {exception.strerror}; give an STL file") from None
+    except ValueError:
+        raise InputError(f"{name!r}: cannot be read: no file has such a name; give an STL file") from None
+    corners = _ascii(name, content) if _is_ascii(content) else _binary(name, content)
+    bad = np.flatnonzero(~(np.abs(corners).max(axis=(1, 2), initial=0.0) <= LARGEST))
+    if len(bad):
+        raise InputError(
+            f"{name}: facet {int(bad[0]) + 1}: a coordinate is not a number, or beyond {LARGEST:g} mm; export it again"
+        )
+    return corners * MM
+
+
+def _is_ascii(content: bytes) -> bool:
+    """Whether it is text: binary files may begin with "solid" as well, but hold as many bytes as their count says."""
+    if not content[:HEADER].lstrip().lower().startswith(b"solid"):
+        return False
+    count = int.from_bytes(content[HEADER:COUNT], "little")
+    return len(content) != COUNT + count * RECORD.itemsize
+
+
+def _binary(name: str, content: bytes) -> Array:
+    if len(content) < COUNT:
+        raise InputError(f"{name}: {len(content)} bytes are no STL file; export it again")
+    count = int.from_bytes(content[HEADER:COUNT], "little")
+    needed = COUNT + count * RECORD.itemsize
+    if len(content) < needed:
+        raise InputError(
+            f"{name}: cut off: {count} facets need {needed} bytes, and it has {len(content)}; export it again"
+        )
+    if not count:
+        raise InputError(f"{name}: no facets; export the surface of the part")
+    more = (len(content) - needed) // RECORD.itemsize
+    if more:  # a count that is too small leaves a hole where the rest of the part is
+        raise InputError(f"{name}: its count says {count} facets, and it has room for {more} more; export it again")
+    return np.frombuffer(content, RECORD, count, COUNT)["corner"].astype(float)
+
+
+def _ascii(name: str, content: bytes) -> Array:
+    lines = content.splitlines()
+    vertices = [line for line in (row.strip() for row in lines) if line.lower().startswith(VERTEX)]
+    if not vertices:
+        raise InputError(f"{name}: no facets; export the surface of the part")
+    try:
+        numbers = np.array(b" ".join(line[len(VERTEX) :] for line in vertices).split(), dtype=float)
+    except ValueError:
+        numbers = np.zeros(0)
+    if len(numbers) != 3 * len(vertices):
+        raise InputError(f"{name}: line {_first_bad(lines)}: a vertex has three numbers; export it again")
+    _check_triangles(name, lines)
+    if len(vertices) % 3 or not any(row.strip().lower().startswith(b"endsolid") for row in lines[-3:]):
+        raise InputError(f"{name}: cut off after line {len(lines)}: no endsolid; export it again")
+    return numbers.reshape(-1, 3, 3)
+
+
+def _check_triangles(name: str, lines: list[bytes]) -> None:
+    """Raises InputError where a loop has other than three lines with a vertex."""
+    count = 0
+    for n, row in enumerate(lines, 1):
+        word = row.lstrip()[:7].lower()
+        if word[:6] == VERTEX:
+            count += 1
+        elif word == b"endloop":
+            if count != 3:
+                raise InputError(
+                    f"{name}: line {n}: a facet with {count} vertices on lines of their own; export triangles, each "
+                    "vertex on its line"
+                )
+            count = 0
+
+
+def _first_bad(lines: list[bytes]) -> int:
+    """The first line, from 1, with a vertex that is not three numbers."""
+    for n, row in enumerate(lines, 1):
+        words = row.split()
+        if words and words[0].lower() == VERTEX:
+            try:
+                if len([float(word) for word in words[1:]]) != 3:
+                    return n
+            except ValueError:
+                return n
+    return len(lines)

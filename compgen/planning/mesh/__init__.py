@@ -1,1 +1,0 @@
-"""Triangle meshes: STL files, and what is over a place."""
