@@ -16,7 +16,7 @@ def main() -> None:
         sys.exit(0)
     from compgen.core import interrupts
 
-    interrupts.install_handlers("--json" in sys.argv[1:])
+    interrupts.install_handlers(as_json="--json" in sys.argv[1:])
     from compgen.cli.main import main as run_command_line
 
     try:

@@ -164,7 +164,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
     samples = _sample_rows(begin, last, int(np.clip(len(path.arc) // 30_000, *STRIDE)))
     run = np.searchsorted(begin, samples, side="right") - 1
     N = len(path.arc)
-    reaches = (_reach(path, samples, last[run], arcs) for arcs in (True, False))
+    reaches = (_reach(path, samples, last[run], arcs=arcs) for arcs in (True, False))
     densities = np.array([_density(path, samples, *reach, run, edge) for reach in reaches])
     count = np.array([_per_run(path, density, begin, last) for density in densities])
     arcs = (2 * np.ceil(count[0]) < np.ceil(count[1])) & (last - begin >= LEAST_ROWS)
@@ -213,7 +213,7 @@ def _middle(path: DensePath, start: IntArray, end: IntArray) -> IntArray:
     return np.asarray(np.where(end - start > 1, np.clip(nearer, start + 1, end - 1), start))
 
 
-def _reach(path: DensePath, start: IntArray, last: IntArray, arcs: bool) -> tuple[IntArray, BoolArray]:
+def _reach(path: DensePath, start: IntArray, last: IntArray, *, arcs: bool) -> tuple[IntArray, BoolArray]:
     """The farthest row that an arc, or a line, from each of some rows leads to within its tolerance; and if it does."""
     least = start + (LEAST_ROWS if arcs else 1)
     low = np.minimum(least, last)

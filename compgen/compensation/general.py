@@ -188,21 +188,8 @@ def solve(
     state = (_columns(problem.direction_state.direction, N), _columns(problem.direction_state.travel, N))
     given = (ca.DM(problem.rise.T), *state, ca.DM(problem.target.position.T), ca.DM(targets.T))
     c, e = pose.map(N)(ca.DM(theta0.T) + JOINT_SCALE * x, *given)
-    gap, ds = np.maximum(np.diff(problem.arc), 1e-12), waypoint_lengths(problem.arc)
-    h = np.maximum(gap, MIN_SEGMENT)
-    scale = 1 / float(ds.mean())  # a waypoint counts about one
-    scaled = ca.repmat(ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM, 1, N) * c
-    first = scaled[:, 1:] - scaled[:, :-1]
-    residuals = [
-        ca.repmat(ca.DM(component_weights(settings)) / UM, 1, N) * e * _repeated(np.sqrt(ds * scale)),
-        settings.rate_period / (2 * np.pi) * first * _repeated(np.sqrt(scale / h)),
-    ]
-    if N > 2:
-        between = (h[:-1] + h[1:]) / 2
-        second = first[:, 1:] / _repeated(h[1:]) - first[:, :-1] / _repeated(h[:-1])
-        weight = (settings.curvature_period / (2 * np.pi)) ** 2
-        residuals.append(weight * second * _repeated(np.sqrt(scale / between) * ~problem.stop[1:-1]))
-    r = ca.vertcat(*(ca.vec(part) for part in residuals))
+    gap = np.maximum(np.diff(problem.arc), 1e-12)
+    r = _residuals(problem, settings, c, e)
     clamp = ca.vertcat(
         ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
     )
@@ -234,6 +221,25 @@ def solve(
     return Optimum(
         np.where(free[:, None], np.asarray(c_of_theta).T, start), _status(stats), stats["iter_count"], further
     )
+
+
+def _residuals(problem: Problem, settings: Settings, c: Any, e: Any) -> Any:
+    """What is squared and summed: errors, and first and second differences of the correction, in micrometres."""
+    N, ds = len(problem.arc), waypoint_lengths(problem.arc)
+    h = np.maximum(np.diff(problem.arc), MIN_SEGMENT)
+    scale = 1 / float(ds.mean())  # a waypoint counts about one
+    scaled = ca.repmat(ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM, 1, N) * c
+    first = scaled[:, 1:] - scaled[:, :-1]
+    residuals = [
+        ca.repmat(ca.DM(component_weights(settings)) / UM, 1, N) * e * _repeated(np.sqrt(ds * scale)),
+        settings.rate_period / (2 * np.pi) * first * _repeated(np.sqrt(scale / h)),
+    ]
+    if N > 2:
+        between = (h[:-1] + h[1:]) / 2
+        second = first[:, 1:] / _repeated(h[1:]) - first[:, :-1] / _repeated(h[:-1])
+        weight = (settings.curvature_period / (2 * np.pi)) ** 2
+        residuals.append(weight * second * _repeated(np.sqrt(scale / between) * ~problem.stop[1:-1]))
+    return ca.vertcat(*(ca.vec(part) for part in residuals))
 
 
 def _initial_joints(problem: Problem, settings: Settings, theta0: Array) -> Array:

@@ -11,7 +11,8 @@ reversal asks for more waypoints than the path's own chord does; thermal growth 
 lengthen a line is told as well: it must not last a period more.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,27 +36,37 @@ LITTLE = 1e-3  # of a segment's length: by so much it need not be shorter
 CHORD_SHARE = 0.3  # of the chord: how far the error may bend away from a line within a segment
 
 
-def refine(
-    robot: Robot,
-    posture: Posture,
-    tool: Pose,
-    sources: Sequence[Source],
-    model: ErrorModel,
-    path: ToolPath,
-    feed: float,
-    layout: LayoutSettings,
-) -> tuple[ToolPath, Array]:
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ErringArm:
+    """An arm that drives a path on one branch, and its error."""
+
+    robot: Robot
+    posture: Posture
+    tool: Pose  # TCP in the flange
+    sources: Sequence[Source]
+    model: ErrorModel  # of the sources
+
+    def solve(self, pose: Pose) -> Array:
+        """Joints (N, 6) [rad] of N poses of the TCP, each for itself."""
+        return inverse_kinematics.solve_flange(self.robot, flange_from_tool(pose, self.tool), self.posture).theta
+
+    def follow(self, path: ToolPath) -> Array:
+        """Joints at the waypoints, (N, 6) [rad].
+
+        Raises:
+            ImpossibleError: The robot cannot drive the path.
+        """
+        return joint_path.follow_branch(self.robot, flange_from_tool(path.target, self.tool), self.posture)
+
+
+def refine(arm: ErringArm, path: ToolPath, feed: float, layout: LayoutSettings) -> tuple[ToolPath, Array]:
     """The path with waypoints close enough for its errors, and its joints (N, 6) [rad].
 
     A segment is to be shorter until its error bends away from a line by less than a share of the chord, or until it
     takes one interpolation period.
 
     Args:
-        robot: Its limits and its controller's period.
-        posture: The branch kept throughout.
-        tool: TCP in the flange.
-        sources: Of the arm's error.
-        model: Their error model.
+        arm: That drives it.
         path: With waypoints as close as its chord asks for.
         feed: [m/s].
         layout: How its waypoints are laid.
@@ -63,19 +74,15 @@ def refine(
     Raises:
         ImpossibleError: The robot cannot drive the path.
     """
-
-    def solve(pose: Pose) -> Array:
-        return inverse_kinematics.solve_flange(robot, flange_from_tool(pose, tool), posture).theta
-
-    theta = joint_path.follow_branch(robot, flange_from_tool(path.target, tool), posture)
-    if all(isinstance(source, ThermalGrowth) for source in sources):
+    theta = arm.follow(path)
+    if all(isinstance(source, ThermalGrowth) for source in arm.sources):
         return path, theta
     limits: list[SegmentLimits] = []
     for _ in range(MAX_ROUNDS):
         length = np.diff(path.arc)
-        bend, stretch = error_shape(solve, sources, model, path, theta)
+        bend, stretch = error_shape(arm, path, theta)
         needed = np.sqrt(bend / (CHORD_SHARE * layout.chord))
-        shortest = np.minimum(length, feed * robot.controller.period * path.pace)
+        shortest = np.minimum(length, feed * arm.robot.controller.period * path.pace)
         wanted = np.where(needed > 1, np.maximum(length / np.maximum(needed, 1), shortest), np.inf)
         if not (
             (wanted < length * (1 - LITTLE)).any() or (layout.periods and not limits and (stretch > STRETCH).any())
@@ -83,25 +90,19 @@ def refine(
             break
         limits.append(SegmentLimits(path.arc, wanted, stretch))
         path = toolpath.relaid(path, limits, layout)
-        theta = joint_path.follow_branch(robot, flange_from_tool(path.target, tool), posture)
+        theta = arm.follow(path)
     return path, theta
 
 
-def error_shape(
-    solve: Callable[[Pose], Array],
-    sources: Sequence[Source],
-    model: ErrorModel,
-    path: ToolPath,
-    theta: Array,
-) -> tuple[Array, Array]:
+def error_shape(arm: ErringArm, path: ToolPath, theta: Array) -> tuple[Array, Array]:
     """How far each segment's error bends away from the line between its ends, (N - 1,) [m], and lengthens it, (N - 1,).
 
     What is corrected goes the other way: where the error shortens a line, its correction lengthens it.
     """
     S = len(path.arc) - 1
-    widths, direction_state = reversal_widths(sources), NO_DIRECTION
+    widths, direction_state = reversal_widths(arm.sources), NO_DIRECTION
     bend, stretch = np.empty(S), np.empty(S)
-    cold = np.zeros((1, model.actual.size1_in(1)))  # what heat adds bends over metres of path
+    cold = np.zeros((1, arm.model.actual.size1_in(1)))  # what heat adds bends over metres of path
     fractions = np.arange(SAMPLES) / SAMPLES
     for begin in range(0, S, CHUNK):
         chunk = np.arange(begin, min(begin + CHUNK, S))
@@ -109,9 +110,9 @@ def error_shape(
         fraction = np.append(np.tile(fractions, len(chunk)), 1.0)
         target = path.at(segment, fraction).pose
         between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
-        joints = joint_path.nearest_turns(solve(target), between)
+        joints = joint_path.nearest_turns(arm.solve(target), between)
         direction_state = direction_states(widths, joints, target.position, direction_state)
-        error = model.actual_pose(joints, cold, direction_state).position - target.position
+        error = arm.model.actual_pose(joints, cold, direction_state).position - target.position
         ends, way = error[::SAMPLES], np.diff(target.position[::SAMPLES], axis=0)
         line = ends[:-1, None] + fractions[:, None] * np.diff(ends, axis=0)[:, None]
         bend[chunk] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)

@@ -40,7 +40,7 @@ CURVATURE_PERIOD_OF_PLAY_MM = 3.0
 RATE_OF_PLAY_UM_MM = 100.0  # twice a half-width of 5 mdeg, 1.5 m away, within a fifth of a degree, and some
 
 
-def settings_of(c: CompensationTable, axisymmetric: bool, has_play: bool, is_identified: bool) -> Settings:
+def settings_of(c: CompensationTable, *, axisymmetric: bool, has_play: bool, is_identified: bool) -> Settings:
     """The settings in SI; the spin of an axisymmetric tool is free.
 
     Where a joint reverses, play moves the TCP by tens of micrometres within a few millimetres of path: a rate and a

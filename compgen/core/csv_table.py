@@ -4,16 +4,16 @@ import csv
 import difflib
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, frozen
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import read_named
 
 MAX_ROWS = 1_000_000
 MAX_BYTES = 500_000_000
@@ -77,7 +77,7 @@ class CsvTable:
                 raise InputError(f"{self.location(row, column)}: empty; fill it in, or remove the row")
         return words
 
-    def numbers(self, column: str, gaps: bool = False, largest: float = LARGEST) -> Array:
+    def numbers(self, column: str, *, gaps: bool = False, largest: float = LARGEST) -> Array:
         """A column as numbers, (N,).
 
         Args:
@@ -92,17 +92,27 @@ class CsvTable:
             numbers = self.values[:, self.header.index(column)].copy()
         else:
             numbers = np.array([_float_of(cell) for cell in self._cells(column)])
-        bad = np.flatnonzero(np.isinf(numbers) if gaps else ~np.isfinite(numbers))
-        if len(bad):
-            row = int(bad[0])
-            raise InputError(f"{self.location(row, column)}: {_not_a_number(self._cells(column)[row])}")
-        large = np.flatnonzero(np.abs(numbers) > largest)
-        if len(large):
-            row = int(large[0])
-            raise InputError(
-                f"{self.location(row, column)}: {numbers[row]:g} is beyond {largest:g}; mend it, or remove the row"
-            )
+        bad = np.isinf(numbers) if gaps else ~np.isfinite(numbers)
+        self.refuse_first(bad, column, lambda row: _not_a_number(self._cells(column)[row]))
+        beyond = f"is beyond {largest:g}; mend it, or remove the row"
+        self.refuse_first(np.abs(numbers) > largest, column, lambda row: f"{numbers[row]:g} {beyond}")
         return numbers
+
+    def refuse_first(self, bad: BoolArray, column: str, fault: Callable[[int], str]) -> None:
+        """Refuse the first bad row.
+
+        Args:
+            bad: Which rows are, (N,).
+            column: That the message names; empty: none.
+            fault: Of a row, and its mend.
+
+        Raises:
+            InputError: There is one.
+        """
+        rows = np.flatnonzero(bad)
+        if len(rows):
+            row = int(rows[0])
+            raise InputError(f"{self.location(row, column)}: {fault(row)}")
 
     def _cells(self, column: str) -> list[str]:
         return [cell.strip() for cell in self.columns[self.header.index(column)]]
@@ -186,13 +196,9 @@ def read_text(source: str) -> str:
         InputError: Not a regular file, too large, not UTF-8, zero bytes or bare carriage returns in it.
     """
     try:
-        text = read_regular(source, MAX_BYTES).decode("utf-8-sig")
-    except OSError as exception:
-        raise InputError(f"{source}: cannot be read: {exception.strerror}; give a CSV file") from None
+        text = read_named(source, "a CSV file", MAX_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; save it as CSV with UTF-8") from None
-    except ValueError:
-        raise InputError(f"{source!r}: cannot be read: no file has such a name; give a CSV file") from None
     lines = text.replace("\r\n", "\n")
     for character, message in (
         ("\0", "holds zero bytes, so it is no text; save it as CSV with UTF-8"),

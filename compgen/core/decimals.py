@@ -200,7 +200,7 @@ def short_columns(table: Array | IntArray, decimals: int, before: bytes = b"") -
     size -= whole * scale
     if signed:
         whole += negative * 10.0**width
-    head = np.take(_whole_words(width, signed, before), whole.astype(np.int64))
+    head = np.take(_whole_words(width, before, signed=signed), whole.astype(np.int64))
     if decimals <= 4:
         tail = np.take(_fraction_words(decimals, 0), size.astype(np.int64))
     else:
@@ -225,7 +225,7 @@ def _words(*parts: Bytes | bytes) -> Words:
 
 
 @lru_cache(maxsize=10)
-def _whole_words(width: int, signed: bool, before: bytes) -> Words:
+def _whole_words(width: int, before: bytes, *, signed: bool) -> Words:
     """Sign, digits and point: numbers below 10^width, then the negative ones."""
     signs = (b"\0", b"-") if signed else (b"",)
     return np.concatenate([_words(before + sign, _digits(width, 1), b".") for sign in signs])

@@ -7,6 +7,7 @@ from errno import EFBIG, EINVAL, EISDIR
 from hashlib import sha256
 from pathlib import Path
 
+from compgen.core.exceptions import InputError
 from compgen.core.units import MB
 
 MOST_BYTES = 2_000_000_000
@@ -48,6 +49,25 @@ def read_regular(source: str | Path, most: int = MOST_BYTES) -> bytes:
     if len(content) > most:
         raise OSError(EFBIG, f"it is larger than {most / MB:g} MB", str(source))
     return content
+
+
+def read_named(source: str | Path, wanted: str, most: int = MOST_BYTES) -> bytes:
+    """A file's bytes as ``read_regular`` has them, of a file that a user named.
+
+    Args:
+        source: Its name.
+        wanted: What it should be, for the message.
+        most: Bytes that its kind can have.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    try:
+        return read_regular(source, most)
+    except OSError as failure:
+        raise InputError(f"{source}: cannot be read: {failure.strerror}; give {wanted}") from None
+    except ValueError:
+        raise InputError(f"{str(source)!r}: cannot be read: no file has such a name; give {wanted}") from None
 
 
 def near_file(file: Path, *folders: str) -> str | None:

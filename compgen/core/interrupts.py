@@ -35,7 +35,7 @@ class Interrupted(BaseException):
         super().__init__(_message(number))
 
 
-def install_handlers(as_json: bool = False) -> None:
+def install_handlers(*, as_json: bool = False) -> None:
     """Handle the signals from here on; those that the caller had ignored stay ignored.
 
     Args:

@@ -19,7 +19,7 @@ class RunStage(str):
     waypoints: int
     is_even: bool
 
-    def __new__(cls, name: str, detail: str = "", waypoints: int = 0, is_even: bool = True) -> Self:
+    def __new__(cls, name: str, detail: str = "", waypoints: int = 0, *, is_even: bool = True) -> Self:
         """A stage by its name; those of compgen stand below."""
         words = f"{waypoints} waypoints" if waypoints else detail
         stage = super().__new__(cls, f"{name}: {words}" if words else name)

@@ -285,7 +285,7 @@ def _types(annotation: Any) -> list[Any]:
     return [annotation, *(t for a in get_args(annotation) for t in _types(a))]
 
 
-def suggest(word: str, known: Sequence[str], listed: bool = False) -> str:
+def suggest(word: str, known: Sequence[str], *, listed: bool = False) -> str:
     """The end of a message: the word that was probably meant, or all there are."""
     close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
     if close:

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen import fanuc
-from compgen.compensation import refinement, simplify
+from compgen.compensation import simplify
+from compgen.compensation.refinement import ErringArm, refine
 from compgen.core import stages
 from compgen.core.arrays import Array
 from compgen.core.exceptions import ImpossibleError, naming_file
@@ -87,9 +88,8 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
             lead_in=_lead_in(program, cell, model),
             frame=program.path.place,
         )
-        path, theta = refinement.refine(
-            robot, program.posture, tool.pose, sources=cell.sources, model=model, path=path, feed=feed, layout=layout
-        )
+        arm = ErringArm(robot=robot, posture=program.posture, tool=tool.pose, sources=cell.sources, model=model)
+        path, theta = refine(arm, path, feed, layout)
         progress(RunStage(stages.PATH, waypoints=len(theta)), 1.0)
         page_stops, payload = None, tool.payload is not None
         if pages and process.arcs:

@@ -51,7 +51,7 @@ class Boundary:
     def clip(self, y: Array | float) -> Array:
         """x at which lines of constant y enter and leave the part, (...) to (..., 2) [m]; NaN where a line misses."""
         y = np.asarray(y, dtype=float)
-        low, high, meets = np.full(y.shape, -np.inf), np.full(y.shape, np.inf), np.full(y.shape, True)
+        low, high, meets = np.full(y.shape, -np.inf), np.full(y.shape, np.inf), np.ones(y.shape, dtype=bool)
         if np.isfinite(self.radius):
             high = np.sqrt(np.maximum(self.radius**2 - y**2, 0.0))
             low = -high

@@ -14,7 +14,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_norms
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import read_named
 from compgen.core.units import MM
 
 UPWARDS = 1e-3  # least z of a normal that counts as facing up: a wall is met by no place
@@ -229,12 +229,7 @@ def read_stl(source: str | Path) -> Array:
             no number or beyond 100 m, or no triangle.
     """
     name = str(source)
-    try:
-        content = read_regular(source, MOST_BYTES)
-    except OSError as exception:
-        raise InputError(f"{name}: cannot be read: {exception.strerror}; give an STL file") from None
-    except ValueError:
-        raise InputError(f"{name!r}: cannot be read: no file has such a name; give an STL file") from None
+    content = read_named(source, "an STL file", MOST_BYTES)
     corners = _ascii(name, content) if _is_ascii(content) else _binary(name, content)
     bad = np.flatnonzero(~(np.abs(corners).max(axis=(1, 2), initial=0.0) <= LARGEST))
     if len(bad):

@@ -246,7 +246,7 @@ def _raster(table: RasterTable, boundary: Boundary | None, file: str, lift: floa
         if table.sweeps == "one way":
             sweeps = patterns.one_way_raster(part, step, lead, lift)
         else:
-            sweeps = patterns.raster(part, step, lead, table.turn == "smooth")
+            sweeps = patterns.raster(part, step, lead, smooth=table.turn == "smooth")
         return sweeps.turned(angle) if angle else sweeps
 
     angle = table.angle_deg * DEG

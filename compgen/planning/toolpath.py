@@ -220,7 +220,7 @@ def _laid(exact: ExactPath, cells: Cells, settings: LayoutSettings) -> ToolPath:
     first, balanced = np.flatnonzero(~goes_on), settings.periods is not None
     for _ in range(REFINEMENTS):
         layout = lay_out(cells._replace(limit=limit), cells.limit, curve.pace[keep], first, settings.periods)
-        at, row, span = _spans(exact, pieces, cells.length, first, layout, balanced)
+        at, row, span = _spans(exact, pieces, cells.length, first, layout, exactly=balanced)
         ends = np.cumsum(layout.per_chain)[np.append(stops[pieces[first[1:] - 1]], True)]
         sag = exact.chord(pieces[row], span)
         corners = ends[:-1][(np.minimum(sag[ends[:-1] - 1], sag[ends[:-1]]) > STRAIGHT) & balanced]
@@ -231,7 +231,7 @@ def _laid(exact: ExactPath, cells: Cells, settings: LayoutSettings) -> ToolPath:
         limit = _narrowed(limit, at, beyond)
     stop = np.zeros(len(row) + 1, dtype=bool)
     stop[np.append(0, ends)] = True
-    return _path(exact, pieces[row], span, stop, balanced)
+    return _path(exact, pieces[row], span, stop, balanced=balanced)
 
 
 def _kept(cells: Cells) -> BoolArray:
@@ -258,7 +258,7 @@ def _narrowed(limit: Array, at: Array, beyond: Array) -> Array:
     return limit * lower.reshape(limit.shape)
 
 
-def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray, balanced: bool) -> ToolPath:
+def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray, *, balanced: bool) -> ToolPath:
     """The path whose segments run over these parameters of their pieces."""
     point_piece = np.concatenate([[piece[0]], piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
@@ -316,7 +316,7 @@ def _cells(exact: ExactPath, layout: LayoutSettings) -> Cells:
 
 
 def _spans(
-    exact: ExactPath, pieces: IntArray, cells: Array, first: IntArray, layout: Layout, exactly: bool
+    exact: ExactPath, pieces: IntArray, cells: Array, first: IntArray, layout: Layout, *, exactly: bool
 ) -> tuple[Array, IntArray, Array]:
     """Where segments of some lengths begin and end.
 

@@ -136,10 +136,7 @@ class _Lines(NamedTuple):
 
     def with_more(self, at: IntArray, more: "_Lines") -> "_Lines":
         """With others before some rows."""
-        return _Lines(
-            np.insert(self.length, at, more.length), np.insert(self.n, at, more.n),
-            np.insert(self.single, at, more.single), np.insert(self.owner, at, more.owner),
-        )  # fmt: skip
+        return _Lines(*(np.insert(mine, at, others) for mine, others in zip(self, more, strict=True)))
 
 
 def _walk(way: _Way, s: _Stretches) -> _Walk:

@@ -136,22 +136,7 @@ def class_arm(axes: Axes) -> ClassArm:
         # a straight wrist does not tell joint 4 from joint 6: bend it
         arm, bend = class_arm(_bent(axes)), BEND * np.eye(6)[4]
         return replace(arm, zero=_plain(arm.zero - arm.sign * bend))
-    if abs(w[0, 2]) < np.cos(UPRIGHT):
-        raise _no_class("axis 1 is not upright")
-    for i, k, angle in ((0, 1, 90), (1, 2, 0), (2, 3, 90), (3, 4, 90), (4, 5, 90)):
-        between = np.arccos(np.clip(abs(w[i] @ w[k]), 0, 1)) / DEG
-        if abs(between - angle) * DEG > UPRIGHT:
-            raise _no_class(f"axes {i + 1} and {k + 1} are {between:.1f} deg to each other, not {angle}")
-    wrist = _meeting(p[3], w[3], p[4], w[4])
-    gap = max(_distance(p[i], w[i], wrist) for i in (3, 4, 5))
-    if gap > SAME:
-        raise _no_class(f"axes 4, 5 and 6 do not meet: they pass {2 * gap / MM:.1f} mm from each other")
-    beside = abs(float((wrist - p[0]) @ w[1]))
-    if beside > SAME:
-        raise _no_class(f"the wrist stands {beside / MM:.1f} mm beside the plane of axis 1")
-    off = _distance(p[5], w[5], flange.position)
-    if off > SAME:
-        raise _no_class(f"the flange is {off / MM:.1f} mm off axis 6: a tool, not the flange")
+    wrist = _wrist(axes)
     shoulder, elbow = (_on_plane(p[i], w[i], wrist) for i in (1, 2))
     foot = p[3] + w[3] * (w[3] @ (elbow - p[3]))
     origin = np.array([p[0, 0], p[0, 1], shoulder[2]])
@@ -180,6 +165,33 @@ def class_arm(axes: Axes) -> ClassArm:
     if not arms:
         raise _no_class("its joints are no chain of the class")
     return min(arms, key=lambda arm: arm[:2])[2]
+
+
+def _wrist(axes: Axes) -> Array:
+    """Where the last three axes meet, (3,) [m], of axes that stand to each other as the class's do.
+
+    Raises:
+        InputError: They do not.
+    """
+    w, p = axes.line, axes.point
+    if abs(w[0, 2]) < np.cos(UPRIGHT):
+        raise _no_class("axis 1 is not upright")
+    for i, k, angle in ((0, 1, 90), (1, 2, 0), (2, 3, 90), (3, 4, 90), (4, 5, 90)):
+        between = np.arccos(np.clip(abs(w[i] @ w[k]), 0, 1)) / DEG
+        if abs(between - angle) * DEG > UPRIGHT:
+            raise _no_class(f"axes {i + 1} and {k + 1} are {between:.1f} deg to each other, not {angle}")
+    wrist = _meeting(p[3], w[3], p[4], w[4])
+    gap = max(_distance(p[i], w[i], wrist) for i in (3, 4, 5))
+    beside = abs(float((wrist - p[0]) @ w[1]))
+    off = _distance(p[5], w[5], axes.flange.position)
+    for misses, what in (
+        (gap, f"axes 4, 5 and 6 do not meet: they pass {2 * gap / MM:.1f} mm from each other"),
+        (beside, f"the wrist stands {beside / MM:.1f} mm beside the plane of axis 1"),
+        (off, f"the flange is {off / MM:.1f} mm off axis 6: a tool, not the flange"),
+    ):
+        if misses > SAME:
+            raise _no_class(what)
+    return wrist
 
 
 def _no_class(what: str) -> InputError:

@@ -200,10 +200,8 @@ def branch_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) ->
     theta5 = ca.atan2(s5, m33)
     y4, x4, y6, x6 = -flip * m23, -flip * m13, -flip * sign6 * M[2, 1], flip * M[2, 0]
     theta = ca.vertcat(theta1, theta2, theta3, ca.atan2(y4, x4), theta5, ca.atan2(y6, x6))
-    cosines_and_sines = [
-        (c1, s1), (cu, -su), (sb, cb), _cosine_and_sine(x4, y4), _cosine_and_sine(m33, s5), _cosine_and_sine(x6, y6)
-    ]  # fmt: skip
-    cosines, sines = (ca.vertcat(*column) for column in zip(*cosines_and_sines, strict=True))
+    wrist = [_cosine_and_sine(x, y) for x, y in ((x4, y4), (m33, s5), (x6, y6))]
+    cosines, sines = (ca.vertcat(*column) for column in zip((c1, s1), (cu, -su), (sb, cb), *wrist, strict=True))
     return theta, cosines, sines, margin
 
 

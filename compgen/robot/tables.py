@@ -192,23 +192,11 @@ def robot_from_tables(
     Raises:
         InputError: Limits that do not rise, a pendant map that has no inverse, joints named twice.
     """
-    coupled = limits.j2_plus_j3_deg is not None
-    third = limits.j2_plus_j3_deg if limits.j2_plus_j3_deg is not None else limits.j3_deg
-    if third is None or (coupled and limits.j3_deg is not None):
-        text = "missing" if third is None else "conflicts with limits.j3_deg"
-        raise InputError(f"{file}: limits.j2_plus_j3_deg: {text}; give it, or j3_deg where the pendant is not coupled")
-    ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
-    keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
-    for key, pair in zip(keys, ranges, strict=True):
-        if pair[0] >= pair[1]:
-            raise InputError(f"{file}: limits.{key}: {pair} must rise; give the lower limit first")
-    bounds = np.array(ranges) * DEG
+    bounds, third = _ranges(limits, file)
     zero = np.array(pendant.offset_deg) * DEG
     matrix = np.array(pendant.matrix)
     if abs(np.linalg.det(matrix)) < 1e-9:
         raise InputError(f"{file}: pendant.matrix: it cannot be inverted; each joint needs its row")
-    if len(set(controller.turn_joints)) != 3:
-        raise InputError(f"{file}: controller.turn_joints: {controller.turn_joints} names a joint twice; name three")
     ends = np.diag(matrix)[:, None] * bounds  # a pendant may count the other way
     robot = Robot(
         name=name,
@@ -219,32 +207,55 @@ def robot_from_tables(
         pendant_zero=zero,
         lower=ends.min(axis=1) + zero,
         upper=ends.max(axis=1) + zero,
-        joint_names=("J1", "J2", "J2+J3" if coupled else "J3", "J4", "J5", "J6"),
+        joint_names=("J1", "J2", third, "J4", "J5", "J6"),
         speed=np.array(limits.speed_deg_s) * DEG,
         acceleration=np.array(limits.acceleration_deg_s2) * DEG,
         jerk=np.array(limits.jerk_deg_s3) * DEG,
         shoulder_margin=singularity.shoulder_mm * MM,
         elbow_margin=singularity.elbow_mm * MM,
         wrist_margin=singularity.wrist_deg * DEG,
-        controller=Controller(
-            compensation="signature" if controller.compensation == "signature" else "none",
-            signature=controller.signature,
-            period=controller.interpolation_ms * MS,
-            rounds_up_to_period=controller.rounds_up_to_period,
-            max_lines=controller.max_lines,
-            max_positions=controller.max_positions,
-            memory=controller.memory_kB * KB,
-            name_length=controller.name_length,
-            decimals=controller.decimals,
-            turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
-            payload=controller.payload,
-            acc=controller.acc_percent,
-        ),
+        controller=_controller(controller, file),
         acceleration_known=limits.acceleration_known,
     )
     robot = in_class_rows(robot)
     interference = _interference(limits.interference, robot.pendant_map, robot.pendant_zero, file)
     return replace(robot, interference=interference)
+
+
+def _ranges(limits: LimitsTable, file: str) -> tuple[Array, str]:
+    """Ranges of the pendant's joints, (6, 2) [rad], and what the third of them is of."""
+    coupled = limits.j2_plus_j3_deg is not None
+    third = limits.j2_plus_j3_deg if limits.j2_plus_j3_deg is not None else limits.j3_deg
+    if third is None or (coupled and limits.j3_deg is not None):
+        text = "missing" if third is None else "conflicts with limits.j3_deg"
+        raise InputError(f"{file}: limits.j2_plus_j3_deg: {text}; give it, or j3_deg where the pendant is not coupled")
+    ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
+    keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
+    for key, pair in zip(keys, ranges, strict=True):
+        if pair[0] >= pair[1]:
+            raise InputError(f"{file}: limits.{key}: {pair} must rise; give the lower limit first")
+    return np.array(ranges) * DEG, "J2+J3" if coupled else "J3"
+
+
+def _controller(table: ControllerTable, file: str) -> Controller:
+    """What the controller does and holds."""
+    first, second, third = table.turn_joints
+    if len({first, second, third}) != 3:
+        raise InputError(f"{file}: controller.turn_joints: {table.turn_joints} names a joint twice; name three")
+    return Controller(
+        compensation="signature" if table.compensation == "signature" else "none",
+        signature=table.signature,
+        period=table.interpolation_ms * MS,
+        rounds_up_to_period=table.rounds_up_to_period,
+        max_lines=table.max_lines,
+        max_positions=table.max_positions,
+        memory=table.memory_kB * KB,
+        name_length=table.name_length,
+        decimals=table.decimals,
+        turn_joints=(first, second, third),
+        payload=table.payload,
+        acc=table.acc_percent,
+    )
 
 
 def _interference(table: InterferenceTable, matrix: Array, zero: Array, file: str) -> Interference | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.files import MOST_TABLE_BYTES, read_named
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import MM
@@ -80,11 +80,9 @@ def read_urdf(source: str) -> UrdfArm:
 def _joints(source: str) -> list[UrdfJoint]:
     mend = "give a URDF file"
     try:
-        text = read_regular(source, MOST_TABLE_BYTES).decode()
-    except OSError as exception:
-        raise InputError(f"{source}: cannot be read: {exception.strerror}; {mend}") from None
-    except ValueError:
-        raise InputError(f"{source!r}: cannot be read: not UTF-8 text, or no file has such a name; {mend}") from None
+        text = read_named(source, "a URDF file", MOST_TABLE_BYTES).decode()
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: cannot be read: it is not UTF-8 text; {mend}") from None
     if "xacro:" in text:
         raise InputError(f"{source}: xacro macros; run xacro on it first, and give the URDF that it prints")
     if "<!DOCTYPE" in text:
@@ -162,8 +160,16 @@ def _chain(source: str, joints: list[UrdfJoint]) -> list[UrdfJoint]:
             arms.append(path[-1].name)
         if len(path) <= len(joints):
             stack += [[*path, joint] for joint in by_parent.get(path[-1].child, [])]
-    if turning(best) != 6:
-        raise InputError(f"{source}: {turning(best)} moving joints in a row, not six; give one six-axis arm's file")
+    _refuse_chain(source, best, by_parent, turning(best), arms)
+    return best
+
+
+def _refuse_chain(
+    source: str, best: list[UrdfJoint], by_parent: dict[str, list[UrdfJoint]], turning: int, arms: list[str]
+) -> None:
+    """Refuse a longest chain that is no six-axis arm, or not surely the one that is meant."""
+    if turning != 6:
+        raise InputError(f"{source}: {turning} moving joints in a row, not six; give one six-axis arm's file")
     if len(arms) > 1:
         ends = ", ".join(name[:40] for name in arms[:3])
         raise InputError(f"{source}: {len(arms)} chains of six moving joints, ending in {ends}; give one arm's file")
@@ -183,7 +189,6 @@ def _chain(source: str, joints: list[UrdfJoint]) -> list[UrdfJoint]:
             f"{source}: joint '{follower.name[:40]}' mimics '{str(follower.mimics)[:40]}': it does not move by itself, "
             "as each of an arm's six joints does; give a file without <mimic>"
         )
-    return best
 
 
 def _poses(joints: list[UrdfJoint], q: Array) -> Pose:

@@ -83,7 +83,12 @@ def stl(rng, folder):
         same(corners / MM, [c for _, c in facets], "corners", 1e-9)
         edge = boundaries.circle(0.12)
         laid = lay(
-            patterns.raster(edge, 0.03, 0.005, False), edge, Mesh.of_corners(corners), np.zeros(3), "part.stl", 0.0
+            patterns.raster(edge, 0.03, 0.005, smooth=False),
+            edge,
+            Mesh.of_corners(corners),
+            np.zeros(3),
+            "part.stl",
+            0.0,
         )
         points = laid.points.position[laid.points.contact] / MM
         for x, y, z in points[rng.choice(len(points), 12)]:

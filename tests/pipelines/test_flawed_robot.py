@@ -36,7 +36,6 @@ from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.planning import toolpath
 from compgen.report import job_summary
-from compgen.robot import inverse_kinematics
 
 # by a robot whose hysteresis is of the study's size
 RASTER = (
@@ -134,16 +133,14 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     near = np.abs(middle[:, None] - planned.path.arc[planned.path.stop]).min(axis=1) < 20 * MM  # where joints reverse
     assert np.median(length[near]) < 0.6 * np.median(length[~near])
     growth = [s for s in job.sources if isinstance(s, ThermalGrowth)]
-    arm = (job.robot, job.posture, job.tool.pose, growth, planned.model)
-    assert refinement.refine(*arm, plain, job.feed, toolpath.LayoutSettings(process.chord))[0] is plain
+    arm = refinement.ErringArm(
+        robot=job.robot, posture=job.posture, tool=job.tool.pose, sources=job.sources, model=planned.model
+    )
+    layout = toolpath.LayoutSettings(process.chord)
+    assert refinement.refine(replace(arm, sources=growth), plain, job.feed, layout)[0] is plain
     room = np.diff(planned.path.arc) / (job.feed * job.robot.controller.period)
     assert room.min() >= 0.9  # never below what the controller can follow
-
-    def solve(pose):
-        flange = inverse_kinematics.flange_from_tool(pose, job.tool.pose)
-        return inverse_kinematics.solve_flange(job.robot, flange, job.posture)[0]
-
-    bend, _ = refinement.error_shape(solve, job.sources, planned.model, planned.path, planned.theta)
+    bend, _ = refinement.error_shape(arm, planned.path, planned.theta)
     assert ((bend <= refinement.CHORD_SHARE * process.chord) | (room < 2)).all()  # no segment is left that could be cut
 
 

@@ -130,7 +130,9 @@ def test_normals_run_on_over_a_smooth_surface():
 
 def laid_raster(mesh, tool_radius=0.0, lift=0.02, half=0.06, one_way=False):
     edge = boundaries.circle(2 * half)
-    sweeps = patterns.one_way_raster(edge, 0.02, 0.005, lift) if one_way else patterns.raster(edge, 0.02, 0.005, False)
+    sweeps = patterns.raster(edge, 0.02, 0.005, smooth=False)
+    if one_way:
+        sweeps = patterns.one_way_raster(edge, 0.02, 0.005, lift)
     return lay(sweeps, edge, mesh, NO_SHIFT, "part.stl", tool_radius)
 
 

@@ -27,7 +27,7 @@ SIZES_M = [(0.02, 0.03), (0.02, 0.005), (0.0203, 0.005), (0.0137, 0.0), (0.1, 0.
 
 @cache
 def raster(part: str, stepover: float, lead: float, smooth: bool) -> PiecewiseCurve:
-    return patterns.raster(PARTS[part], stepover, lead, smooth)
+    return patterns.raster(PARTS[part], stepover, lead, smooth=smooth)
 
 
 def traced(table: PiecewiseCurve, count: int = 21):
@@ -206,7 +206,7 @@ def test_smooth_raster_stops_only_at_its_end():
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_sweeps_are_a_stepover_apart_and_go_there_and_back(part, stepover, lead, smooth):
-    y, x0, x1 = sweeps(raster(part, stepover, lead, smooth)).T
+    y, x0, x1 = sweeps(raster(part, stepover, lead, smooth=smooth)).T
     assert_allclose(np.diff(y), stepover, atol=ATOL_M)
     assert_allclose(y + y[::-1], 0, atol=ATOL_M)  # centred
     assert np.array_equal(np.sign(x1 - x0), np.where(np.arange(len(y)) % 2, -1, 1))
@@ -225,7 +225,7 @@ def test_no_point_of_the_part_is_more_than_half_a_stepover_from_a_sweep(part, st
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_each_sweep_runs_past_the_part_by_at_least_the_lead(part, stepover, lead, smooth):
-    for y, x0, x1 in sweeps(raster(part, stepover, lead, smooth)):
+    for y, x0, x1 in sweeps(raster(part, stepover, lead, smooth=smooth)):
         low, high = PARTS[part].clip(float(y))
         assert min(x0, x1) <= low - lead + ATOL_M
         assert max(x0, x1) >= high + lead - ATOL_M
@@ -267,7 +267,7 @@ def test_with_a_fine_stepover_the_raster_stays_within_its_lead(part):
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_turns_lie_outside_the_part(part, stepover, lead, smooth):
-    table = raster(part, stepover, lead, smooth)
+    table = raster(part, stepover, lead, smooth=smooth)
     piece, p, _, _ = traced(table)
     turning = ~is_sweep(table)[piece]
     assert turning.any()
@@ -296,7 +296,7 @@ def test_sweeps_are_cut_where_they_cross_the_edge():
 
 def test_a_part_that_no_sweep_meets_is_refused():
     with pytest.raises(InputError, match="stepover_mm"):
-        patterns.raster(boundaries.circle(5e-10), 0.02, 0.0, False)
+        patterns.raster(boundaries.circle(5e-10), 0.02, 0.0, smooth=False)
 
 
 def test_a_stepover_wider_than_the_part_leaves_one_sweep_through_its_middle():
@@ -311,7 +311,7 @@ def test_finer_stepover_gives_a_longer_raster():
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_a_raster_of_one_sweep_has_no_turn(smooth):
-    table = patterns.raster(boundaries.circle(0.1), 0.2, 0.01, smooth)
+    table = patterns.raster(boundaries.circle(0.1), 0.2, 0.01, smooth=smooth)
     assert len(table.poly) == 3
     assert table.stop.tolist() == [False, False, True]
     assert_allclose([*table.start()[0][:2], *table.end()[0][:2]], [-0.06, 0, 0.06, 0], atol=ATOL_M)
@@ -320,7 +320,7 @@ def test_a_raster_of_one_sweep_has_no_turn(smooth):
 @pytest.mark.parametrize("smooth", [False, True])
 def test_fifty_thousand_sweeps_are_laid_together(smooth):
     begin = time.process_time()
-    table = patterns.raster(boundaries.circle(0.04), 8e-7, 1e-3, smooth)
+    table = patterns.raster(boundaries.circle(0.04), 8e-7, 1e-3, smooth=smooth)
     assert time.process_time() - begin < 2
     assert table.stop.sum() == (1 if smooth else 99_999)
 
@@ -349,8 +349,8 @@ def test_one_way_sweeps_all_go_to_larger_x_and_come_back_above_the_part():
 
 def test_cross_hatch_is_one_raster_after_the_other():
     part = boundaries.rectangle(0.6, 0.4, 0.0)
-    first = patterns.raster(part, 0.1, 0.005, False)
-    second = patterns.raster(part.turned(-np.pi / 2), 0.1, 0.005, False).turned(np.pi / 2)
+    first = patterns.raster(part, 0.1, 0.005, smooth=False)
+    second = patterns.raster(part.turned(-np.pi / 2), 0.1, 0.005, smooth=False).turned(np.pi / 2)
     both = patterns.cross_hatch(first, second, 0.02)
     start, end = ends_of(both)
     assert_allclose(end[:-1], start[1:], atol=1e-15)

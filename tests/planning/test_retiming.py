@@ -39,7 +39,7 @@ PATTERNS = {
     "circle": (patterns.circle(0.3), surfaces.plane(CENTRE)),
     "square": (square(0.06), surfaces.plane(CENTRE)),
     "spiral": (patterns.spiral(0.3, 5), surfaces.conic(CENTRE, 2.0, -0.9, 0.3)),
-    "smooth raster": (patterns.raster(HEXAGON, 0.03, 0.01, True), surfaces.conic(CENTRE, 0.6, 0.0, 0.2)),
+    "smooth raster": (patterns.raster(HEXAGON, 0.03, 0.01, smooth=True), surfaces.conic(CENTRE, 0.6, 0.0, 0.2)),
     "iso9283": (patterns.iso9283(0.3), surfaces.plane(CENTRE)),
     "study circle": (STUDY.plan.path.pattern, surfaces.plane(CENTRE)),
 }

@@ -25,8 +25,8 @@ PATTERNS = {
     "circle": patterns.circle(0.3),
     "spiral": patterns.spiral(0.4, 5),
     "iso9283": patterns.iso9283(0.3),
-    "square raster": patterns.raster(HEXAGON, 0.03, 0.01, False),
-    "smooth raster": patterns.raster(HEXAGON, 0.03, 0.01, True),
+    "square raster": patterns.raster(HEXAGON, 0.03, 0.01, smooth=False),
+    "smooth raster": patterns.raster(HEXAGON, 0.03, 0.01, smooth=True),
 }
 SURFACES = {"plane": FLAT, "optic": OPTIC, "bowl": BOWL}
 EVERY = [(p, s) for p in PATTERNS for s in SURFACES]
@@ -279,7 +279,7 @@ def test_robot_stops_at_every_corner_and_nowhere_else(pattern, surface):
 @pytest.mark.parametrize("lead_mm", [0.0, 5.0])
 def test_square_raster_stops_at_every_corner_whatever_its_lead(rotation_deg, lead_mm):
     part = boundaries.hexagon(1.45, np.radians(rotation_deg))  # m, the shipped optic
-    tool = path(patterns.raster(part, 0.02, lead_mm * 1e-3, False), "plane", boundary=part)
+    tool = path(patterns.raster(part, 0.02, lead_mm * 1e-3, smooth=False), "plane", boundary=part)
     corner = turned(tool) > 0.1  # rad
     assert corner.sum() > 80
     assert tool.stop[1:-1][corner].all()

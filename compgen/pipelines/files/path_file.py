@@ -205,7 +205,7 @@ def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
 def _settings(path: PathFile, cell: Cell) -> Settings:
     return settings_of(
         path.compensation,
-        path.tool.axisymmetric,
+        axisymmetric=path.tool.axisymmetric,
         has_play=reversal_widths(cell.sources) is not None,
         is_identified=cell.held_out is not None,
     )

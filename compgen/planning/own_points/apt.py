@@ -8,12 +8,21 @@ that are known to move nothing are passed over, and every other word is refused.
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.planning.own_points.given_points import GivenPoints, PointRows, feed_in_m_s, not_driven, read_lines
+from compgen.planning.own_points.given_points import (
+    GivenPoints,
+    PointRow,
+    PointRows,
+    Triple,
+    feed_in_m_s,
+    not_driven,
+    read_lines,
+)
 
 UNIT = 0.01  # that an axis' length may differ from one
 #: moves, or turns of the points, that are not read
@@ -45,14 +54,11 @@ REFUSED = {
 #: of these words, what only ends or says what is so already
 HARMLESS = {"CUTCOM": "OFF", "CYCLE": "OFF", "TRACUT": "NOMORE", "REFSYS": "NOMORE", "MODE": "ABSOL", "SELECT": "TOOL"}
 #: words that move no tool
-NO_MOTION = frozenset(
-    (
-        "AIR", "AUXFUN", "CLAMP", "CLDIST", "CLEARP", "COOLNT", "CUTTER", "DISPLY", "END-OF-PATH", "GECENT", "HEAD",
-        "INTOL", "LEADER", "LINTOL", "LOAD", "MACHIN", "MULTAX", "OPSKIP", "OUTTOL", "PAINT", "PLABEL",
-        "PROGNO", "REWIND", "SAFETY", "SELCTL", "SEQNO", "SPINDL", "SYN", "TLDATA", "TMARK",
-        "TOLER", "TOOL", "TOOLNO", "TPRINT", "UNITS",
-    )
-)  # fmt: skip
+_STILL = """
+AIR AUXFUN CLAMP CLDIST CLEARP COOLNT CUTTER DISPLY END-OF-PATH GECENT HEAD INTOL LEADER LINTOL LOAD MACHIN MULTAX
+OPSKIP OUTTOL PAINT PLABEL PROGNO REWIND SAFETY SELCTL SEQNO SPINDL SYN TLDATA TMARK TOLER TOOL TOOLNO TPRINT UNITS
+"""
+NO_MOTION = frozenset(_STILL.split())
 TEXT = ("PPRINT", "PARTNO", "REMARK", "TOOL PATH", "CATPROCESS")  # what stands behind them is no statement
 ENDS = ("END", "FINI")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([EDed][+-]?\d+)?", re.ASCII)
@@ -65,46 +71,61 @@ def read_apt(source: str | Path) -> GivenPoints:
         InputError: Not readable, in inches, a move that is not read, a number that is none, an axis that is no unit
             vector or is missing from some of the points, a word that is not known to move nothing.
     """
-    name = str(source)
-    rows = PointRows(source=name)
-    feed, rapid, place = np.nan, False, None
-    axis: tuple[float, float, float] | None = None
-    end, behind = (0, ""), []
-    for line, word, arguments in _statements(name, read_lines(source, "an APT file")):
-        where = f"{name}: line {line}"
+    reader, end, behind = _Reader(PointRows(str(source))), (0, ""), []
+    for line, word, arguments in _statements(str(source), read_lines(source, "an APT file")):
         if end[1]:
             behind += [line] if word not in ENDS else []
         elif word in ENDS:
             end = (line, word)
-        elif word in ("LOADTL", "TURRET"):
-            rows.refuse_another_tool(line, word)
+        else:
+            reader.statement(line, word, arguments)
+    return reader.rows.given(not_driven(*end, behind))
+
+
+@dataclass(slots=True)
+class _Reader:
+    """What stays in force from statement to statement."""
+
+    rows: PointRows
+    feed: float = np.nan  # m/s
+    rapid: bool = False  # of the next move
+    place: Triple | None = None  # mm
+    axis: Triple | None = None
+
+    def statement(self, line: int, word: str, arguments: list[str]) -> None:
+        """One statement."""
+        where = f"{self.rows.source}: line {line}"
+        if word in ("LOADTL", "TURRET"):
+            self.rows.refuse_another_tool(line, word)
         elif word == "RAPID":
-            rapid = True
+            self.rapid = True
         elif word in ("STOP", "OPSTOP", "DELAY"):
-            if rows.stop:
-                rows.stop[-1] = True
+            self.rows.stop()
         elif word == "FEDRAT":
-            feed = _feed(name, line, arguments, feed)
+            self.feed = _feed(self.rows.source, line, arguments, self.feed)
         elif word == "FROM":  # where the machine stood, not where the tool goes
-            if rows.position:
+            if self.rows.rows:
                 raise InputError(f"{where}: FROM after a point: nobody drives there; write GOTO, or remove it")
             numbers = [_number(where, a) for a in arguments[:3]]
-            place = (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else place
+            self.place = (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else self.place
         elif word in ("GOTO", "GODLTA"):
-            numbers = [_number(where, a) for a in arguments]
-            if len(numbers) not in ((3,) if word == "GODLTA" else (3, 6)):
-                raise InputError(f"{where}: {word} with {len(numbers)} numbers; give x, y, z, or x, y, z, i, j, k")
-            if word == "GODLTA":
-                if place is None:
-                    raise InputError(f"{where}: GODLTA before any GOTO; give the first point with GOTO")
-                numbers = [a + b for a, b in zip(place, numbers, strict=True)]
-            place = (numbers[0], numbers[1], numbers[2])
-            axis = _axis(where, numbers[3:], axis, bool(rows.position))
-            rows.add(line, place, np.nan if rapid else feed, not rapid, axis)
-            rapid = False
+            self._move(line, where, word, [_number(where, a) for a in arguments])
         else:
             _refuse(where, word, arguments)
-    return rows.given(normal=axis is not None, notes=not_driven(*end, behind))
+
+    def _move(self, line: int, where: str, word: str, numbers: list[float]) -> None:
+        if len(numbers) not in ((3,) if word == "GODLTA" else (3, 6)):
+            raise InputError(f"{where}: {word} with {len(numbers)} numbers; give x, y, z, or x, y, z, i, j, k")
+        if word == "GODLTA":
+            if self.place is None:
+                raise InputError(f"{where}: GODLTA before any GOTO; give the first point with GOTO")
+            numbers = [a + b for a, b in zip(self.place, numbers, strict=True)]
+        self.place = (numbers[0], numbers[1], numbers[2])
+        if numbers[3:]:
+            self.axis = _axis(where, numbers[3:], has_axes=self.axis is not None or not self.rows.rows)
+        feed = np.nan if self.rapid else self.feed
+        self.rows.add(PointRow(line, self.place, feed, contact=not self.rapid, normal=self.axis))
+        self.rapid = False
 
 
 def _refuse(where: str, word: str, arguments: list[str]) -> None:
@@ -117,13 +138,9 @@ def _refuse(where: str, word: str, arguments: list[str]) -> None:
     raise InputError(f"{where}: {shown}: {REFUSED.get(word, 'not read; remove it if it moves nothing')}")
 
 
-def _axis(
-    where: str, given: list[float], known: tuple[float, float, float] | None, begun: bool
-) -> tuple[float, float, float] | None:
-    """The tool's axis after a point: as given, or the one before."""
-    if not given:
-        return known
-    if begun and known is None:
+def _axis(where: str, given: list[float], *, has_axes: bool) -> Triple:
+    """The tool's axis at a point, of which those before have one, too, or are none."""
+    if not has_axes:
         raise InputError(f"{where}: i, j, k here and not at the first point; give them from the first on, or nowhere")
     length = float(np.linalg.norm(given))
     if abs(length - 1) > UNIT:

@@ -55,30 +55,21 @@ def read_points(source: str | Path) -> GivenPoints:
 def _normals(table: CsvTable) -> Array:
     normal = np.column_stack([table.numbers(c, largest=1e3) for c in NORMAL])
     length = row_norms(normal)
-    bad = np.flatnonzero(np.abs(length - 1) > UNIT)
-    if len(bad):
-        row = int(bad[0])
-        raise InputError(
-            f"{table.location(row)}: the normal i, j, k has length {length[row]:.4g}, not 1; divide it by its length"
-        )
+    fault = "the normal i, j, k has length {:.4g}, not 1; divide it by its length"
+    table.refuse_first(np.abs(length - 1) > UNIT, "", lambda row: fault.format(length[row]))
     return np.asarray(normal / length[:, None])
 
 
 def _feeds(table: CsvTable) -> Array:
     feed = table.numbers("feed_mm_s", gaps=True)
-    bad = np.flatnonzero((feed < FEEDS[0]) | (feed > FEEDS[1]))
-    if len(bad):
-        row = int(bad[0])
-        raise InputError(
-            f"{table.location(row, 'feed_mm_s')}: {feed[row]:g} mm/s is outside {FEEDS[0]:g} to {FEEDS[1]:g}; mend it"
-        )
+    low, high = FEEDS
+    fault = f"{{:g}} mm/s is outside {low:g} to {high:g}; mend it"
+    table.refuse_first((feed < low) | (feed > high), "feed_mm_s", lambda row: fault.format(feed[row]))
     return feed * MM
 
 
 def _flags(table: CsvTable, column: str) -> BoolArray:
     flag = table.numbers(column)
-    bad = np.flatnonzero((flag != 0) & (flag != 1))
-    if len(bad):
-        row = int(bad[0])
-        raise InputError(f"{table.location(row, column)}: {flag[row]:g} is neither 0 nor 1; give one of them")
+    fault = "{:g} is neither 0 nor 1; give one of them"
+    table.refuse_first((flag != 0) & (flag != 1), column, lambda row: fault.format(flag[row]))
     return np.asarray(flag == 1)

@@ -7,7 +7,7 @@ another work offset in mid-file, rotary axes, cutter compensation, cycles, macro
 """
 
 import re
-from math import atan2, hypot, pi, sqrt
+from math import atan2, hypot, nan, pi, sqrt
 from pathlib import Path
 
 from compgen.core.exceptions import InputError
@@ -15,6 +15,7 @@ from compgen.planning.own_points.given_points import (
     LINE,
     Arc,
     GivenPoints,
+    PointRow,
     PointRows,
     feed_in_m_s,
     not_driven,
@@ -63,14 +64,14 @@ def read_gcode(source: str | Path) -> GivenPoints:
             place of all axes is known.
     """
     name = str(source)
-    rows, reader, behind = PointRows(source=name), _Reader(name), []
+    rows, reader, behind = PointRows(name), _Reader(name), []
     for n, text in enumerate(read_lines(source, "a G-code file"), 1):
         block = _uncommented(text)
         if reader.end is not None:
             behind += [n] if block and block != "%" else []
         elif block:
             reader.block(n, block, rows)
-    return rows.given(normal=False, notes=() if reader.end is None else not_driven(*reader.end, behind))
+    return rows.given(() if reader.end is None else not_driven(*reader.end, behind))
 
 
 def _uncommented(text: str) -> str:
@@ -84,7 +85,7 @@ class _Reader:
         self.name = name
         self.motion: int | None = None
         self.absolute = True
-        self.feed = float("nan")
+        self.feed = nan
         self.place: dict[str, float] = {}  # mm, of the axes that were given
         self.offset: float | None = None  # G54 to G59
         self.begun = False  # any block that says something
@@ -113,8 +114,8 @@ class _Reader:
             self.feed = feed_in_m_s(self.name, line, values["F"])
         if not waits:
             self._move(line, values, rows)
-        if rows.stop and (waits or {("M", 0), ("M", 1)} & set(codes)):
-            rows.stop[-1] = True
+        if waits or {("M", 0), ("M", 1)} & set(codes):
+            rows.stop()
         if ends := [value for letter, value in codes if letter == "M" and value in (2, 30)]:
             self.end = (line, f"M{ends[0]:g}")
 
@@ -144,7 +145,7 @@ class _Reader:
             if len(start) < 3:
                 raise InputError(f"{where}: an arc from an unknown place; give X, Y, Z before it")
             arc = self._arc(line, (start["X"], start["Y"]), end[:2], values)
-        rows.add(line, end, self.feed if self.motion else float("nan"), self.motion != 0, arc=arc)
+        rows.add(PointRow(line, end, self.feed if self.motion else nan, contact=self.motion != 0, arc=arc))
 
     def _refuse_contradictions(self, line: int, codes: list[float], values: dict[str, float]) -> None:
         """Of the G-codes of a block and its other words."""
@@ -185,12 +186,15 @@ class _Reader:
     def _code(self, line: int, letter: str, value: float, rows: PointRows) -> None:
         """What a code changes, or its refusal."""
         where = f"{self.name}: line {line}: {letter}{value:g}"
-        if letter == "M":
-            if value in (97, 98, 99):
-                raise InputError(f"{where}: sub-programs are not read; write the moves themselves")
-            if value == 6:
-                rows.refuse_another_tool(line, f"M{value:g}")
-            return
+        if letter == "G":
+            self._preparatory(where, value)
+        elif value in (97, 98, 99):
+            raise InputError(f"{where}: sub-programs are not read; write the moves themselves")
+        elif value == 6:
+            rows.refuse_another_tool(line, f"M{value:g}")
+
+    def _preparatory(self, where: str, value: float) -> None:
+        """What a G-code changes, or its refusal."""
         if value in REFUSED:
             raise InputError(f"{where}: {REFUSED[int(value)]}")
         if value == 91.1:

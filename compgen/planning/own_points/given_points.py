@@ -1,6 +1,6 @@
 """Points that a user gives: where the tool goes, how it stands, how fast; and how they grow as a file is read."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from math import pi
 from pathlib import Path
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_norms
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import read_named
 from compgen.core.units import DEG, MM, UM
 
 SAME = 1 * UM  # points nearer than this are one
@@ -149,15 +149,13 @@ def read_lines(source: str | Path, kind: str) -> list[str]:
     Raises:
         InputError: It cannot be read, or is no text.
     """
-    try:
-        data = read_regular(str(source), MAX_BYTES)
-    except OSError as exception:
-        raise InputError(f"{source}: cannot be read: {exception.strerror}; give {kind}") from None
-    except ValueError:
-        raise InputError(f"{str(source)!r}: cannot be read: no file has such a name; give {kind}") from None
+    data = read_named(source, kind, MAX_BYTES)
     if b"\0" in data:
         raise InputError(f"{source}: holds zero bytes, so it is no text; give {kind}")
     return data.decode("latin-1").splitlines()
+
+
+Triple = tuple[float, float, float]
 
 
 class Arc(NamedTuple):
@@ -170,71 +168,71 @@ class Arc(NamedTuple):
 LINE = Arc((0.0, 0.0), 0.0)
 
 
-@dataclass(slots=True, kw_only=True)
+@dataclass(slots=True)
+class PointRow:
+    """A point as it is read."""
+
+    line: int
+    position: Triple  # mm
+    feed: float  # m/s on the way to it
+    _: KW_ONLY
+    contact: bool
+    normal: Triple | None = None
+    arc: Arc = LINE
+    stop: bool = False
+
+
+@dataclass(slots=True)
 class PointRows:
     """Points in the order they are read; ``given`` freezes them."""
 
     source: str
-    line: list[int] = field(default_factory=list)
-    position: list[tuple[float, float, float]] = field(default_factory=list)  # mm
-    normal: list[tuple[float, float, float]] = field(default_factory=list)
-    feed: list[float] = field(default_factory=list)  # m/s
-    contact: list[bool] = field(default_factory=list)
-    stop: list[bool] = field(default_factory=list)
-    arc: list[Arc] = field(default_factory=list)
+    rows: list[PointRow] = field(default_factory=list)
 
-    def add(
-        self, line: int, position: tuple[float, float, float], feed: float, contact: bool,
-        normal: tuple[float, float, float] | None = None, arc: Arc = LINE,
-    ) -> None:  # fmt: skip
+    def add(self, row: PointRow) -> None:
         """One more point; one at the very place of the last is the same point.
 
         Raises:
             InputError: A coordinate beyond any cell, or a tool that turns where it stands.
         """
-        if max(map(abs, position)) > LARGEST:
-            raise InputError(f"{self.source}: line {line}: a coordinate is beyond {LARGEST:g} mm; mend it")
-        if self.position and self.position[-1] == position and arc.swept == 0:
-            if normal is not None and np.linalg.norm(np.subtract(normal, self.normal[-1])) > TURNED:
-                raise InputError(
-                    f"{self.source}: line {line}: the tool turns where it stands (line {self.line[-1]}); let it move "
-                    "while it turns"
-                )
-            return
-        self.line.append(line)
-        self.position.append(position)
-        self.feed.append(feed)
-        self.contact.append(contact)
-        self.stop.append(False)
-        self.arc.append(arc)
-        if normal is not None:
-            self.normal.append(normal)
+        where = f"{self.source}: line {row.line}"
+        if max(map(abs, row.position)) > LARGEST:
+            raise InputError(f"{where}: a coordinate is beyond {LARGEST:g} mm; mend it")
+        last = self.rows[-1] if self.rows else None
+        if last is None or last.position != row.position or row.arc.swept != 0:
+            self.rows.append(row)
+        elif row.normal and last.normal and np.linalg.norm(np.subtract(row.normal, last.normal)) > TURNED:
+            raise InputError(f"{where}: the tool turns where it stands (line {last.line}); let it move while it turns")
+
+    def stop(self) -> None:
+        """The robot stops at the last point."""
+        if self.rows:
+            self.rows[-1].stop = True
 
     def refuse_another_tool(self, line: int, word: str) -> None:
         """Refuse a change of tool behind a place on the part: the robot has one tool."""
-        if any(self.contact):
-            raise InputError(
-                f"{self.source}: line {line}: {word}: another tool in mid-file; write a file for each tool"
-            )
+        where = f"{self.source}: line {line}"
+        if any(row.contact for row in self.rows):
+            raise InputError(f"{where}: {word}: another tool in mid-file; write a file for each tool")
 
-    def given(self, normal: bool, notes: tuple[str, ...] = ()) -> GivenPoints:
-        """The points.
+    def given(self, notes: tuple[str, ...] = ()) -> GivenPoints:
+        """The points; without normals the surface says how the tool stands.
 
         Args:
-            normal: Whether each has one; without, the surface says how the tool stands.
             notes: What of the file is not driven.
         """
-        swept = np.array([arc.swept for arc in self.arc])
-        centre = np.array([arc.centre for arc in self.arc]).reshape(-1, 2) * MM
+        normals = [row.normal for row in self.rows if row.normal is not None]
+        swept = np.array([row.arc.swept for row in self.rows])
+        centre = np.array([row.arc.centre for row in self.rows]).reshape(-1, 2) * MM
         return GivenPoints(
             source=self.source,
-            line=np.array(self.line, dtype=np.int64),
-            position=np.array(self.position, dtype=float).reshape(-1, 3) * MM,
-            normal=np.array(self.normal, dtype=float).reshape(-1, 3) if normal else None,
+            line=np.array([row.line for row in self.rows], dtype=np.int64),
+            position=np.array([row.position for row in self.rows], dtype=float).reshape(-1, 3) * MM,
+            normal=np.array(normals, dtype=float).reshape(-1, 3) if normals else None,
             rotation=None,
-            feed=np.array(self.feed, dtype=float),
-            contact=np.array(self.contact, dtype=bool),
-            stop=np.array(self.stop, dtype=bool),
+            feed=np.array([row.feed for row in self.rows], dtype=float),
+            contact=np.array([row.contact for row in self.rows], dtype=bool),
+            stop=np.array([row.stop for row in self.rows], dtype=bool),
             arcs=GivenArcs(centre, swept) if swept.any() else None,
             notes=notes,
         )

@@ -243,7 +243,7 @@ def pattern_on_mesh(
     laid = lay(pattern, boundary, mesh, shift, source, (table.tool_radius_mm or 0.0) * MM)
     place, tilt = table.tolerance_um or TOLERANCE_UM, table.tolerance_mdeg or TOLERANCE_MDEG
     local = place_points(laid.points, plane(np.zeros(3)), spin, 1.0)
-    curve = space_curve(local, Tolerance(place * UM, tilt * MDEG, CORNER, False)).curve
+    curve = space_curve(local, Tolerance(place * UM, tilt * MDEG, CORNER, exact=False)).curve
     notes = [Finding(Level.NOTE, Code.SURFACE_MESH, text) for text in (_size(mesh, laid), *_words(table, laid, place))]
     if laid.on_mesh < 1:
         level = Level.NOTE if laid.on_mesh > MOSTLY else Level.WARNING

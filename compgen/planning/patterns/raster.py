@@ -17,7 +17,7 @@ TURN_REACH = 1.6
 CENTRED = 1e-9  # m that a part may lie off the centre and be in the middle
 
 
-def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> PiecewiseCurve:
+def raster(boundary: Boundary, stepover: float, lead: float, *, smooth: bool) -> PiecewiseCurve:
     """Sweeps from -y to +y, each longer than the part by ``lead`` at both ends [m].
 
     Where the part widens or narrows, both sweeps of a turn run past all of the part that lies between them, so the
@@ -47,13 +47,13 @@ def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> Pi
         heading = np.column_stack([np.where(ahead[:-1], 1.0, -1.0), np.zeros(n - 1)])
         across = curves.u_turns(leave, arrive, heading, TURN_REACH * stepover)
     else:
-        across = curves.lines(leave, arrive, np.full(n - 1, True), np.full(n - 1, True))
+        across = curves.lines(leave, arrive, np.ones(n - 1, dtype=bool), np.ones(n - 1, dtype=bool))
     # each sweep is cut where it crosses the edge
     x = np.column_stack([ends[:, 0], np.where(ahead[:, None], span, span[:, ::-1]), ends[:, 1]])
     sweep = np.repeat(np.arange(n), 3)
     a, b = (np.column_stack([x[:, k : k + 3].ravel(), y[sweep]]) for k in (0, 1))
     stop = (b[:, 0] == ends[sweep, 1]) & ((sweep == n - 1) | (not smooth))
-    along = curves.lines(a, b, stop, np.full(3 * n, True))
+    along = curves.lines(a, b, stop, np.ones(3 * n, dtype=bool))
     # the way to each sweep but the first, then its parts that have a length
     order = np.column_stack([np.arange(n) - 1, n - 1 + np.arange(3 * n).reshape(n, 3)])
     has_length = np.column_stack([np.arange(n) > 0, (a[:, 0] != b[:, 0]).reshape(n, 3)])
@@ -66,7 +66,7 @@ def one_way_raster(boundary: Boundary, stepover: float, lead: float, lift: float
     Raises:
         InputError: No sweep meets the part.
     """
-    there_and_back = raster(boundary, stepover, lead, False)
+    there_and_back = raster(boundary, stepover, lead, smooth=False)
     along = np.flatnonzero(there_and_back.poly[:, 1, 0] != 0)
     starts, _, _ = there_and_back.derivatives(along, np.zeros(len(along)))
     ends, _, _ = there_and_back.derivatives(along, np.ones(len(along)))
@@ -76,7 +76,7 @@ def one_way_raster(boundary: Boundary, stepover: float, lead: float, lift: float
         x = np.unique(np.concatenate([starts[rows, 0], ends[rows, 0]]))
         places = np.column_stack([x, np.full(len(x), y)])
         stop = np.arange(1, len(x)) == len(x) - 1
-        sweeps.append(curves.lines(places[:-1], places[1:], stop, np.full(len(stop), True)))
+        sweeps.append(curves.lines(places[:-1], places[1:], stop, np.ones(len(stop), dtype=bool)))
     return curves.join(*_over_the_part(sweeps, lift))
 
 

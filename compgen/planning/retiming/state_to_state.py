@@ -114,7 +114,9 @@ def _ask_ruckig(b: Blocks, progress: Callable[[float], None]) -> _Stretches:
         question.current_velocity, question.target_velocity = [v0], [v1]
         question.max_velocity, question.max_acceleration = [v], [a]
         try:
-            solver.validate_input(question, True, True)
+            solver.validate_input(
+                question, check_current_state_within_limits=True, check_target_state_within_limits=True
+            )
             outcome = solver.calculate(question, answer)
         except RuckigError as refusal:
             raise _impossible(b, n, f"ruckig: {' '.join(str(refusal).split())[:80]}") from refusal
