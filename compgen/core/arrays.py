@@ -112,6 +112,11 @@ def numbered(counts: IntArray) -> tuple[IntArray, IntArray]:
     return group, np.arange(len(group)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
+def first_true(rows: BoolArray) -> int | None:
+    """The first row that is true, (N,); None where none is."""
+    return int(np.argmax(rows)) if rows.any() else None
+
+
 def unit(a: Array) -> Array:
     """Rows scaled to length one, (..., k)."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, frozen
+from compgen.core.arrays import Array, BoolArray, IntArray, first_true, frozen
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 
@@ -109,9 +109,8 @@ class CsvTable:
         Raises:
             InputError: There is one.
         """
-        rows = np.flatnonzero(bad)
-        if len(rows):
-            row = int(rows[0])
+        row = first_true(bad)
+        if row is not None:
             raise InputError(f"{self.location(row, column)}: {fault(row)}")
 
     def _cells(self, column: str) -> list[str]:

@@ -1,10 +1,44 @@
-"""Findings: what a user must know of a result."""
+"""Findings: what a user must know of a result; and what a message of one line may be at most."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from compgen.core.codes import Code, Level
-from compgen.core.message_text import one_line
+
+MOST_CHARACTERS = 300
+MOST_DECIMALS = 12
+_ENDING = 100  # characters kept of the end, where the mend stands
+
+
+def printable(text: str) -> str:
+    """A text whose characters that control a terminal or a page, or are no letters, stand as escapes."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def one_line(message: str) -> str:
+    """A message in one line of printable characters, at most ``MOST_CHARACTERS``; a longer one loses its middle."""
+    line = printable(" ".join(message.split()))
+    if len(line) <= MOST_CHARACTERS:
+        return line
+    mark = " ... "
+    return f"{line[: MOST_CHARACTERS - _ENDING - len(mark)]}{mark}{line[-_ENDING:]}"
+
+
+def beyond_text(value: float, limit: float, decimals: int = 2) -> str:
+    """A value with as many decimals as show on which side of a limit it is: 2.5004, not 2.50, beyond 2.5.
+
+    Args:
+        value: In the unit of the message.
+        limit: In the same.
+        decimals: As many at least.
+    """
+    for places in range(decimals, MOST_DECIMALS):
+        text = f"{value:.{places}f}"
+        if (float(text) > limit) == (value > limit) and (float(text) < limit) == (value < limit):
+            return text
+    return f"{value!r}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,7 +86,7 @@ _RIGHT = 2e-3  # rad: how near to a multiple of pi/4 three digits come
 
 def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
     """A warning for each value of a file's tables that was probably given in another unit."""
-    values = list(_numbers(data, "", ""))
+    values = list(_numbers_in(data, "", ""))
     findings: dict[str, Finding] = {}
     for rule in _RULES:
         groups: dict[str, list[tuple[str, float]]] = {}
@@ -123,13 +123,13 @@ def _finding(file: str, key: str, value: float, factor: float, unit: str, expect
     return Finding(Level.WARNING, Code.UNITS_UNLIKELY, f"{file}: {message}")
 
 
-def _numbers(data: Any, key: str, plain: str) -> Iterator[tuple[str, str, float]]:
+def _numbers_in(data: Any, key: str, plain: str) -> Iterator[tuple[str, str, float]]:
     """Numbers in nested tables and lists, with their dotted key, with and without the places in lists."""
     if isinstance(data, Mapping):
         for name, value in data.items():
-            yield from _numbers(value, f"{key}.{name}".lstrip("."), f"{plain}.{name}".lstrip("."))
+            yield from _numbers_in(value, f"{key}.{name}".lstrip("."), f"{plain}.{name}".lstrip("."))
     elif isinstance(data, list):
         for n, value in enumerate(data):
-            yield from _numbers(value, f"{key}.{n}", plain)
+            yield from _numbers_in(value, f"{key}.{n}", plain)
     elif isinstance(data, int | float) and not isinstance(data, bool):
         yield key, plain, float(data)

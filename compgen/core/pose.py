@@ -68,12 +68,12 @@ class Pose:
 
     def __eq__(self, other: object) -> bool:
         """Whether the numbers are the same, to the bit: a pose may name what was built for it."""
-        return isinstance(other, Pose) and self._numbers() == other._numbers()
+        return isinstance(other, Pose) and self._bytes() == other._bytes()
 
     def __hash__(self) -> int:
-        return hash(self._numbers())
+        return hash(self._bytes())
 
-    def _numbers(self) -> tuple[bytes, bytes]:
+    def _bytes(self) -> tuple[bytes, bytes]:
         return self.position.tobytes(), self.rotation.tobytes()
 
     __iter__ = None  # a pose is not a pair, and a million are not walked one by one

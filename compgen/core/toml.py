@@ -4,8 +4,9 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from reprlib import Repr
 from typing import Annotated, Any, TypeVar, get_args
@@ -24,17 +25,6 @@ _REPR.maxlevel, _REPR.maxstring = 2, 60
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff]")
 _MANY_DIGITS = "a number of thousands of digits"
 _LONG_INTEGER = re.compile(r"<int instance with roughly \d+ digits [^>]*>")  # since Python 3.14, with its address
-
-
-class Table(BaseModel):
-    """A TOML table: unknown keys are refused, numbers are numbers, and it stays as it was read.
-
-    The text below a field describes its key: the JSON Schema and the tables of keys in docs/ are made from it.
-    """
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True)
-
-
 # Bounded values that several tables hold; their ends are far beyond any cell: no slip of the keyboard overflows.
 Number = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
 Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
@@ -50,6 +40,17 @@ SixCoordinates = Annotated[list[Coordinate], Field(min_length=6, max_length=6)]
 SixAngles = Annotated[list[Angle], Field(min_length=6, max_length=6)]
 SixFactors = Annotated[list[Annotated[FiniteFloat, Field(ge=-10, le=10)]], Field(min_length=6, max_length=6)]
 SixRates = Annotated[list[Annotated[FiniteFloat, Field(ge=1e-3, le=1e6)]], Field(min_length=6, max_length=6)]
+MOST_VALUES = 200  # of a list: one with more is named by how many they are and their hash
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys are refused, numbers are numbers, and it stays as it was read.
+
+    The text below a field describes its key: the JSON Schema and the tables of keys in docs/ are made from it.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True)
+
 
 Model = TypeVar("Model", bound=Table)
 
@@ -291,3 +292,47 @@ def suggest(word: str, known: Sequence[str], *, listed: bool = False) -> str:
     if close:
         return f"; did you mean '{close[0]}'?"
     return "" if listed or len(known) > 12 else f"; known: {', '.join(known)}"
+
+
+def input_keys(table: Table) -> dict[str, Any]:
+    """Every key of a checked table with its value, as a file would spell both; None where it was left open.
+
+    A list of more than ``MOST_VALUES`` values is ``{"values": how many, "sha256": of their JSON}``.
+    """
+    return {key: _brief(value) for key, value in table.model_dump(mode="json", by_alias=True).items()}
+
+
+def dotted_keys(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables in each other as dotted keys, as ``--set`` takes them; a list of plain values is one value."""
+    return dict(_flat(tables, ""))
+
+
+def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:
+    step = f"{key}." if key else ""
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _flat(inner, f"{step}{name}")
+    elif isinstance(value, list) and any(isinstance(row, Mapping) for row in value):
+        for n, row in enumerate(value):
+            yield from _flat(row, f"{step}{n}")
+    else:
+        yield key, value
+
+
+def _brief(value: Any) -> Any:
+    """A value of JSON with its long lists named by their hashes."""
+    if isinstance(value, dict):
+        return {key: _brief(inner) for key, inner in value.items()}
+    if not isinstance(value, list):
+        return value
+    count = _count(value)
+    if count > MOST_VALUES:
+        return {"values": count, "sha256": sha256(json.dumps(value).encode()).hexdigest()}
+    return [_brief(inner) for inner in value]
+
+
+def _count(value: Any) -> int:
+    """Values in lists and tables in each other."""
+    if isinstance(value, dict):
+        return sum(map(_count, value.values()))
+    return sum(map(_count, value)) if isinstance(value, list) else 1

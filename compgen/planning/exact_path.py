@@ -65,8 +65,7 @@ class ExactPath:
             InputError: The surface ends inside the path; so do the methods below.
         """
         limits = np.array([[chord, max_spacing]])
-        speed, spacing, extent = self._evaluate(path_functions().spacing, piece, t[:, None], limits)
-        check_extent(extent)
+        speed, spacing = self._on_surface(path_functions().spacing, piece, t[:, None], limits)
         return speed[:, 0], spacing[:, 0]
 
     def pose(self, piece: IntArray, t: Array) -> tuple[Pose, BoolArray]:
@@ -80,29 +79,23 @@ class ExactPath:
 
     def length(self, piece: IntArray, start: Array, end: Array) -> Array:
         """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
-        length, extent = self._evaluate(path_functions().length, piece, np.column_stack([start, end]))
-        check_extent(extent)
-        return length[:, 0]
+        return self._on_surface(path_functions().length, piece, np.column_stack([start, end]))[0][:, 0]
 
     def length_and_slope(self, piece: IntArray, span: Array) -> SpanLengths:
         """Arc lengths of spans and the slopes of t over them.
 
         Where a span is not even only Newton finds t; elsewhere a cubic is exact to 1e-13 of the length.
         """
-        length, slope, extent = self._evaluate(path_functions().length_and_slope, piece, span)
-        check_extent(extent)
+        length, slope = self._on_surface(path_functions().length_and_slope, piece, span)
         return SpanLengths(length[:, 0], slope)
 
     def chord(self, piece: IntArray, span: Array) -> Array:
         """Distance of the path from the line between a span's ends, the largest of five inner points, (M,) [m]."""
-        distance, extent = self._evaluate(path_functions().chord, piece, span)
-        check_extent(extent)
-        return distance[:, 0]
+        return self._on_surface(path_functions().chord, piece, span)[0][:, 0]
 
     def sag(self, piece: IntArray, span: Array) -> Array:
         """From the middle of the line between a span's ends to the path there, square to the line, (M, 3) [m]."""
-        sag, extent = self._evaluate(path_functions().sag, piece, span)
-        check_extent(extent)
+        (sag,) = self._on_surface(path_functions().sag, piece, span)
         return sag if self.frame is None else sag @ self.frame.rotation.T
 
     def at(self, piece: IntArray, span: Array, length: Array, slope: Array, fraction: Array) -> PathPoses:
@@ -160,6 +153,12 @@ class ExactPath:
     def spin_vector(self) -> Array:
         """Cosine and sine of the spin, (1, 2)."""
         return np.array([[np.cos(self.spin), np.sin(self.spin)]])
+
+    def _on_surface(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
+        """What a function says of places that the surface extends to, by the extent that it says last."""
+        *outputs, extent = self._evaluate(function, piece, *rows)
+        check_extent(extent)
+        return tuple(outputs)
 
     def _evaluate(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
         return evaluate(function, IndexedRows(self.coefficients, piece), self.surface.coefficients(), *rows)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from compgen.core.arrays import Array, column_extremes
+from compgen.core.arrays import Array, column_extremes, first_true
 from compgen.core.evaluation import map_rows
 from compgen.core.exceptions import InterferenceError, JointLimitError, SingularityError, UnreachableError
 from compgen.core.pose import Pose
@@ -98,9 +98,8 @@ def check_joint_limits(robot: Robot, theta: Array) -> None:
     if np.all(lowest >= robot.lower - LIMIT_TOLERANCE) and np.all(highest <= robot.upper + LIMIT_TOLERANCE):
         return
     excess = np.maximum(robot.lower - theta, theta - robot.upper)
-    waypoints = np.flatnonzero((excess > LIMIT_TOLERANCE).any(axis=1))
-    if len(waypoints):
-        n = int(waypoints[0])
+    n = first_true(np.asarray((excess > LIMIT_TOLERANCE).any(axis=1)))
+    if n is not None:
         i = int(np.argmax(excess[n]))
         zero = robot.pendant_zero[i]
         raise JointLimitError(
@@ -120,18 +119,16 @@ def check_interference(robot: Robot, theta: Array) -> None:
     clearance = area.clearance(theta)
     outside = clearance < -LIMIT_TOLERANCE
     outside[1:] |= area.crossed(theta)
-    waypoints = np.flatnonzero(outside)
-    if len(waypoints):
-        n = int(waypoints[0])
+    n = first_true(outside)
+    if n is not None:
         j2, j3 = area.plane(theta[n : n + 1])[0]
         raise InterferenceError(n + 1, float(j2), float(j3), float(-clearance[n]))
 
 
 def _check_reach(position: Array, margin: Array) -> None:
     """Raises UnreachableError where the margin (N,) [m] of ``solve_flange`` is negative."""
-    waypoints = np.flatnonzero(margin < 0)
-    if len(waypoints):
-        n = int(waypoints[0])
+    n = first_true(margin < 0)
+    if n is not None:
         x, y, z = (float(v) for v in position[n])
         raise UnreachableError(n + 1, (x, y, z), float(-margin[n]), "beyond the stretch or fold")
 
@@ -156,9 +153,8 @@ def _check_shoulder(robot: Robot, flange: Pose) -> None:
 
 def _check_elbow(robot: Robot, margin: Array) -> None:
     """Raises SingularityError where the arm is nearly stretched or folded, by the margin (N,) [m]."""
-    waypoints = np.flatnonzero(margin < robot.elbow_margin)
-    if len(waypoints):
-        n = int(waypoints[0])
+    n = first_true(margin < robot.elbow_margin)
+    if n is not None:
         distance = f"{margin[n] / MM:.2f} mm from full stretch or fold"
         raise SingularityError(n + 1, "J3", "elbow", distance, f"{robot.elbow_margin / MM:g} mm")
 
@@ -166,12 +162,10 @@ def _check_elbow(robot: Robot, margin: Array) -> None:
 def _check_wrist(robot: Robot, theta: Array) -> None:
     """Raises SingularityError where J5 nears zero; on one branch J5 keeps its sign, so it cannot cross zero unseen."""
     q5 = np.abs(theta[:, 4] - robot.pendant_zero[4])
-    near = np.flatnonzero(q5 < robot.wrist_margin)
-    # a wrist that swings round between two waypoints has passed zero
-    swings = np.flatnonzero(np.abs(np.diff(theta[:, 3])) > np.pi / 2) + 1
-    waypoints = np.unique(np.append(near, swings))
-    if len(waypoints):
-        n = int(waypoints[0])
+    near = q5 < robot.wrist_margin
+    near[1:] |= np.abs(np.diff(theta[:, 3])) > np.pi / 2  # a wrist that swings round in between has passed zero
+    n = first_true(near)
+    if n is not None:
         raise SingularityError(
             n + 1, "J5", "wrist", f"J5 = {q5[n] / DEG:.3f} deg from zero", f"{robot.wrist_margin / DEG:g} deg"
         )

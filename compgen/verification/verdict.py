@@ -5,8 +5,7 @@ from enum import StrEnum
 from math import ceil, floor, isfinite, log10
 
 from compgen.core.codes import Code, Level
-from compgen.core.findings import Finding
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import MDEG, UM
 from compgen.job.bounds import Bounds
 from compgen.verification.deviation import COMPONENTS, Deviation, Extent

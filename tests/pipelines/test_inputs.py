@@ -7,8 +7,7 @@ from hashlib import sha256
 import pytest
 from shipped import ROOT, path_file, quiet
 
-from compgen.core.input_keys import MOST_VALUES, dotted_keys
-from compgen.core.toml import check, read_toml, read_toml_text
+from compgen.core.toml import MOST_VALUES, check, dotted_keys, read_toml, read_toml_text
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import cell_of, load_cell
 from compgen.pipelines.files.schema import PathFile

@@ -18,7 +18,7 @@ from compgen.cli.screen.messages import print_error, print_note_once
 from compgen.cli.screen.streams import reader_has_left
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text
 from compgen.core.units import UM
 
 if TYPE_CHECKING:

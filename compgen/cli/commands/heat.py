@@ -13,7 +13,7 @@ from compgen.cli.output_files.ownership import HEAT, check_heat_folder
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.console import finding_lines
 from compgen.cli.screen.messages import print_error, print_record
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text
 from compgen.core.units import UM
 
 

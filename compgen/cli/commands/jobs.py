@@ -12,8 +12,7 @@ from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
-from compgen.core.findings import first_message
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text, first_message
 from compgen.core.units import MM, UM
 
 

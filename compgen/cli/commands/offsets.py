@@ -11,7 +11,7 @@ from compgen.cli.options.completion import complete_jobs
 from compgen.cli.screen.console import print_findings, stdout_console
 from compgen.cli.screen.messages import print_error, print_record
 from compgen.core.exceptions import InputError, naming_file
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text
 
 
 def offsets(

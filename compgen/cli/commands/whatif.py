@@ -14,7 +14,7 @@ from compgen.cli.output_files.publish import publish
 from compgen.cli.output_files.study_folder import QUESTIONS, RECORD, own_files, study_folder
 from compgen.cli.screen.console import finding_lines
 from compgen.cli.screen.messages import print_error, print_record
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text
 
 
 def whatif(

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.core.exceptions import InputError
-from compgen.core.message_text import one_line
+from compgen.core.findings import one_line
 
 
 class FigureFormat(StrEnum):

@@ -6,8 +6,8 @@ import traceback
 
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
+from compgen.core.findings import one_line
 from compgen.core.json_text import json_text
-from compgen.core.message_text import one_line
 
 CRASHED = 70  # exit code of a fault of compgen
 _NAME = "cgen: "  # before what stderr says

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.message_text import printable
+from compgen.core.findings import printable
 from compgen.fanuc.analysis.placements import Placements
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of

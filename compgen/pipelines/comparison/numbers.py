@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from compgen.core.commands import Command
-from compgen.core.message_text import one_line
+from compgen.core.findings import one_line
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number
 
 Values = dict[str, Any]

@@ -6,8 +6,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.codes import Code, Level
-from compgen.core.findings import Finding
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings

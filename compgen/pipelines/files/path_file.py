@@ -17,11 +17,10 @@ from compgen.compensation.tables import settings_of
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.input_keys import input_keys
 from compgen.core.other_units import values_in_other_units
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
-from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped
+from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
 from compgen.error_model.direction_memory import reversal_widths

@@ -13,9 +13,8 @@ from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.input_keys import input_keys
 from compgen.core.other_units import values_in_other_units
-from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
+from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.units import UM
 from compgen.core.version import __version__
 from compgen.error_model.loads import loads_of

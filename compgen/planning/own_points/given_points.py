@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, first_true, numbered, own, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.units import DEG, MM, UM
@@ -124,17 +124,16 @@ def check_points(points: GivenPoints, jump: float) -> None:
             f"{points.source}: the whole path is {size / MM:.3g} mm long and wide; if it is in metres, give millimetres"
         )
     step = row_norms(np.diff(position, axis=0))
-    near = np.flatnonzero((step < SAME) & (True if points.arcs is None else points.arcs.swept[1:] == 0))
-    if len(near):
-        row = int(near[0]) + 1
-        before = points.line[row - 1]
-        raise InputError(f"{points.where(row)}: the same place as line {before}; leave one of the two out")
-    usual = float(np.median(step))
-    far = np.flatnonzero((step > jump) & (step > UNUSUAL * usual) & points.contact[1:] & points.contact[:-1])
-    if len(far):
-        row = int(far[0]) + 1
+    near = first_true((step < SAME) & (True if points.arcs is None else points.arcs.swept[1:] == 0))
+    if near is not None:
         raise InputError(
-            f"{points.where(row)}: {step[row - 1] / MM:.1f} mm from the point before, where steps are {usual / MM:.3g} "
+            f"{points.where(near + 1)}: the same place as line {points.line[near]}; leave one of the two out"
+        )
+    usual = float(np.median(step))
+    far = first_true((step > jump) & (step > UNUSUAL * usual) & points.contact[1:] & points.contact[:-1])
+    if far is not None:
+        raise InputError(
+            f"{points.where(far + 1)}: {step[far] / MM:.1f} mm from the point before, where steps are {usual / MM:.3g} "
             "mm; mend it, say contact = 0 off the part, or raise path.jump_mm"
         )
 

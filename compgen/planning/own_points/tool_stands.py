@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, row_norms
+from compgen.core.arrays import Array, first_true, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.planning.mesh import Mesh, refuse_facing_down
@@ -61,11 +61,11 @@ def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> GivenPoints:
     xy = points.position[:, :2] + shift[:2]
     over = mesh.over(xy)
     refuse_facing_down(mesh, xy, over, np.arange(len(xy)), lambda row: f"{points.where(row)}: the mesh (surface.file)")
-    off = np.flatnonzero(over.facet < 0)
-    if len(off):
-        x, y = xy[off[0]] / MM
+    off = first_true(over.facet < 0)
+    if off is not None:
+        x, y = xy[off] / MM
         raise InputError(
-            f"{points.where(int(off[0]))}: the mesh (surface.file) is not under x {x:.1f}, y {y:.1f} mm; give the "
+            f"{points.where(off)}: the mesh (surface.file) is not under x {x:.1f}, y {y:.1f} mm; give the "
             "points' normals i, j, k, or a larger mesh"
         )
     return replace(points, normal=over.normal)
@@ -90,20 +90,17 @@ def _standing(points: GivenPoints, spin: float) -> Array:
     if normal is None:
         raise ValueError("points without normals")
     along = np.array([np.cos(spin), np.sin(spin), 0.0])
-    near = np.flatnonzero(np.abs(normal @ along) > np.cos(ALONG_SPIN))
-    if len(near):
-        raise InputError(
-            f"{points.where(int(near[0]))}: the normal points along the tool's x; set tool.spin_deg 90 deg off"
-        )
+    near = first_true(np.abs(normal @ along) > np.cos(ALONG_SPIN))
+    if near is not None:
+        raise InputError(f"{points.where(near)}: the normal points along the tool's x; set tool.spin_deg 90 deg off")
     return standing_on(normal, spin)
 
 
 def _gibbs(points: GivenPoints, turn: Array) -> Array:
     """Gibbs vectors of rotations (M, 3, 3), (M, 3)."""
     trace = np.einsum("mii->m", turn)
-    far = np.flatnonzero(trace < 1 + 2 * np.cos(MAX_TILT))
-    if len(far):
-        row = int(far[0])
+    row = first_true(trace < 1 + 2 * np.cos(MAX_TILT))
+    if row is not None:
         angle = np.arccos(np.clip((trace[row] - 1) / 2, -1, 1)) / DEG
         raise InputError(
             f"{points.where(row)}: the tool is turned {angle:.0f} deg from pointing down with its x at tool.spin_deg; "

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, first_true
 from compgen.core.exceptions import ImpossibleError
 from compgen.planning.retiming.blocks import Blocks
 from compgen.planning.retiming.edge_speeds import change_duration
@@ -91,9 +91,8 @@ def drive_blocks(blocks: Blocks, progress: Callable[[float], None] = lambda shar
 def check_room(b: Blocks) -> None:
     """Raises ImpossibleError where a block does not hold its change of speed."""
     needed = (b.v0 + b.v1) / 2 * change_duration(np.abs(b.v1 - b.v0), b.a, b.j)
-    short = np.flatnonzero(~(needed <= b.length * (1 + AGREEMENT)))
-    if len(short):
-        n = int(short[0])
+    n = first_true(~(needed <= b.length * (1 + AGREEMENT)))
+    if n is not None:
         raise _impossible(b, n, f"{b.length[n]:.3g} m do not hold the change from {b.v0[n]:.3g} to {b.v1[n]:.3g} m/s")
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from compgen.core.arrays import norm
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.verification.executed.clock_fit import ClockFit, fit_clock
 from compgen.verification.executed.course import ProgramCourse

@@ -4,8 +4,7 @@ import pytest
 
 from compgen.cli.screen.messages import print_error
 from compgen.core.codes import Code, Level
-from compgen.core.findings import Finding
-from compgen.core.message_text import MOST_CHARACTERS, beyond_text, one_line
+from compgen.core.findings import MOST_CHARACTERS, Finding, beyond_text, one_line
 
 
 def test_a_short_message_stays_as_it_is():
