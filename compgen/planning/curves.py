@@ -203,18 +203,18 @@ def _plain(poly: Array, polar: Array, lift: Array, stop: BoolArray, working: Boo
     )
 
 
-def u_turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float], reach: float) -> PiecewiseCurve:
-    r"""A smooth turn back: leaves along ``heading``, arrives against it, with no curvature at either end.
+def u_turns(start: Array, end: Array, heading: Array, reach: float) -> PiecewiseCurve:
+    r"""K smooth turns back: each leaves along its heading, arrives against it, with no curvature at either end.
 
     Septic Hermite with p' = +/- ``reach`` heading and p'' = p''' = 0 at the ends, so that curvature and its rate
     run on without a jump and the robot need not stop.
+
+    Args:
+        start: (K, 2) [m].
+        end: (K, 2) [m].
+        heading: (K, 2) unit vectors.
+        reach: Of the slope at both ends [m].
     """
-    a, b, v = (np.array([x], dtype=float) for x in (start, end, heading))
-    return u_turns(a, b, v, reach)
-
-
-def u_turns(start: Array, end: Array, heading: Array, reach: float) -> PiecewiseCurve:
-    """K smooth turns back as ``u_turn`` has them; start, end [m] and heading (K, 2) each, reach [m]."""
     K = len(start)
     c = np.zeros((K, DEGREE + 1, 2))
     c[:, 0], c[:, 1] = start, reach * heading

@@ -108,7 +108,7 @@ def test_a_hundred_thousand_sharp_corners_are_timed_together():
 def test_the_cubic_from_length_to_parameter_is_newtons():
     table = curves.join(
         curves.spiral((0, 0), (0.2, 0.25), (0, 2 * np.pi)), curves.line((0.25, 0.0), (0.4, 0.0)),
-        curves.u_turn((0.4, 0.0), (0.4, 0.02), (1.0, 0.0), 0.032),
+        curves.u_turns(np.array([[0.4, 0.0]]), np.array([[0.4, 0.02]]), np.array([[1.0, 0.0]]), 0.032),
     )  # fmt: skip
     path = on_plane(table)
     segment = np.random.default_rng(5).integers(0, len(path.piece), 4000)

@@ -33,7 +33,7 @@ KINDS = {
     "arc": curves.spiral((0.1, 0.2), (0.65, 0.65), (0.3, 0.3 + 2 * np.pi)),
     "spiral": curves.spiral((0.0, 0.0), (0.0, 0.65), (0.0, 6 * np.pi)),
     "clockwise": curves.spiral((0.0, 0.0), (0.5, 0.1), (1.0, -4.0)),
-    "turn": curves.u_turn((0.5, -0.02), (0.5, 0.0), (1.0, 0.0), 0.032),
+    "turn": curves.u_turns(np.array([[0.5, -0.02]]), np.array([[0.5, 0.0]]), np.array([[1.0, 0.0]]), 0.032),
     "anything": anything(),
 }
 
@@ -116,7 +116,7 @@ def test_pieces_of_a_spiral_join_in_position_direction_and_curvature():
 @pytest.mark.parametrize("heading", [(1.0, 0.0), (-1.0, 0.0), (0.6, 0.8)])
 def test_turn_leaves_along_its_heading_and_comes_back_against_it(heading):
     reach = 0.032
-    table = curves.u_turn((0.5, -0.02), (0.5, 0.0), heading, reach)
+    table = curves.u_turns(np.array([[0.5, -0.02]]), np.array([[0.5, 0.0]]), np.array([heading]), reach)
     p, d1, d2 = table.derivatives(np.zeros(2, dtype=int), np.array([0.0, 1.0]))
     assert_allclose(p, [[0.5, -0.02], [0.5, 0.0]], atol=ATOL_M)
     assert_allclose(d1, reach * np.array([heading, heading]) * [[1], [-1]], atol=ATOL_M)
