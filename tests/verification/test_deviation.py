@@ -41,7 +41,8 @@ def path():
     """Even segments and uneven ones, and a retract along the tool's axis."""
     table = curves.join(
         curves.spiral((0, 0), (0.2, 0.25), (0, 2 * np.pi)), curves.line((0.25, 0.0), (0.4, 0.0)),
-        curves.u_turns(np.array([[0.4, 0.0]]), np.array([[0.4, 0.02]]), np.array([[1.0, 0.0]]), 0.032), curves.line((0.4, 0.02), (0.25, 0.02)),
+        curves.u_turns(np.array([[0.4, 0.0]]), np.array([[0.4, 0.02]]), np.array([[1.0, 0.0]]), 0.032),
+        curves.line((0.4, 0.02), (0.25, 0.02)),
     )  # fmt: skip
     surface = surfaces.plane(np.array([1.2, 0.0, 0.2]))
     return toolpath.plan_tool_path(table, surface, unbounded(), spin=0.3, chord=1.5 * UM, lift=0.02)
