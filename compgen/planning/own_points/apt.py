@@ -124,7 +124,7 @@ class _Reader:
         if numbers[3:]:
             self.axis = _axis(where, numbers[3:], has_axes=self.axis is not None or not self.rows.rows)
         feed = np.nan if self.rapid else self.feed
-        self.rows.add(PointRow(line, self.place, feed, contact=not self.rapid, normal=self.axis))
+        self.rows.add(PointRow(line=line, position=self.place, feed=feed, contact=not self.rapid, normal=self.axis))
         self.rapid = False
 
 

@@ -145,7 +145,8 @@ class _Reader:
             if len(start) < 3:
                 raise InputError(f"{where}: an arc from an unknown place; give X, Y, Z before it")
             arc = self._arc(line, (start["X"], start["Y"]), end[:2], values)
-        rows.add(PointRow(line, end, self.feed if self.motion else nan, contact=self.motion != 0, arc=arc))
+        feed = self.feed if self.motion else nan
+        rows.add(PointRow(line=line, position=end, feed=feed, contact=self.motion != 0, arc=arc))
 
     def _refuse_contradictions(self, line: int, codes: list[float], values: dict[str, float]) -> None:
         """Of the G-codes of a block and its other words."""

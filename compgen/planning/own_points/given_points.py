@@ -1,6 +1,6 @@
 """Points that a user gives: where the tool goes, how it stands, how fast; and how they grow as a file is read."""
 
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from math import pi
 from pathlib import Path
 from typing import NamedTuple
@@ -167,14 +167,13 @@ class Arc(NamedTuple):
 LINE = Arc((0.0, 0.0), 0.0)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class PointRow:
     """A point as it is read."""
 
     line: int
     position: Triple  # mm
     feed: float  # m/s on the way to it
-    _: KW_ONLY
     contact: bool
     normal: Triple | None = None
     arc: Arc = LINE
