@@ -16,11 +16,9 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
-from compgen.core.input_keys import dotted_keys
-from compgen.core.message_text import beyond_text
-from compgen.core.units import UM
 from compgen.core.findings import beyond_text
 from compgen.core.toml import dotted_keys
+from compgen.core.units import UM
 from compgen.pipelines.comparison import numbers
 from compgen.pipelines.comparison.error_along import ErrorAlong, error_along
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number, read_output
