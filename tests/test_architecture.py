@@ -47,6 +47,8 @@ ONLY = {
     "ruckig": ("planning/retiming/state_to_state.py",),
     "pinocchio": ("verification/twin", "thermal/drive_losses.py"),
     "plotly": ("report",),
+    "jinja2": ("report/page.py",),
+    "markupsafe": ("report",),
     "distributed": ("pipelines/study/workers.py",),
     "pandas": ("report/notebook",),
     "rich": ("cli",),

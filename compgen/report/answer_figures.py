@@ -1,17 +1,26 @@
 """The curve, or the bars, behind an answer to a question about a path's warmth."""
 
-from html import escape
 from typing import Any
 
 import numpy as np
 
 from compgen.core.units import UM
 from compgen.pipelines.study import Answer
-from compgen.report.figure import COOL, GREY, WARM, Figure, Trace, axis, figure, horizontal_line, spans, trace
-from compgen.report.figure_limits import limit_label
-from compgen.report.figure_words import curves_in_words, rounded_number
+from compgen.report.curves import curves_in_words, rounded_number
+from compgen.report.figure import (
+    COOL,
+    GREY,
+    WARM,
+    Figure,
+    Trace,
+    axis,
+    figure,
+    horizontal_line,
+    limit_label,
+    spans,
+    trace,
+)
 from compgen.report.key_words import title_of, words_of
-from compgen.report.table import table
 
 TITLES = {
     "warmup": "Drift within one program after a warm-up",
@@ -76,14 +85,12 @@ def _around_the_limit(answer: Answer, pairs: list[tuple[int, int]], limit: float
 
 
 def _contributions(answer: Answer) -> Figure:
-    bars = ((1, WARM, ""), (2, GREY, "/"))
+    looks = {1: {"color": WARM, "pattern": {"shape": ""}}, 2: {"color": GREY, "pattern": {"shape": "/"}}}
+    labels, columns = list(answer.labels), answer.columns
     traces = [
-        trace(
-            "bar", list(answer.labels), np.round(answer.table[:, k], 3), name=words_of(answer.columns[k]),
-            marker={"color": colour, "pattern": {"shape": shape}},
-        )
-        for k, colour, shape in bars
-    ]  # fmt: skip
+        trace("bar", labels, np.round(answer.table[:, k], 3), name=words_of(columns[k]), marker=look)
+        for k, look in looks.items()
+    ]
     alt = curves_in_words(TITLES[answer.key], traces, "µm")
     return figure(traces, HEIGHT, alt, yaxis=axis("error [µm]"), xaxis={"automargin": True})
 
@@ -123,18 +130,15 @@ def _passes(answer: Answer) -> Figure:
     return figure(traces, HEIGHT, alt, showlegend=len(traces) > 1, **_limit(answer, ("",)), **axes)
 
 
-def passes_table(answer: Answer) -> str:
-    """Orders and feeds of the passes, those within the limit first and among them the quickest, as HTML."""
+def passes_rows(answer: Answer) -> tuple[list[list[str]], int]:
+    """Orders and feeds of the passes, those within the limit first and among them the quickest; how many more."""
     limit = np.inf if answer.limit is None else answer.limit / UM
     order = np.lexsort((answer.table[:, 1], np.maximum(answer.table[:, 2], limit)))
     rows = [
-        [escape(answer.labels[k].replace(" > ", ", ")), f"{feed:g}", f"{minutes:.1f}", f"{error:.1f}"]
+        [answer.labels[k].replace(" > ", ", "), f"{feed:g}", f"{minutes:.1f}", f"{error:.1f}"]
         for k, (feed, minutes, error) in ((k, answer.table[k]) for k in order[:MOST_PASSES].tolist())
     ]
-    more = len(order) - MOST_PASSES
-    rest = f'<p class="lead">{more} more are in <a href="passes.csv">passes.csv</a>.</p>' if more > 0 else ""
-    head = ["order", "feed [mm/s]", "duration [min]", "largest error [µm]"]
-    return table(head, rows) + rest
+    return rows, len(order) - MOST_PASSES
 
 
 def _limit(answer: Answer, plots: tuple[str, ...]) -> dict[str, Any]:

@@ -8,8 +8,8 @@ import numpy as np
 from compgen.core.units import UM
 from compgen.pipelines.correct.proof import Residue, ServedStarts
 from compgen.pipelines.planned.averaging import Averaged
+from compgen.report.curves import curves_in_words
 from compgen.report.figure import DASHES, GREY, LINES, WARM, Figure, Trace, axis, figure, trace
-from compgen.report.figure_words import curves_in_words
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.deviation import Extent
 

@@ -1,4 +1,4 @@
-"""A band as data and in words, for people who never heard of a covariance."""
+"""A band, and bounds with a probability, as data and in words, for people who never heard of a covariance."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,6 +7,7 @@ from compgen.core.units import UM
 from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.verification.band import Band
+from compgen.verification.verdict import unit_of
 
 DRAWN = ("share", "confidence", "draws", "seed")  # of the draws beside a band
 LISTED = 4  # sources in a sentence
@@ -64,16 +65,52 @@ def headline(summary: dict[str, Any]) -> str:
     return f"largest error {before:.1f} um before; after: {band_sentence(summary['after']['total']['max_um'], band)}"
 
 
+def guaranteed_record(draws: FlownDraws | None) -> dict[str, Any] | None:
+    """Bounds with a probability, and what the draws came to."""
+    if draws is None:
+        return None
+    promised, bounds = draws.guarantee, {}
+    for b in draws.bounds:
+        factor, _ = unit_of(b.key)
+        bounds[b.key] = {"bound": round(b.bound / factor, 9), "value": b.guaranteed / factor, "breaking": b.breaking}
+    return {
+        "bounds": bounds,
+        "share": promised.share,
+        "confidence": promised.confidence,
+        "draws": promised.draws,
+        "may_break": promised.may_break,
+        "seed": promised.seed,
+        "linearity": draws.linearity,
+        "linearity_worst_draw": float(draws.disagreement.max()),
+    }
+
+
+def guaranteed_text(record: dict[str, Any]) -> str:
+    """Bounds with a probability in one sentence."""
+    values = ", ".join(
+        f"{key} = {value['value']:.3g} (bound {value['bound']:g})" for key, value in record["bounds"].items()
+    )
+    return (
+        f"guaranteed: {100 * record['share']:g} % of arms and days stay within {values}; "
+        f"{100 * record['confidence']:g} % confidence, {record['draws']} draws, seed {record['seed']}"
+    )
+
+
 def rounded(um: float) -> str:
     """As many digits as a band is worth."""
     return f"{um:.0f}" if um >= 9.95 else f"{um:.1f}"
+
+
+def size_words(size: Sequence[float]) -> str:
+    """From the least to the largest of a size that is not known."""
+    return f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
 
 
 def _size(row: dict[str, Any]) -> str:
     size = row["size_um"]
     if size is None:
         return f" ({NOT_LOOKED_AT})" if row["from"] == NOT_LOOKED_AT else ""
-    return f" ({rounded(size[0]) if size[0] else '0'} to {rounded(size[1])} um)"
+    return f" ({size_words(size)} um)"
 
 
 def _um(value: float) -> float:

@@ -1,21 +1,21 @@
 """Two outputs side by side as one page: what changed in what went in, and in what came out."""
 
-from html import escape
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair
-from compgen.report.compare_record import comparison_record, whose_output
 from compgen.report.compare_words import (
     MOST_ROWS,
     NOT_KNOWN,
     SAME,
     cell,
     change_of,
+    comparison_record,
     file_of,
     headline,
     input_cells,
@@ -23,34 +23,30 @@ from compgen.report.compare_words import (
     positions_sentence,
     printed_unit,
     ranked,
+    whose_output,
 )
-from compgen.report.figure import COOL, WARM, Figure, Trace, axis, figure, horizontal_line, rows_to_draw, spans, trace
-from compgen.report.figure_limits import limit_label
-from compgen.report.figure_words import curves_in_words
+from compgen.report.curves import curves_in_words
+from compgen.report.figure import (
+    COOL,
+    WARM,
+    Figure,
+    Trace,
+    axis,
+    figure,
+    horizontal_line,
+    limit_label,
+    rows_to_draw,
+    spans,
+    trace,
+)
 from compgen.report.inputs import SHORT, Inputs
 from compgen.report.key_words import capital, title_of
-from compgen.report.page import (
-    PLAIN,
-    PageOptions,
-    figure_section,
-    finding_item,
-    in_words,
-    page,
-    section,
-    verdict,
-    with_units,
-)
-from compgen.report.table import table
+from compgen.report.page import PLAIN, PageOptions, page
 
 A, B = "A", "B"
 _MARKERS = ("circle", "diamond")
 FEW = 60  # points of a curve, up to which each is marked
 MANY = 1000  # beyond which a curve may cover the other
-#: beside curves from ``waypoints.csv``, which have less than the table
-AT_POSITIONS = (
-    '<p class="lead">At the positions. What lies between them, and what a known controller&#39;s motion adds, is in '
-    "the table above.</p>"
-)
 
 
 def comparison_files(
@@ -70,22 +66,28 @@ def comparison_html(comparison: Comparison, max_um: float | None = None, options
         broken = comparison.broken_bound(max_um)
         kind = "inside" if broken is None else "outside"
         judged = f" {broken or f'B is within --max-um {max_um:g} um'}."
-    opening = verdict(kind, in_words(f"{headline(comparison)}.{judged}"))
-    body = section("What changed in the inputs", _inputs(comparison))
-    same = f"<p>What changed stands first, the largest change above the others. No change: {with_units(SAME)}.</p>"
-    body += section("Error, verdict and band", _pairs(comparison.error) + same)
-    drawn = courses_figure(comparison, max_um)
-    if drawn is not None:
-        words = AT_POSITIONS if comparison.kind in (Command.GENERATE, Command.PREDICT) else ""
-        body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses", words)
-    title = "Commanded positions" if comparison.scenarios is None else "Scenarios of both"
-    body += section(title, f"<p>{in_words(positions_sentence(comparison))}.</p>")
-    body += section("Time and size", _pairs((*comparison.time, *comparison.program)))
-    body += section("Findings that came and went", _findings(comparison))
-    if comparison.notes:
-        notes = "".join(finding_item("warning", note) for note in comparison.notes)
-        opening += f'<ul class="findings">{notes}</ul>'
-    return page("Two outputs compared", body, opening, _whose(comparison), options=options)
+    inputs, findings = comparison.inputs, comparison.findings
+    return page(
+        "compare.html",
+        "Two outputs compared",
+        inputs=_whose(comparison),
+        options=options,
+        kind=kind,
+        words=f"{headline(comparison)}.{judged}",
+        notes=comparison.notes,
+        not_known=NOT_KNOWN,
+        input_rows=None if inputs is None else [_input_row(pair, comparison.kind) for pair in inputs],
+        most_rows=MOST_ROWS,
+        error=_pairs(comparison.error),
+        same=SAME,
+        over=_over(comparison),
+        courses=courses_figure(comparison, max_um),
+        at_positions=comparison.kind in (Command.GENERATE, Command.PREDICT),
+        has_scenarios=comparison.scenarios is not None,
+        positions=positions_sentence(comparison),
+        size=_pairs((*comparison.time, *comparison.program)),
+        findings=[("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)],
+    )
 
 
 def _whose(comparison: Comparison) -> Inputs:
@@ -142,45 +144,17 @@ def _over(comparison: Comparison) -> str:
     return {Command.CORRECT: "stations", Command.HEAT: "runs", Command.WHATIF: "scenarios"}.get(comparison.kind, "path")
 
 
-def _inputs(comparison: Comparison) -> str:
-    pairs, kind = comparison.inputs, comparison.kind
-    if pairs is None:
-        return f"<p>{in_words(NOT_KNOWN)}.</p>"
-    if not pairs:
-        return "<p>None: every key of the files has the same value.</p>"
-    first, more = (_input_rows(rows, kind) for rows in (pairs[:MOST_ROWS], pairs[MOST_ROWS:]))
-    return first + (f"<details><summary>{len(pairs) - MOST_ROWS} more</summary>{more}</details>" if more else "")
+def _input_row(pair: Pair, kind: Command) -> tuple[str, ...]:
+    what = Markup("{}<br><code>{}</code> of the {}").format(
+        capital(title_of(pair.key)), pair.key, file_of(pair.key, kind)
+    )
+    return what, *input_cells(pair)
 
 
-def _input_rows(pairs: tuple[Pair, ...], kind: Command) -> str:
-    if not pairs:
-        return ""
-    rows = [
-        [
-            f"{escape(capital(title_of(p.key)))}<br><code>{escape(p.key)}</code> of the {file_of(p.key, kind)}",
-            *map(escape, input_cells(p)),
-        ]
-        for p in pairs
-    ]
-    return table(["what", A, B], rows, words=(0,))
-
-
-def _pairs(pairs: tuple[Pair, ...]) -> str:
+def _pairs(pairs: tuple[Pair, ...]) -> list[list[str]]:
     rows = []
     for pair in ranked(pairs):
         unit = printed_unit(pair.key)
         label = capital(label_of(pair.key)) + (f" [{unit}]" if unit else "")
-        cells = (cell(pair.a, pair.key), cell(pair.b, pair.key), change_of(pair))
-        rows.append([escape(label), *map(escape, cells)])
-    return table(["", A, B, "change"], rows)
-
-
-def _findings(comparison: Comparison) -> str:
-    findings = comparison.findings
-    kinds = (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed))
-    rows = "".join(
-        finding_item(level, f"{words}: {level} {code}: {message}")
-        for words, group in kinds
-        for level, code, message in group
-    )
-    return f'<ul class="findings">{rows or "<li class=note>none</li>"}</ul>'
+        rows.append([label, cell(pair.a, pair.key), cell(pair.b, pair.key), change_of(pair)])
+    return rows

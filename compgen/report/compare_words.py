@@ -1,4 +1,4 @@
-"""Two outputs side by side in words: labels, cells and sentences of the terminal and of the page."""
+"""Two outputs side by side as data (docs/compare.md has the keys) and in words, for the terminal and the page."""
 
 import json
 from collections.abc import Iterable
@@ -6,13 +6,21 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.arrays import rms
 from compgen.core.commands import Command
 from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, MatchedScenarios, Pair
 from compgen.report.compare_record import number_unit, positions_record
+from compgen.core.units import MDEG, UM
+from compgen.pipelines.comparison.agreement import RISES
+from compgen.pipelines.comparison.comparison import Comparison, FindingText, Pair
+from compgen.pipelines.comparison.outputs import Output
+from compgen.pipelines.comparison.positions import Movement
+from compgen.pipelines.comparison.scenarios import MatchedScenarios
 from compgen.report.inputs import SHORT
 from compgen.report.key_words import ascii_units, unit_of, words_of
 
+SCHEMA = 1
 UNCORRECTED = (Command.PREDICT, Command.HEAT)  # commands that write no program
 NOT_KNOWN = "what changed in the inputs is not known"
 MOST_ROWS = 30  # of inputs that are shown at once
@@ -21,9 +29,120 @@ LONG = 40  # characters of a value, beyond which a sentence does not spell it
 SHORT_LIST = 6  # values, up to which a list is shown whole
 MILLIMETRE = 1000  # [um] from which a distance is shown in mm
 WHOLE = 1e15  # below it a float without a fraction is shown as a whole number
-_SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on the part", "before": "before",
-          "after": "after", "largest": "largest of all scenarios", "least": "least of all scenarios",
-          "band.first": "first run", "band.largest": "run that errs most"}  # fmt: skip
+_SIDES = {
+    "on_part.before": "before, on the part",
+    "on_part.after": "after, on the part",
+    "before": "before",
+    "after": "after",
+    "largest": "largest of all scenarios",
+    "least": "least of all scenarios",
+    "band.first": "first run",
+    "band.largest": "run that errs most",
+}
+#: what a comparison is about, by kind: the largest error that is left
+FINAL = {
+    "on_part.after.total.max_um": "the largest error left on the part",
+    "on_part.before.total.max_um": "the largest error on the part",
+    "after.total.max_um": "the largest error left",
+    "before.total.max_um": "the largest error",
+    "largest.after_on_part_max_um": "the largest error left on the part in any scenario",
+    "largest.before_on_part_max_um": "the largest error on the part in any scenario",
+    "runs.residual_max_um": "the most that one corrected file leaves in a run",
+}
+
+
+def comparison_record(comparison: Comparison) -> dict[str, Any]:
+    """Everything a comparison says, in plain types."""
+    scenarios = comparison.scenarios
+    return {
+        "schema": SCHEMA,
+        "command": Command.COMPARE,
+        "kind": comparison.kind,
+        "a": whose_output(comparison.a),
+        "b": whose_output(comparison.b),
+        "equal": comparison.is_equal,
+        "notes": list(comparison.notes),
+        "inputs": None if comparison.inputs is None else [_input(p) for p in comparison.inputs],
+        **{name: [_pair(p) for p in getattr(comparison, name)] for name in ("error", "time", "program")},
+        "final_error_um": comparison.final_error,
+        "positions": positions_record(comparison.movement),
+        "scenarios": None if scenarios is None else _scenarios(scenarios),
+        "findings": {name: _findings(getattr(comparison.findings, name)) for name in ("gone", "new", "changed")},
+    }
+
+
+def whose_output(output: Output) -> dict[str, Any]:
+    """Where an output is, and what made it."""
+    made = output.record.get("provenance") or {}
+    return {
+        "output": output.name,
+        "name": output.subject,
+        "compgen": output.version,
+        "inputs_sha256": made.get("inputs_sha256") or made.get("robot_sha256") or output.record.get("study_sha256"),
+    }
+
+
+def _input(pair: Pair) -> dict[str, Any]:
+    return {"key": pair.key, "a": pair.a, "b": pair.b, "unit": unit_of(pair.key)}
+
+
+def _pair(pair: Pair) -> dict[str, Any]:
+    return {
+        "key": pair.key,
+        "a": pair.a,
+        "b": pair.b,
+        "change": pair.change,
+        "same": pair.is_same,
+        "unit": number_unit(pair.key),
+    }
+
+
+def number_unit(key: str) -> str:
+    """The unit of a number of a report."""
+    return "K" if key.startswith(RISES) else unit_of(key)
+
+
+def _findings(findings: Iterable[FindingText]) -> list[dict[str, str]]:
+    return [dict(zip(("level", "code", "message"), finding, strict=True)) for finding in findings]
+
+
+def positions_record(movement: Movement | str) -> dict[str, Any]:
+    """How far the commanded positions moved, or why it is not known."""
+    if isinstance(movement, str):
+        return {"matched": None, "reason": movement}
+    worst = int(movement.distance.argmax())
+    record = {
+        "matched": movement.matched,
+        "count": len(movement.distance),
+        "moved": movement.moved,
+        "largest_um": _figure(movement.distance[worst] / UM),
+        "largest_at": int(movement.number[worst]),
+        "rms_um": _figure(rms(movement.distance) / UM),
+        "same_within_um": _figure(movement.same_within / UM),
+    }
+    if movement.angle is not None:
+        record |= {
+            "largest_mdeg": _figure(movement.angle.max() / MDEG),
+            "rms_mdeg": _figure(rms(movement.angle) / MDEG),
+        }
+    if movement.back is not None:
+        record |= {
+            "largest_of_b_um": _figure(movement.back.max() / UM),
+            "rms_of_b_um": _figure(rms(movement.back) / UM),
+        }
+    return record
+
+
+def _scenarios(scenarios: MatchedScenarios) -> dict[str, Any]:
+    changes = {
+        side: {"largest_um": _figure(np.abs(change).max() / UM), "at": dict(scenarios.worst[side])}
+        for side, change in scenarios.changes.items()
+    }
+    return {"both": scenarios.both, "only_a": scenarios.only_a, "only_b": scenarios.only_b, "changes": changes}
+
+
+def _figure(value: float) -> float:
+    return float(f"{value:.9g}")
 
 
 def printed_unit(key: str) -> str:
@@ -45,7 +164,7 @@ def label_of(key: str) -> str:
     return f"{name}, {side}" if side else words_of(key).replace(", ", " ")
 
 
-def cell(value: Any, key: str, signed: bool = False) -> str:
+def cell(value: Any, key: str, *, signed: bool = False) -> str:
     """A value for a table, with so many digits as its unit deserves."""
     if value is None:
         return "–"
@@ -143,18 +262,6 @@ def error_sentence(comparison: Comparison) -> str:
     if pair.is_same:
         return f"{words} stayed at {pair.b:.2f} um{turned.replace('and the verdict', 'and the verdict went')}"
     return f"{words} went from {pair.a:.2f} to {pair.b:.2f} um ({pair.change:+.2f}){turned}"
-
-
-#: what a comparison is about, by kind: the largest error that is left
-FINAL = {
-    "on_part.after.total.max_um": "the largest error left on the part",
-    "on_part.before.total.max_um": "the largest error on the part",
-    "after.total.max_um": "the largest error left",
-    "before.total.max_um": "the largest error",
-    "largest.after_on_part_max_um": "the largest error left on the part in any scenario",
-    "largest.before_on_part_max_um": "the largest error on the part in any scenario",
-    "runs.residual_max_um": "the most that one corrected file leaves in a run",
-}
 
 
 def positions_sentence(comparison: Comparison) -> str:

@@ -5,15 +5,18 @@ in space has ``still`` too, the same as a picture that needs no script. ``layout
 """
 
 import json
+import re
 from base64 import b64decode, b64encode
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
-from html import escape
+from html import unescape
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs, get_plotlyjs_version
 
 from compgen.core.arrays import Array, IntArray
@@ -28,18 +31,56 @@ DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")  # of LI
 GRID = "#e2e8f0"
 CLEAR = "rgba(0,0,0,0)"
 VARIABLES = {  # of a page's style, by the colour they have on a light page
-    WARM: "--before", COOL: "--after", GREY: "--neutral", "#b91c1c": "--limit", "#ca8a04": "--amber",
-    "#7c3aed": "--violet", "#1d4ed8": "--blue", GRID: "--grid", "#ebf0f8": "--grid", "#dfe8f3": "--grid",
-    "#c8d4e3": "--grid", "#2a3f5f": "--text", "#506784": "--grid", "#94a3b8": "--neutral", "#cbd5e1": "--line",
-}  # fmt: skip
-DASHED = {"color": "#b91c1c", "dash": "dash", "width": 1}  # a limit
+    WARM: "--before",
+    COOL: "--after",
+    GREY: "--neutral",
+    "#b91c1c": "--limit",
+    "#ca8a04": "--amber",
+    "#7c3aed": "--violet",
+    "#1d4ed8": "--blue",
+    GRID: "--grid",
+    "#ebf0f8": "--grid",
+    "#dfe8f3": "--grid",
+    "#c8d4e3": "--grid",
+    "#2a3f5f": "--text",
+    "#506784": "--grid",
+    "#94a3b8": "--neutral",
+    "#cbd5e1": "--line",
+}
+#: a figure as ``div`` writes it
+_FIGURE = re.compile(
+    r'<figure class="chart" role="img" aria-label="(?P<alt>[^"]*)">'
+    r'<div id="(?P<key>[^"]+)" class="plotly-graph-div"></div>'
+    r'(?:<div class="still">(?P<still>.*?)</div>)?<noscript>.*?<script>cgenFigures\.draw\("[^"]*",',
+    re.DOTALL,
+)
+LIMIT = "#b91c1c"
+DASHED = {"color": LIMIT, "dash": "dash", "width": 1}  # a limit
 HALO = ", ".join(["0 0 4px var(--ground)"] * 8)  # around words that may stand amid curves
 # viridis without its ends, which a dark and a white page swallow; light is little: even greys on paper
 LIGHT_TO_DARK = ("#b5de2b", "#6ece58", "#35b779", "#1f9e89", "#26828e", "#31688e")
 _RED_TO_BLUE = (
-    "#67001f", "#b2182b", "#d6604d", "#f4a582", "#fddbc7", "#f7f7f7", "#d1e5f0", "#92c5de", "#4393c3", "#2166ac",
+    "#67001f",
+    "#b2182b",
+    "#d6604d",
+    "#f4a582",
+    "#fddbc7",
+    "#f7f7f7",
+    "#d1e5f0",
+    "#92c5de",
+    "#4393c3",
+    "#2166ac",
     "#053061",
-)  # fmt: skip
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A size that an error is judged by."""
+
+    label: str  # what says so, with the size and its unit
+    um: float
+    is_asked: bool = False  # on the command line, for whatever is computed; else a bound of what is corrected
 
 
 def scale(colours: Sequence[str]) -> list[list[Any]]:
@@ -88,6 +129,13 @@ def vertical_line(x: float, colour: str) -> dict[str, Any]:
     return {"type": "line", "line": {**DASHED, "color": colour}, **place}
 
 
+def limit_label(text: str, y: float, axis_number: str = "") -> dict[str, Any]:
+    """The words of a limit, at the right end of its line; ``axis_number`` is the number of the plot's axes, from 2."""
+    place = {"xref": f"x{axis_number} domain", "x": 1, "yref": f"y{axis_number}", "y": y}
+    font = {"color": LIMIT, "size": 11, "shadow": HALO}
+    return {"text": text, **place, "showarrow": False, "xanchor": "right", "yanchor": "bottom", "font": font}
+
+
 def spans(count: int, gap: float) -> list[list[float]]:
     """Equal shares of a page's width or height, with gaps between."""
     width = (1 - gap * (count - 1)) / count
@@ -131,16 +179,29 @@ def rows_to_draw(values: Array) -> IntArray:
     return np.unique(np.concatenate([[0], first, [count - 1]]))
 
 
-def div(content: Figure, key: str) -> str:
+def div(content: Figure, key: str) -> Markup:
     """A figure as an element of a page, ``key`` its id; without a script its words and its still picture."""
     parts = ",".join(_script(part) for part in (key, content["data"], content["layout"]))
     note = f"<p>{escape(content['note'])}</p>" if content.get("note") else ""
     still = f'<div class="still">{"".join(content["still"])}{note}</div>' if "still" in content else ""
     words = escape(content["alt"])
-    return (
+    return Markup(
         f'<figure class="chart" role="img" aria-label="{words}"><div id="{key}" class="plotly-graph-div"></div>{still}'
         f"<noscript><p>{words}</p></noscript></figure><script>cgenFigures.draw({parts})</script>"
     )
+
+
+def figures_of_page(page: bytes) -> dict[str, Figure]:
+    """Figures by their keys, in the order in which they stand."""
+    text, decoder = page.decode(), json.JSONDecoder()
+    figures: dict[str, Figure] = {}
+    for match in _FIGURE.finditer(text):
+        data, at = decoder.raw_decode(text, match.end())
+        layout, _ = decoder.raw_decode(text, at + 1)
+        figures[match["key"]] = {"data": data, "layout": layout, "alt": unescape(match["alt"])}
+        if match["still"]:
+            figures[match["key"]]["still"] = re.findall(r"<svg .*?</svg>", match["still"], re.DOTALL)
+    return figures
 
 
 def library() -> bytes:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
+from compgen.report.curves import between, rounded_number, sentence
 from compgen.report.figure import LIGHT_TO_DARK, Figure, axis, figure, packed_array, scale, spans, trace
-from compgen.report.figure_words import between, rounded_number, sentence
 from compgen.report.still import still_svg
 from compgen.report.view import View, middle_tick, ticks, view_of
 
@@ -58,14 +58,16 @@ def figure_in_space(
         layout[f"scene{which}"] = _scene(view)
         layout["meta"]["extent"][f"scene{which}"] = [round(e, 4) for e in view.extent]
         layout[f"coloraxis{which}"] = {
-            "colorscale": scale(LIGHT_TO_DARK), "cmin": 0, "cmax": max(largest, 1e-3),
+            "colorscale": scale(LIGHT_TO_DARK),
+            "cmin": 0,
+            "cmax": max(largest, 1e-3),
             "colorbar": _bar(f"{title}<br>{mark}"),
-        }  # fmt: skip
+        }
         panels.append(still_svg([title, mark], view, places, values, largest, _steps()))
         parts.append(f"{path.title} {between(values, unit)}{_where(places, values)}")
-    for name, change in _arranged(len(paths), False).items():
+    for name, change in _arranged(len(paths), stacked=False).items():
         layout[name] = _merge(layout[name], change)
-    height, narrow = TALL, {**_arranged(len(paths), True), "height": TALL_ON_PHONE * len(paths)}
+    height, narrow = TALL, {**_arranged(len(paths), stacked=True), "height": TALL_ON_PHONE * len(paths)}
     margin = {"l": 5, "r": 5, "t": 10, "b": 30 if note else 10}
     if note:
         layout["annotations"] = [_annotation(note)]
@@ -138,7 +140,7 @@ def _scene(view: View) -> dict[str, Any]:
             "eye": {name: round(float(2 * e), 4) for name, e in zip("xyz", view.eye, strict=True)},
             "projection": {"type": "orthographic"},
         },
-    }  # fmt: skip
+    }
 
 
 def _off_corners(numbers: Array, low: float, high: float) -> Array:
@@ -149,12 +151,15 @@ def _off_corners(numbers: Array, low: float, high: float) -> Array:
 
 def _bar(title: str) -> dict[str, Any]:
     return {
-        "title": {"text": title, "side": "top", "font": {"size": 13}}, "orientation": "h", "thickness": 10, "nticks": 6,
+        "title": {"text": title, "side": "top", "font": {"size": 13}},
+        "orientation": "h",
+        "thickness": 10,
+        "nticks": 6,
         "outlinewidth": 0,
-    }  # fmt: skip
+    }
 
 
-def _arranged(count: int, stacked: bool) -> dict[str, Any]:
+def _arranged(count: int, *, stacked: bool) -> dict[str, Any]:
     """Where each scene and its scale of colours are, in shares of the figure."""
     places: dict[str, Any] = {}
     for k in range(count):
@@ -171,9 +176,7 @@ def _arranged(count: int, stacked: bool) -> dict[str, Any]:
 
 
 def _merge(base: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
-    return {
-        **base, **{k: _merge(base[k], v) if isinstance(v, dict) and k in base else v for k, v in change.items()}
-    }  # fmt: skip
+    return {**base, **{k: _merge(base[k], v) if isinstance(v, dict) and k in base else v for k, v in change.items()}}
 
 
 def _steps() -> list[str]:

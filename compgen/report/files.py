@@ -12,8 +12,7 @@ from compgen.job.job import Job
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.study import Answer, Row, Study
-from compgen.report.correction_page import correction_html
-from compgen.report.correction_summary import correction_csv, correction_summary
+from compgen.report.correction import correction_csv, correction_html, correction_summary
 from compgen.report.job_page import job_html
 from compgen.report.job_summary import job_summary
 from compgen.report.live import NONE, LiveSection
@@ -25,7 +24,7 @@ from compgen.report.waypoints_csv import waypoints_blocks
 
 
 def job_reports(
-    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, with_program: bool = True
+    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, *, with_program: bool = True
 ) -> dict[str, bytes | Iterable[bytes]]:
     """The reports of a planned program, or of a corrected one.
 
@@ -37,13 +36,13 @@ def job_reports(
     """
     return {
         "report.json": json_text(job_summary(planned, corrected)),
-        "report.html": job_html(planned, corrected, options, with_program),
+        "report.html": job_html(planned, corrected, options, with_program=with_program),
         "waypoints.csv": waypoints_blocks(planned, corrected),
     }
 
 
 def correction_files(
-    correction: Correction, name: str, with_program: bool, options: PageOptions = PLAIN
+    correction: Correction, name: str, options: PageOptions = PLAIN, *, with_program: bool
 ) -> dict[str, bytes]:
     """The reports of a program that existed, and the program with its provenance.
 
@@ -56,7 +55,7 @@ def correction_files(
     files = {
         "report.json": json_text(correction_summary(correction)),
         "positions.csv": correction_csv(correction),
-        "report.html": correction_html(correction, options, with_program),
+        "report.html": correction_html(correction, options, with_program=with_program),
     }
     if with_program:
         files[PurePath(name).stem + PROVENANCE] = provenance_json(correction)
@@ -65,9 +64,16 @@ def correction_files(
 
 
 def study_files(
-    path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], answers: list[Answer],
-    base: Job | None, options: PageOptions = PLAIN, live: LiveSection = NONE, max_um: float | None = None,
-) -> dict[str, bytes]:  # fmt: skip
+    path: str,
+    overrides: Sequence[str],
+    study: Study | None,
+    rows: list[Row],
+    answers: list[Answer],
+    base: Job | None,
+    options: PageOptions = PLAIN,
+    live: LiveSection = NONE,
+    max_um: float | None = None,
+) -> dict[str, bytes]:
     """The tables and the page of a study of a path file, and of the answers to its questions.
 
     ``base`` is the job that all scenarios share, None where none can be read without their values; ``max_um`` is the
@@ -82,7 +88,7 @@ def study_files(
             f"What if: {PurePath(path).stem}",
             study,
             rows,
-            answers=answers,
+            answers,
             base=base,
             options=options,
             live=live.html,

@@ -1,6 +1,5 @@
 """The temperatures of a job's day, and the error of each run: as a page, CSV tables, JSON and sentences."""
 
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -16,11 +15,10 @@ from compgen.pipelines.study import Timeline
 from compgen.pipelines.uncertainty.band import not_known
 from compgen.report.band_page import LEFT_OPEN, band_facts
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
-from compgen.report.figure import COOL, DASHES, GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
-from compgen.report.figure_rows import Row, figure_in_rows
-from compgen.report.figure_words import course, curves_in_words, sentence
+from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, line_of
+from compgen.report.figure import COOL, GREY, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.inputs import day_inputs, made_from
-from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, verdict
+from compgen.report.page import PLAIN, PageOptions, fixed, page
 
 COLD = 0.05  # a smaller rise than this is none [K]
 REMARK = "Warmth by the robot file's heat model; errors by the sources active in it."
@@ -96,41 +94,45 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
 
 def heat_html(job: Job, day: Timeline, options: PageOptions = PLAIN, max_um: float | None = None) -> bytes:
     """One page, the same bytes for the same inputs; ``max_um`` is the largest error allowed of one file [um]."""
-    opening = _opening(job, day, max_um)
-    body = figure_section("Temperature over the day", _rises(job, day), "rises")
-    if len(day.run) > 1:
-        body += figure_section("Each run of the program", _runs(job, day, max_um), "runs")
-    findings = findings_list(job.input_findings) if job.input_findings else ""
-    return page(f"Heat: {job.title or job.name}", findings + body, opening, day_inputs(job), REMARK, options)
-
-
-def _opening(job: Job, day: Timeline, max_um: float | None) -> str:
-    """What one file is worth over the day, and how warm the robot is when the program starts and at the day's end."""
     most, worst = int(np.argmax(day.error)), int(np.argmax(day.residual))
-    left, kind, judged = float(day.residual[worst] / UM), "predicted", ""
-    text = f"Uncorrected, the tool will be up to <b>{day.error[most] / UM:.1f} &micro;m</b> off"
-    size = f"<b>{left:.{1 if left >= 10 else 2}f} &micro;m</b>"
-    if len(day.run) > 1:
-        text += f", in run {most + 1} of {len(day.run)}; with {escape(_file_of(job))} up to {size}, in run {worst + 1}"
-    elif max_um is not None:
-        text += f"; with {escape(_file_of(job))} {size}"
-    if max_um is not None:
-        kind = "inside" if left <= max_um else "outside"
-        judged = f"<b>{kind.capitalize()} its bound.</b> "
+    left, count = float(day.residual[worst] / UM), len(day.run)
+    return page(
+        "heat.html",
+        f"Heat: {job.title or job.name}",
+        inputs=day_inputs(job),
+        remark=REMARK,
+        options=options,
+        kind="predicted" if max_um is None else "inside" if left <= max_um else "outside",
+        facts=_facts(job, day, max_um),
+        before=day.error[most] / UM,
+        most=most + 1,
+        left=fixed(left, 1 if left >= 10 else 2),
+        worst=worst + 1,
+        count=count,
+        file=_file_of(job),
+        is_judged=max_um is not None,
+        findings=job.input_findings,
+        rises=_rises(job, day),
+        runs=_runs(job, day, max_um) if count > 1 else None,
+    )
+
+
+def _facts(job: Job, day: Timeline, max_um: float | None) -> list[tuple[str, str]]:
+    """What the files leave open, and how warm the robot is when the program starts and at the day's end."""
     first, largest = _bands(job, day)
-    facts = [] if max_um is None else [("bound", f"{max_um:g} &micro;m for one file in every run")]
+    facts = [] if max_um is None else [("bound", f"{max_um:g} µm for one file in every run")]
     for name, words in band_facts(first):
         if name == LEFT_OPEN and len(day.run) > 1:
-            words += f" in the first run, {rounded(largest['p95_um'])} &micro;m in run {most + 1}"
+            words += f" in the first run, {rounded(largest['p95_um'])} µm in run {np.argmax(day.error) + 1}"
         facts.append((name, words))
     for when, hours, rises in (
         ("as the program starts", day.start / HOUR, day.run_rise[0]),
         ("at the end", day.time[-1] / HOUR, day.rise[-1]),
     ):
-        parts = ", ".join(f"{escape(n)} {r + 0.0:.1f}" for n, r in zip(job.heat.names, rises, strict=True))
+        parts = ", ".join(f"{n} {r + 0.0:.1f}" for n, r in zip(job.heat.names, rises, strict=True))
         warmth = f"{parts} K warmer than the cold robot" if np.abs(rises).max() >= COLD else "the robot is cold"
         facts.append((when, f"after {hours:.1f} h: {warmth}"))
-    return verdict(kind, f"{judged}{text}.", facts)
+    return facts
 
 
 def _bands(job: Job, day: Timeline) -> list[dict[str, Any]]:
@@ -140,10 +142,10 @@ def _bands(job: Job, day: Timeline) -> list[dict[str, Any]]:
 
 def _rises(job: Job, day: Timeline) -> Figure:
     hours = np.round(day.time / HOUR, 5)
-    traces = []
-    for i, name in enumerate(job.heat.names):
-        line = {"color": LINES[i % len(LINES)], "width": 1.5, "dash": DASHES[i % len(DASHES)]}
-        traces.append(trace("scatter", hours, np.round(day.rise[:, i], 4), name=name, line=line))
+    traces = [
+        trace("scatter", hours, np.round(day.rise[:, i], 4), name=name, line={**line_of(i), "width": 1.5})
+        for i, name in enumerate(job.heat.names)
+    ]
     if day.air.any():
         line = {"color": GREY, "dash": "dash", "width": 1}
         traces.append(trace("scatter", hours, np.round(day.air, 4), name="air", line=line))
@@ -164,15 +166,12 @@ def _file_of(job: Job) -> str:
 
 
 def _runs(job: Job, day: Timeline, max_um: float | None) -> Figure:
-    runs, rows, words = np.arange(1, len(day.run) + 1), [], []
+    runs, rows = np.arange(1, len(day.run) + 1), []
     for title, name, values, colour, symbol in (
         ("before", "uncorrected", day.error, WARM, "circle"),
         ("after", f"with {_file_of(job)}", day.residual, COOL, "diamond"),
     ):
-        size = np.round(values / UM, 3)
-        look = {"mode": "lines+markers", "line": {"color": colour}, "marker": {"symbol": symbol}, "showlegend": True}
-        limit = (max_um, f"bound {max_um:g} µm") if title == "after" and max_um is not None else None
-        curve = trace("scatter", runs, size, name=name, **look)
-        rows.append(Row(f"{title} [µm]", [curve], limit, {"rangemode": "tozero"}))
-        words += [course(name, size, "µm"), limit[1] if limit else ""]
-    return figure_in_rows(rows, "run", sentence("Largest error of each run", words))
+        size, line, marker = np.round(values / UM, 3), {"color": colour}, {"symbol": symbol}
+        curve = trace("scatter", runs, size, name=name, mode="lines+markers", line=line, marker=marker, showlegend=True)
+        rows.append(Row(f"{title} [µm]", [curve], course(name, size, "µm"), max_um if title == "after" else None))
+    return figure_in_rows(rows, "run", "Largest error of each run")

@@ -2,13 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 from typing import Any
 
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
-from compgen.core.version import __version__
 from compgen.job.job import Cell, Job
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.planned.averaging_findings import ensemble_words
@@ -144,23 +142,6 @@ def duties_words(duties: Sequence[Duty]) -> str:
     total = {state: sum(d.duration for d in duties if d.state == state) for state in ("moving", "idle", "off")}
     parts = ", ".join(f"{state} {time_words(time)}" for state, time in total.items() if time)
     return f"{len(duties)} stretches over {time_words(sum(total.values()))}: {parts}; at last {_duty(duties[-1])}"
-
-
-def inputs_html(inputs: Inputs, date: str) -> str:
-    """The block of inputs, with compgen's version, and a date where one is asked for."""
-    rows = [*inputs.rows, ("made by", f"compgen {__version__}"), *([("date", date)] if date else [])]
-    return f'<section class="inputs"><h2>Inputs</h2>{_definitions(rows)}</section>'
-
-
-def provenance_html(inputs: Inputs, remark: str) -> str:
-    """The foot of a page: version, whole hashes, and what the result does not know."""
-    hashes = _definitions([(f"{name} sha256", digest) for name, digest in inputs.hashes])
-    text = f"compgen {__version__}{f'. {remark}' if remark else ''}"
-    return f"<footer><p>{text}</p>{hashes if inputs.hashes else ''}</footer>"
-
-
-def _definitions(rows: Sequence[tuple[str, str]]) -> str:
-    return f"<dl>{''.join(f'<dt>{escape(name)}</dt><dd>{escape(value)}</dd>' for name, value in rows)}</dl>"
 
 
 def _robot(cell: Cell) -> tuple[str, str]:

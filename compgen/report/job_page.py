@@ -1,23 +1,32 @@
 """A job as one page that opens offline: findings first, then the error, the path, the temperatures, the joints."""
 
-from dataclasses import replace
-from html import escape
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.units import MM, UM
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.report.band_page import band_explained, band_facts
-from compgen.report.guaranteed import guaranteed_text
+from compgen.planning.toolpath import ToolPath
+from compgen.report.averaged import averaged_figure
+from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
+from compgen.report.band_words import guaranteed_text
+from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, rise_figure
+from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, horizontal_line, rows_to_draw, trace
+from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import SHORT, Inputs, job_inputs, time_words
-from compgen.report.job_figures import job_figures
-from compgen.report.job_summary import job_summary
-from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, verdict
+from compgen.report.job_summary import band_of, job_summary
+from compgen.report.page import PLAIN, PageOptions, fixed, page
+from compgen.verification.band import Band
+from compgen.verification.deviation import Deviation
 
 #: Parts of the error, as the summary and as the table name them.
 PARTS = {
-    "total": "total [&micro;m]",
-    "feed": "along feed [&micro;m]",
-    "cross": "cross feed [&micro;m]",
-    "normal": "normal to the surface [&micro;m]",
+    "total": "total [µm]",
+    "feed": "along feed [µm]",
+    "cross": "cross feed [µm]",
+    "normal": "normal to the surface [µm]",
     "axis_angle": "tool axis [mdeg]",
 }
 
@@ -35,12 +44,12 @@ REMARK = "CNT is taken as passing through the points; only the error sources act
 
 #: Bounds as the summary names them, and as the page does.
 BOUNDS = {
-    "max_um": "largest {} &micro;m",
-    "p99_um": "99th percentile {} &micro;m",
-    "rms_um": "rms {} &micro;m",
-    "feed_um": "along feed {} &micro;m",
-    "cross_um": "cross feed {} &micro;m",
-    "normal_um": "normal to the surface {} &micro;m",
+    "max_um": "largest {} µm",
+    "p99_um": "99th percentile {} µm",
+    "rms_um": "rms {} µm",
+    "feed_um": "along feed {} µm",
+    "cross_um": "cross feed {} µm",
+    "normal_um": "normal to the surface {} µm",
     "axis_mdeg": "tool axis {} mdeg",
 }
 
@@ -52,34 +61,39 @@ VERDICTS = {
     "nothing corrected": "nothing corrected",
 }
 
-
 #: Looks of verdicts; any other is ``outside``.
 KINDS = {"inside": "inside", "predicted": "predicted", "no bounds": "warning"}
 
+PATTERNS = ("", "/", "x")  # of bars
+
 
 def job_html(
-    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, with_program: bool = True
+    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, *, with_program: bool = True
 ) -> bytes:
     """One page, the same bytes for the same inputs; it says of a program that it is not written, where it is not."""
     data = job_summary(planned, corrected)
-    figures = job_figures(planned, corrected, data)
-    body = "".join(
-        figure_section(FIGURES[key], content, key, band_explained(data["band"]) if key == "budget" else "")
-        for key, content in figures.items()
-    )
-    lead = (
-        f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
-        f"{data['path']['waypoints']} waypoints, {data['path']['length_m']:.2f} m, "
-        f"{data['timing']['duration_s']:.1f} s, {100 * data['timing']['at_feed']:.1f} % of the length at feed</p>"
-    )
-    findings = findings_list(corrected.findings if corrected else planned.findings)
+    sides = [(name, data["on_part"][name]) for name in ("before", "after") if data[name]]
     return page(
-        data["title"] or data["name"], findings + body, lead + _verdict(data) + _table(data),
-        _inputs(planned, data, with_program), REMARK, options,
-    )  # fmt: skip
+        "job.html",
+        data["title"] or data["name"],
+        inputs=_inputs(planned, data, with_program=with_program),
+        remark=REMARK,
+        options=options,
+        data=data,
+        kind=KINDS.get(data["verdict"], "outside"),
+        verdict=VERDICTS.get(data["verdict"], ""),
+        facts=[("bounds", _bounds(data)), *band_facts(data["band"]), *_served(data)],
+        parts=PARTS,
+        sides=sides,
+        beyond=_beyond(data, sides),
+        findings=corrected.findings if corrected else planned.findings,
+        figures=job_figures(planned, corrected, data),
+        titles=FIGURES,
+        band_rows=band_rows(data["band"]),
+    )
 
 
-def _inputs(planned: Planned, data: dict[str, Any], with_program: bool) -> Inputs:
+def _inputs(planned: Planned, data: dict[str, Any], *, with_program: bool) -> Inputs:
     """What the page was made from, and the programs that it speaks of."""
     made = job_inputs(planned.job)
     written = list(data["program"]["sha256"].items()) if data.get("program") else []
@@ -95,24 +109,9 @@ def _inputs(planned: Planned, data: dict[str, Any], with_program: bool) -> Input
     )
 
 
-def _verdict(data: dict[str, Any]) -> str:
-    part, corrected = data["on_part"], data["after"] is not None
-    before = part["before"]["total"]["max_um"]
-    if corrected:
-        words = VERDICTS[data["verdict"]]
-        text = (
-            f"<b>{words[0].upper()}{words[1:]}.</b> Largest error on the part <b>{before:.1f} &micro;m</b> before, "
-            f"<b>{part['after']['total']['max_um']:.2f} &micro;m</b> after, proven from the written text."
-        )
-    else:
-        text = f"Uncorrected, the tool will be up to <b>{before:.1f} &micro;m</b> off. Nothing has been corrected."
-    kind = KINDS.get(data["verdict"], "outside")
-    return verdict(kind, text, [("bounds", _bounds(data)), *band_facts(data["band"]), *_served(data)])
-
-
 def _bounds(data: dict[str, Any]) -> str:
     bounds = ", ".join(BOUNDS[key].format(f"{bound:g}") for key, bound in data["bounds"].items())
-    guaranteed = f"; {escape(guaranteed_text(data['guaranteed']))}" if data.get("guaranteed") else ""
+    guaranteed = f"; {guaranteed_text(data['guaranteed'])}" if data.get("guaranteed") else ""
     return f"{bounds or 'none'}{guaranteed}"
 
 
@@ -124,19 +123,103 @@ def _served(data: dict[str, Any]) -> list[tuple[str, str]]:
     if not average.get("flown"):
         return [("right for", f"a start within {time_words(data['thermal']['start_window_s'])} of the stated warmth")]
     words = (
-        f"many starts: with the mean of their rises it leaves {average['at_mean']['max_um']:.2f} &micro;m, at the "
+        f"many starts: with the mean of their rises it leaves {average['at_mean']['max_um']:.2f} µm, at the "
         f"worst of {len(average['flown'])} flown starts {average['max_um']:.2f}, {average['rms_um']:.2f} rms over all"
     )
     return [("right for", words)]
 
 
-def _table(data: dict[str, Any]) -> str:
-    """The error on the part, which the bounds are for, and what it is over the whole program where that is more."""
-    sides = [(name, data["on_part"][name]) for name in ("before", "after") if data[name]]
-    largest = [(name, data[name]["total"]["max_um"]) for name, _ in sides]
-    more = any(
-        f"{size:.2f}" != f"{part['total']['max_um']:.2f}" for (_, size), (_, part) in zip(largest, sides, strict=False)
-    )
-    words = ", ".join(f"{size:.2f} &micro;m {name}" for name, size in largest)
-    remark = f"<p class=lead>Largest with approach and retract: {words}.</p>" if more else ""
-    return error_table("component", sides, PARTS, "Error of the tool centre point on the part") + remark
+def _beyond(data: dict[str, Any], sides: list[tuple[str, Any]]) -> str:
+    """What the error is over the whole program, where that is more than on the part."""
+    largest = {name: fixed(data[name]["total"]["max_um"]) for name, _ in sides}
+    if all(largest[name] == fixed(part["total"]["max_um"]) for name, part in sides):
+        return ""
+    return f"Largest with approach and retract: {', '.join(f'{size} µm {name}' for name, size in largest.items())}."
+
+
+def job_figures(planned: Planned, corrected: Corrected | None, summary: dict[str, Any]) -> dict[str, Figure]:
+    """Figures by the keys of ``job_page.FIGURES``."""
+    curves = [_error_curves(planned.deviation())] + ([_error_curves(corrected.deviation)] if corrected else [])
+    rises = (planned.job.heat.names, planned.trajectory.time, planned.rise)
+    averaged = None if corrected is None else corrected.averaged
+    band, path = band_of(planned, corrected), planned.path
+    may = np.interp(curves[-1].arc, path.arc[band.rows], band.radius)
+    return {
+        **({} if averaged is None else {"average": averaged_figure(averaged)}),
+        "time": _error_over_time(curves, planned.job.bounds.max, may),
+        "budget": budget_figure(summary["band"]),
+        "space": _path_in_space(curves, path),
+        "band": _band_in_space(band, path),
+        "heat": rise_figure(*rises, "time from leaving P[1] [s]"),
+        "joints": _joint_use(summary),
+    }
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _ErrorCurves:
+    """What the figures show of a deviation, at K samples."""
+
+    arc: Array  # (K,) [m]
+    time: Array  # (K,) [s]
+    total: Array  # (K,) [um]
+    normal: Array  # (K,) [um]
+
+
+def _error_curves(deviation: Deviation) -> _ErrorCurves:
+    error = deviation.total()
+    rows = rows_to_draw(error)
+    total, normal = (np.round(values[rows] / UM, 3) for values in (error, deviation.normal))
+    return _ErrorCurves(deviation.arc[rows], deviation.time[rows], total, normal)
+
+
+def _error_over_time(curves: list[_ErrorCurves], bound: float | None, radius: Array) -> Figure:
+    """Before and after, and under them how far off the tool may be: ``radius`` (K,) [m] at the last curve's samples."""
+    rows = []
+    for name, curve, colour in zip(("before", "after"), curves, (WARM, COOL), strict=False):
+        time = np.round(curve.time, 4)
+        total, normal = {"color": colour, "width": 1.4}, {"color": GREY, "width": 1, "dash": "dot"}
+        traces = [
+            trace("scatter", time, curve.total, name=f"{name}: total", line=total),
+            trace("scatter", time, curve.normal, name=f"{name}: normal to the surface", line=normal),
+        ]
+        limit = None if bound is None or name == "before" else bound / UM
+        rows.append(Row(f"{name} [µm]", traces, course(name, curve.total, "µm"), limit, {}))
+    rows.append(radius_row(curves[-1].time, radius))
+    return figure_in_rows(rows, "time from leaving P[1] [s]", "Error over time")
+
+
+def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
+    paths = [
+        Coloured(name, np.column_stack(positions_at(path, curve.arc)), curve.total)
+        for name, curve in zip(("before", "after"), curves, strict=False)
+    ]
+    return figure_in_space("Error along the path in space", paths, path.target.position / MM, path.contact)
+
+
+def _band_in_space(band: Band, path: ToolPath) -> Figure:
+    """The path, coloured by the radius that the tool stays within in 95 of 100 cases."""
+    rows = rows_to_draw(band.radius)
+    places = np.column_stack(positions_at(path, path.arc[band.rows[rows]]))
+    radius = Coloured("may be off (95 %)", places, np.round(band.radius[rows] / UM, 3))
+    subject = "How far off the tool may be along the path in space"
+    return figure_in_space(subject, [radius], path.target.position / MM, path.contact)
+
+
+def positions_at(path: ToolPath, arc: Array) -> list[Array]:
+    """x, y and z [mm] at lengths along the path, (K,) each, linear between waypoints."""
+    after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
+    rows = np.unique(np.concatenate([after - 1, after]))
+    return [np.round(np.interp(arc, path.arc[rows], path.target.position[rows, k]) / MM, 2) for k in range(3)]
+
+
+def _joint_use(data: dict[str, Any]) -> Figure:
+    use = data["timing"]["joint_use"]
+    looks = [
+        {"color": colour, "pattern": {"shape": pattern}} for colour, pattern in zip(LINES[2:], PATTERNS, strict=False)
+    ]
+    traces = [
+        trace("bar", list(shares), [round(100 * v, 2) for v in shares.values()], name=kind, marker=look)
+        for (kind, shares), look in zip(use.items(), looks, strict=False)
+    ]
+    alt = curves_in_words("Largest use of the joints' limits", traces, "%")
+    return figure(traces, 320, alt, yaxis=axis("largest share of the limit [%]"), shapes=[horizontal_line(100)])

@@ -8,34 +8,37 @@ import numpy as np
 from compgen import fanuc
 from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.commands import Command
-from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
+from compgen.core.pose import Pose
+from compgen.core.units import DEG, HOUR, KB, MDEG, MM, MS, UM
 from compgen.core.version import __version__
+from compgen.job.bounds import Bounds
+from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.pipelines.planned.written_program import WrittenFlight
 from compgen.pipelines.uncertainty.band import not_known
 from compgen.pipelines.uncertainty.model_form import ModelForm
+from compgen.planning.retiming import Trajectory
 from compgen.report.averaged import averaged_record, ensemble_record
-from compgen.report.band_words import band_record
-from compgen.report.guaranteed import guaranteed_record
+from compgen.report.band_words import DRAWN, band_record, guaranteed_record
 from compgen.report.inputs import made_from
-from compgen.report.motion_record import motion_record
 from compgen.verification.band import Band
 from compgen.verification.deviation import statistics
-from compgen.verification.verdict import Verdict
+from compgen.verification.motion_effect import MotionEffect
+from compgen.verification.verdict import Verdict, unit_of, verdict_of
+from compgen.verification.written_motion import WrittenMotion
 
 SCHEMA = 1
 
 
 def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
     """Everything a job found, in plain types."""
-    job, path = planned.job, planned.path
-    trajectory = corrected.trajectory if corrected else planned.trajectory
+    job, band = planned.job, band_of(planned, corrected)
     written = corrected.written if corrected else planned.written()
-    before = statistics(planned.deviation())
+    before, on_part = statistics(planned.deviation()), statistics(planned.deviation(), on_part=True)
     after = statistics(corrected.deviation) if corrected else None
-    findings = corrected.findings if corrected else planned.findings
-    names, band = job.heat.names, band_of(planned, corrected)
-    report: dict[str, Any] = {
+    unknown = with_motion(not_known(job.cell, band), planned.written().effect)
+    return {
         "schema": SCHEMA,
         "command": Command.GENERATE if corrected else Command.PREDICT,
         "name": job.name,
@@ -44,59 +47,108 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "before": before,
         "after": after,
         "on_part": {
-            "before": statistics(planned.deviation(), on_part=True),
+            "before": on_part,
             "after": statistics(corrected.deviation, on_part=True) if corrected else None,
         },
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
-        "band": band_record(
-            band,
-            with_motion(not_known(job.cell, band), planned.written().effect),
-            corrected.draws if corrected else None,
-        ),
-        "bounds": {
-            key: value
-            for key, value in {
-                "max_um": _in(job.bounds.max, UM),
-                "p99_um": _in(job.bounds.p99, UM),
-                "rms_um": _in(job.bounds.rms, UM),
-                "feed_um": _in(job.bounds.feed, UM),
-                "cross_um": _in(job.bounds.cross, UM),
-                "normal_um": _in(job.bounds.normal, UM),
-                "axis_mdeg": _in(job.bounds.axis, MDEG),
-            }.items()
-            if value is not None
-        },
-        "findings": [f.record() for f in findings],
+        "band": band_record(band, unknown, corrected.draws if corrected else None),
+        "bounds": _bounds(job.bounds),
+        "findings": [f.record() for f in (corrected or planned).findings],
         "motion": motion_record(planned.effect(written)),
-        "path": {
-            "waypoints": len(path.arc),
-            "left_out": int(planned.rows[-1]) + 1 - len(path.arc),
-            "length_m": float(path.arc[-1]),
-            "contact_m": float(np.diff(path.arc)[path.contact[1:] & path.contact[:-1]].sum()),
-            "stops": int(path.stop.sum()),
-        },
-        "timing": {
-            "duration_s": float(written.time[-1]),
-            "planned_s": float(trajectory.time[-1]),
-            "as_written_s": written.as_written,
-            "rounded_up_s": written.rounded_up,
-            "at_feed": written.at_feed,
-            "joint_use": {
-                kind: dict(zip(job.robot.joint_names, row.tolist(), strict=True))
-                for kind, row in zip(
-                    ("speed", "acceleration", "jerk"), [*written.use, trajectory.utilisation[2]], strict=True
-                )
-            },
-        },
-        "thermal": {
-            "start_K": dict(zip(names, planned.rise[0].tolist(), strict=True)),
-            "end_K": dict(zip(names, planned.rise[-1].tolist(), strict=True)),
+        "path": _path(planned),
+        "timing": _timing(job, written, corrected.trajectory if corrected else planned.trajectory),
+        "thermal": _thermal(planned, corrected),
+        **({} if corrected is None else _of_correction(corrected)),
+        **_average_over(job, corrected),
+        "provenance": _provenance(planned, corrected),
+        "inputs": dict(job.inputs),
+    }
+
+
+def written_summary(flight: WrittenFlight, file: str) -> dict[str, Any]:
+    """The report of ``cgen check --written``: ``before`` is the planned program, ``after`` the text.
+
+    Args:
+        flight: Of the text.
+        file: Its name.
+    """
+    summary = job_summary(flight.planned, None)
+    before, after = summary["before"], statistics(flight.deviation)
+    promised = None if flight.draws is None else flight.draws.guarantee
+    flown = {} if promised is None else {key: getattr(promised, key) for key in DRAWN}
+    return {
+        **summary,
+        "command": Command.CHECK,
+        "band": {**summary["band"], **flown},
+        "verdict": verdict_of(flight.findings).value,
+        "after": after,
+        "on_part": {"before": summary["on_part"]["before"], "after": statistics(flight.deviation, on_part=True)},
+        "ratio": before["total"]["max_um"] / after["total"]["max_um"],
+        "guaranteed": guaranteed_record(flight.draws),
+        "findings": [finding.record() for finding in flight.findings],
+        "written": {
+            "file": file,
+            "name": flight.program.name,
+            "positions": len(flight.program.position),
+            "made_as": list(flight.program.remarks),
+            "run": flight.start.run + 1,
+            "delay_s": flight.start.delay,
+            "override_percent": 100 * flight.start.override,
         },
     }
-    if corrected:
-        solution = corrected.solution
-        report["thermal"]["start_window_s"] = corrected.start_window
-        report["compensation"] = {
+
+
+def _bounds(bounds: Bounds) -> dict[str, float]:
+    """The bounds that were given, by their keys."""
+    given = {
+        "max_um": bounds.max,
+        "p99_um": bounds.p99,
+        "rms_um": bounds.rms,
+        "feed_um": bounds.feed,
+        "cross_um": bounds.cross,
+        "normal_um": bounds.normal,
+        "axis_mdeg": bounds.axis,
+    }
+    return {key: round(value / unit_of(key)[0], 9) for key, value in given.items() if value is not None}
+
+
+def _path(planned: Planned) -> dict[str, Any]:
+    path = planned.path
+    return {
+        "waypoints": len(path.arc),
+        "left_out": int(planned.rows[-1]) + 1 - len(path.arc),
+        "length_m": float(path.arc[-1]),
+        "contact_m": float(np.diff(path.arc)[path.contact[1:] & path.contact[:-1]].sum()),
+        "stops": int(path.stop.sum()),
+    }
+
+
+def _timing(job: Job, written: WrittenMotion, trajectory: Trajectory) -> dict[str, Any]:
+    use = zip(("speed", "acceleration", "jerk"), [*written.use, trajectory.utilisation[2]], strict=True)
+    return {
+        "duration_s": float(written.time[-1]),
+        "planned_s": float(trajectory.time[-1]),
+        "as_written_s": written.as_written,
+        "rounded_up_s": written.rounded_up,
+        "at_feed": written.at_feed,
+        "joint_use": {kind: dict(zip(job.robot.joint_names, row.tolist(), strict=True)) for kind, row in use},
+    }
+
+
+def _thermal(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
+    names = planned.job.heat.names
+    return {
+        "start_K": dict(zip(names, planned.rise[0].tolist(), strict=True)),
+        "end_K": dict(zip(names, planned.rise[-1].tolist(), strict=True)),
+        **({} if corrected is None else {"start_window_s": corrected.start_window}),
+    }
+
+
+def _of_correction(corrected: Corrected) -> dict[str, Any]:
+    """What only a corrected program has: how it was found, what is guaranteed, its files."""
+    solution = corrected.solution
+    return {
+        "compensation": {
             "status": solution.status.name.lower(),
             "meaning": solution.status.value,
             "iterations": solution.iterations,
@@ -106,42 +158,48 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "largest_mdeg": float(row_norms(solution.correction[:, 3:]).max() / MDEG),
             "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
             "predicted_residual_um": float(row_norms(solution.residual[:, :3]).max() / UM),
-        }
-        report["guaranteed"] = guaranteed_record(corrected.draws)
-        report["model_form"] = _model_form(corrected.model_form)
-        report["program"] = _program(corrected)
-    if job.ensemble is not None:
-        averaged = None if corrected is None else corrected.averaged
-        report["average_over"] = ensemble_record(job.ensemble) if averaged is None else averaged_record(averaged)
-    report["provenance"] = {
+        },
+        "guaranteed": guaranteed_record(corrected.draws),
+        "model_form": _model_form(corrected.model_form),
+        "program": _program(corrected),
+    }
+
+
+def _average_over(job: Job, corrected: Corrected | None) -> dict[str, Any]:
+    """Of a file that serves many starts: which, and what it leaves over them."""
+    if job.ensemble is None:
+        return {}
+    averaged = None if corrected is None else corrected.averaged
+    return {"average_over": ensemble_record(job.ensemble) if averaged is None else averaged_record(averaged)}
+
+
+def _provenance(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
+    job, state = planned.job, planned.job.cell.state
+    record = {
         "compgen": __version__,
         **made_from(job),
         "sources": [source.NAME for source in job.sources],
         "overrides": list(job.overrides),
-        "tool": {
-            "number": job.tool.number,
-            "position_mm": (job.tool.pose.position / MM).tolist(),
-            "rotation": job.tool.pose.rotation.tolist(),
-        },
-        "frame": None
-        if job.frame is None
-        else {
-            "number": job.frame.number,
-            "position_mm": (job.frame.register.position / MM).tolist(),
-            "rotation": job.frame.register.rotation.tolist(),
-        },
+        "tool": _numbered_pose(job.tool.number, job.tool.pose),
+        "frame": None if job.frame is None else _numbered_pose(job.frame.number, job.frame.register),
         "before": [
             {"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / HOUR} for d in job.history.before
         ],
         "joint_range_deg": _joint_range(planned, corrected),
     }
-    report["inputs"] = dict(job.inputs)
-    if (state := job.cell.state) is not None:
-        report["provenance"]["state"] = {
-            "sha256": state.digest, "verdict": state.verdict, "time_s": state.time, "window_s": state.window,
+    if state is not None:
+        record["state"] = {
+            "sha256": state.digest,
+            "verdict": state.verdict,
+            "time_s": state.time,
+            "window_s": state.window,
             "age_s": job.history.clock,
-        }  # fmt: skip
-    return report
+        }
+    return record
+
+
+def _numbered_pose(number: int, pose: Pose) -> dict[str, Any]:
+    return {"number": number, "position_mm": (pose.position / MM).tolist(), "rotation": pose.rotation.tolist()}
 
 
 def _model_form(form: ModelForm | None) -> dict[str, Any] | None:
@@ -195,8 +253,23 @@ def _program(corrected: Corrected) -> dict[str, Any]:
     return record
 
 
-def _in(value: float | None, factor: float) -> float | None:
-    return None if value is None else round(value / factor, 9)
+def motion_record(effect: MotionEffect | None) -> dict[str, Any] | None:
+    """The effect of the controller's motion on the written text; docs/report.md has the keys."""
+    if effect is None:
+        return None
+    motion = effect.motion
+    return {
+        "known": effect.known,
+        "predistorted": motion.may_predistort,
+        "space": motion.space,
+        "moving_average_ms": [round(t / MS, 9) for t in motion.moving_averages],
+        "first_order_ms": [round(t / MS, 9) for t in motion.first_orders],
+        "lag_ms": round(motion.lag / MS, 9),
+        "off_path_um": effect.largest / UM,
+        "where_m": effect.where,
+        "along_um": effect.along / UM,
+        "behind_mm": effect.lag / MM,
+    }
 
 
 def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, list[float]]:

@@ -1,24 +1,19 @@
 """An identified controller's motion as data and as one page."""
 
-from html import escape
 from typing import Any
 
 import numpy as np
 
-from compgen.core.codes import Code, Level
 from compgen.core.commands import Command
-from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.core.version import __version__
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
 from compgen.pipelines.executed.executed import ProgramText
-from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace, vertical_line
-from compgen.report.figure_limits import LIMIT
-from compgen.report.figure_words import sentence
+from compgen.report.curves import sentence
+from compgen.report.figure import COOL, GREY, LIMIT, Figure, axis, figure, trace, vertical_line
 from compgen.report.inputs import Inputs
-from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, section, verdict
-from compgen.report.table import table
+from compgen.report.page import PLAIN, PageOptions, fixed, page
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 
@@ -89,25 +84,28 @@ def motion_sentences(summary: dict[str, Any]) -> list[str]:
 
 def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: PageOptions = PLAIN) -> bytes:
     """One page, the same bytes for the same inputs."""
-    is_accepted = summary["verdict"] == "accepted"
-    opening = f'<p class="lead">{escape(summary["program"]["name"])} by {escape(summary["log"]["file"])}</p>'
     kind, held_out, _ = motion_sentences(summary)
-    opening += verdict(
-        "inside" if is_accepted else "outside", f"<b>{in_words(summary['verdict'])}.</b> {in_words(kind)}"
+    return page(
+        "motion.html",
+        f"{summary['name']}: the controller's motion",
+        inputs=inputs,
+        remark=REMARK,
+        options=options,
+        data=summary,
+        kind=kind,
+        held_out=held_out,
+        tried=[
+            [
+                fit["kind"],
+                ", ".join(f"{t:.1f}" for t in fit["times_ms"]),
+                fixed(fit["sigma_ms"]),
+                fixed(fit["held_out_um"]),
+                "yes" if fit["as_well"] else "no",
+            ]
+            for fit in summary["tried"]
+        ],
+        drawn=_kinds(summary),
     )
-    opening += f"<p>{in_words(held_out)}.</p>"
-    rows = [
-        [
-            fit["kind"], ", ".join(f"{t:.1f}" for t in fit["times_ms"]), f"{fit['sigma_ms']:.2f}",
-            f"{fit['held_out_um']:.2f}", "yes" if fit["as_well"] else "no",
-        ]
-        for fit in summary["tried"]
-    ]  # fmt: skip
-    head = ["kind", "times [ms]", "sigma [ms]", "held out, rms [&micro;m]", "foretells as well"]
-    findings = (Finding(Level(f["level"]), Code(f["code"]), f["message"]) for f in summary["findings"])
-    body = findings_list(findings) + section("What was tried", table(head, rows))
-    body += figure_section("What each kind leaves on stretches that it was not fitted to", _kinds(summary), "kinds")
-    return page(f"{summary['name']}: the controller's motion", body, opening, inputs, REMARK, options)
 
 
 def _kinds(summary: dict[str, Any]) -> Figure:

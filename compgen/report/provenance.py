@@ -51,7 +51,7 @@ def provenance(result: Correction) -> dict[str, Any]:
     }
 
 
-def correction_inputs(result: Correction) -> dict[str, Any]:
+def inputs_record(result: Correction) -> dict[str, Any]:
     """Every key of the robot file that a correction used, and all that was given beside it."""
     made, options = provenance(result), result.options
     given = {key: made[key] for key in ("frames", "registers", "before", "options")}

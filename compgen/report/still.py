@@ -134,16 +134,17 @@ def _box(view: View, pixels: Pixels) -> list[str]:
     parts.append(f'<path d="{_line(top[order])}" {grey}/>')
     left = floor[np.argmin(outline[:, 0])]
     middle = pixels((view.low + view.high)[None] / 2)[0]
-    for k, name in enumerate("XYZ"):
+    for k in range(3):
         start = left.copy() if k == 2 else np.array([corner[near[0], 0], corner[near[1], 1], view.low[2]])
         start[k] = view.low[k]
         end = start.copy()
         end[k] = view.high[k]
-        parts += _axis(name, bool(view.short[k]), start, end, k, pixels, middle)
+        parts += _axis(view, start, end, k, pixels, middle)
     return parts
 
 
-def _axis(name: str, short: bool, start: Array, end: Array, k: int, pixels: Pixels, middle: Array) -> list[str]:
+def _axis(view: View, start: Array, end: Array, k: int, pixels: Pixels, middle: Array) -> list[str]:
+    name, short = "XYZ"[k], bool(view.short[k])
     ends = pixels(np.array([start, end]))
     length = float(np.linalg.norm(ends[1] - ends[0]))
     direction = (ends[1] - ends[0]) / max(length, 1e-9)

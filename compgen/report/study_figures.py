@@ -6,11 +6,24 @@ from typing import Any
 import numpy as np
 
 from compgen.pipelines.study import Row, Study
-from compgen.report.figure import COOL, LINES, WARM, Figure, Trace, axis, figure, horizontal_line, spans, trace
-from compgen.report.figure_limits import LIMIT, Limit, limit_label
-from compgen.report.figure_words import curves_in_words, rounded_number
+from compgen.report.curves import curves_in_words, rounded_number
+from compgen.report.figure import (
+    COOL,
+    LIMIT,
+    LINES,
+    WARM,
+    Figure,
+    Limit,
+    Trace,
+    axis,
+    figure,
+    horizontal_line,
+    limit_label,
+    spans,
+    trace,
+)
 from compgen.report.key_words import title_of, words_of
-from compgen.report.study_grid import Grid, Value, grid_of, in_words, plain
+from compgen.report.study_tables import Grid, Value, grid_of, in_words, plain
 
 MOST_LINES = 6  # values of a second key with a line and a name each; of more a colour bar tells them
 MOST_DRAWN = 30  # lines
@@ -51,9 +64,8 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
             line_colour = colour or (WARM, COOL)[side == "after"]
             symbol = LOOKS[side][1] if other is None or len(colours) > MOST_LINES else SYMBOLS[k]
             ink = {"color": line_colour, "symbol": symbol}
-            traces += _line(
-                grid, key, groups.get(value, []), side=side, name=name, ink=ink, place=place, is_named=is_named
-            )
+            look = {**place, "showlegend": is_named}
+            traces += _line(grid, key, groups.get(value, []), side=side, name=name, ink=ink, look=look)
         axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
         shown = axis(title_of(key)) if n == len(sides) - 1 else {"matches": f"x{len(sides)}", "showticklabels": False}
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", **_kind(whole, key), **shown}
@@ -162,9 +174,8 @@ def _colours(grid: Grid, other: str | None) -> tuple[dict[Value, str], str]:
 
 
 def _line(
-    grid: Grid, key: str, rows: Sequence[Row], side: str, name: str, ink: dict[str, str], place: dict[str, str],
-    is_named: bool,
-) -> list[Trace]:  # fmt: skip
+    grid: Grid, key: str, rows: Sequence[Row], *, side: str, name: str, ink: dict[str, str], look: dict[str, Any]
+) -> list[Trace]:
     """A line of one side through scenarios that differ in one key."""
     column, (dash, _) = f"{side}_on_part_max_um", LOOKS[side]
     points = [(grid.value(row, key), row[column]) for row in rows if column in row]
@@ -175,20 +186,7 @@ def _line(
     x, y = ([point[k] for point in points] for k in range(2))
     line, marker = {"color": ink["color"], "dash": dash, "width": 1.6}, {"symbol": ink["symbol"], "size": 7}
     mode = "lines+markers" if len(points) <= MARKED else "lines"
-    return [
-        trace(
-            "scatter",
-            x,
-            y,
-            mode=mode,
-            name=name,
-            legendgroup=name,
-            showlegend=is_named,
-            line=line,
-            marker=marker,
-            **place,
-        )
-    ]
+    return [trace("scatter", x, y, mode=mode, name=name, legendgroup=name, line=line, marker=marker, **look)]
 
 
 def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> list[Trace]:
@@ -239,9 +237,12 @@ def _colour_bar(grid: Grid, other: str) -> Trace:
     count = len(values)
     ticks = sorted({0, count // 2, count - 1})
     bar = {
-        "title": {"text": title_of(other), "side": "right"}, "thickness": 12, "outlinewidth": 0,
-        "tickvals": ticks, "ticktext": [plain(values[n]) for n in ticks],
-    }  # fmt: skip
+        "title": {"text": title_of(other), "side": "right"},
+        "thickness": 12,
+        "outlinewidth": 0,
+        "tickvals": ticks,
+        "ticktext": [plain(values[n]) for n in ticks],
+    }
     scale = [[i / (len(MANY_COLOURS) - 1), c] for i, c in enumerate(MANY_COLOURS)]
     marker = {"color": [0], "cmin": 0, "cmax": count - 1, "colorscale": scale, "colorbar": bar, "showscale": True}
     return trace("scatter", [None], [None], mode="markers", marker=marker, showlegend=False, meta=MARK)

@@ -1,20 +1,20 @@
 """A study as one page: the error against what was varied, maps over two keys, answers, and every scenario."""
 
-from html import escape
+from typing import Any
+
+from markupsafe import Markup
 
 from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.study import Answer, Row, Study
-from compgen.report.answer_figures import TITLES, answer_figure, passes_table
+from compgen.report.answer_figures import TITLES, answer_figure, passes_rows
 from compgen.report.band_words import rounded
-from compgen.report.figure_limits import Limit
+from compgen.report.figure import Figure, Limit
 from compgen.report.inputs import Inputs, job_inputs
 from compgen.report.key_words import capital, title_of, unit_of, words_of
-from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
+from compgen.report.page import PLAIN, PageOptions, page
 from compgen.report.study_figures import curves, error_map
-from compgen.report.study_grid import Grid, grid_of, plain
-from compgen.report.study_tables import band_caveat, column_names, headline
-from compgen.report.table import table
+from compgen.report.study_tables import Grid, band_caveat, column_names, grid_of, headline, plain
 
 MOST_ROWS = 500  # of the table on the page; the CSV file has all
 #: columns that the page leaves to the CSV file
@@ -22,9 +22,16 @@ ONLY_IN_CSV = ("before_max_um", "after_max_um", "before_normal_max_um", "after_n
 
 
 def study_html(
-    title: str, study: Study | None, rows: list[Row], answers: list[Answer], base: Job | None = None,
-    options: PageOptions = PLAIN, live: str = "", max_um: float | None = None,
-) -> bytes:  # fmt: skip
+    title: str,
+    study: Study | None,
+    rows: list[Row],
+    answers: list[Answer],
+    *,
+    base: Job | None = None,
+    options: PageOptions = PLAIN,
+    live: str = "",
+    max_um: float | None = None,
+) -> bytes:
     """One page, the same bytes for the same inputs.
 
     Args:
@@ -37,43 +44,45 @@ def study_html(
         live: The part of the page that lives, as HTML.
         max_um: The largest error allowed [um], where the command line says one.
     """
-    has_scenarios = study is not None and bool(study.scenarios)
-    sentences = [headline(study, rows)] if study is not None and has_scenarios else []
-    sentences += [answer.sentence for answer in answers]
-    opening = "".join(verdict("predicted", escape(_printed(sentence))) for sentence in sentences)
-    opening += f'<p class="lead">{escape(_printed(band_caveat(rows)))}.</p>'
-    body, inputs = "", None if base is None else job_inputs(base)
-    if study is not None and has_scenarios:
+    sentences, inputs = [answer.sentence for answer in answers], None if base is None else job_inputs(base)
+    shown: dict[str, Any] = {"grid": None, "figures": []}
+    if study is not None and study.scenarios:
+        sentences.insert(0, headline(study, rows))
         grid = grid_of(study.keys, rows)
-        body += _figures(grid, study, _limit(study, base, max_um))
+        figures = _figures(grid, study, _limit(study, base, max_um))
+        shown = {"grid": grid, "figures": figures, **_scenarios(study, grid, rows)}
         inputs = (inputs or Inputs()).with_rows(("varied", _varied(grid)))
-    for answer in answers:
-        body += figure_section(TITLES[answer.key], answer_figure(answer), answer.key)
-        body += passes_table(answer) if answer.key == "passes" else ""
-    body += live
-    if study is not None and has_scenarios:
-        body += _scenarios(study, grid, rows)
-    return page(title, body, opening, inputs, options=options)
+    return page(
+        "study.html",
+        title,
+        inputs=inputs,
+        options=options,
+        sentences=[_printed(sentence) for sentence in sentences],
+        caveat=_printed(band_caveat(rows)),
+        answers=[(TITLES[answer.key], answer_figure(answer), answer.key, answer) for answer in answers],
+        passes=passes_rows,
+        live=Markup(live),
+        **shown,
+    )
 
 
-def _figures(grid: Grid, study: Study, limit: Limit | None) -> str:
-    """A figure over each key that has more than one value, and a map over the first two for each side of the error."""
-    body = ""
+def _figures(grid: Grid, study: Study, limit: Limit | None) -> list[tuple[str, Figure, str, str]]:
+    """Title, figure, id and note: of each key that varies, and of a map over the first two for each side."""
     if not grid.done:
-        return body
+        return []
+    figures = []
     for n, key in enumerate(study.keys):
         if key in grid.varied or len(study.keys) == 1:
             drawn, held = curves(grid, key, limit)
-            body += figure_section(f"Largest error against {escape(words_of(key))}", drawn, f"vary{n}", _note(held))
+            figures.append((f"Largest error against {words_of(key)}", drawn, f"vary{n}", held))
     if len(grid.varied) >= 2:
         y, x = sorted(grid.varied[:2], key=lambda key: len(grid.values(key)))  # the longer one along the page
         for side in grid.sides:
             is_judged = side == grid.sides[-1] and limit is not None and (side == "after" or limit.is_asked)
-            judged = limit if is_judged else None
-            drawn, held = error_map(grid, x, y, side, judged)
-            heading = f"Largest error {side}, over {escape(words_of(x))} and {escape(words_of(y))}"
-            body += figure_section(heading, drawn, f"map_{side}", _note(held))
-    return body
+            drawn, held = error_map(grid, x, y, side, limit if is_judged else None)
+            heading = f"Largest error {side}, over {words_of(x)} and {words_of(y)}"
+            figures.append((heading, drawn, f"map_{side}", held))
+    return figures
 
 
 def _limit(study: Study, base: Job | None, max_um: float | None) -> Limit | None:
@@ -95,42 +104,40 @@ def _varied(grid: Grid) -> str:
     return "; ".join(parts)
 
 
-def _note(text: str) -> str:
-    return f'<p class="lead">{escape(text)}</p>' if text else ""
-
-
 def _printed(text: str) -> str:
     """A sentence with a page's signs, and with a capital unless it begins with a file's name."""
     text = text.replace(" um", " µm").replace("+-", "±")
     return capital(text) if text.split(" ", 1)[0].isalpha() else text
 
 
-def _scenarios(study: Study, grid: Grid, rows: list[Row]) -> str:
-    """Every scenario in words, the largest error first and in bold; then those that failed, by reason."""
+def _scenarios(study: Study, grid: Grid, rows: list[Row]) -> dict[str, Any]:
+    """Every scenario in words: those with an error, the others by their reasons, and what the columns are called."""
     hidden = ("state", "reason", *(name for row in rows for name in row if name.startswith("start_")))
     names = [n for n in column_names(study, grid.done) if n not in hidden or n == "start_window_s"]
-    text = _ranked(grid, names) if grid.done else ""
-    columns = "".join(f"<dt><code>{escape(name)}</code></dt><dd>{escape(title_of(name))}</dd>" for name in names)
-    legend = f"<details><summary>Columns of whatif.csv</summary><dl>{columns}</dl></details>"
-    return section("Scenarios", f"{text}{_failed(grid)}{legend}")
+    reasons: dict[str, list[str]] = {}
+    for row in grid.failed:
+        reasons.setdefault(str(row["reason"]), []).append(str(row["index"]))
+    legend = [(name, title_of(name)) for name in names]
+    return {"failed": reasons, "legend": legend, "ranked": _ranked(grid, names) if grid.done else None}
 
 
-def _ranked(grid: Grid, names: list[str]) -> str:
+def _ranked(grid: Grid, names: list[str]) -> dict[str, Any]:
     """What was varied and what came of it, the largest error first; what all have in common stands above."""
-    side = grid.sides[-1]
-    by_error = f"{side}_on_part_max_um"
+    by_error = f"{grid.sides[-1]}_on_part_max_um"
     ranked = sorted(grid.done, key=lambda row: (-row.get(by_error, 0.0), row["index"]))
     shown = {name: [_cell(grid, row, name) for row in ranked] for name in names if name not in ONLY_IN_CSV}
     common = [n for n, cells in shown.items() if len(cells) > 1 and len(set(cells)) == 1 and n != by_error]
     columns = sorted((n for n in shown if n not in common), key=lambda n: _place(grid, n))
     cells = [[shown[name][k] for name in columns] for k in range(min(len(ranked), MOST_ROWS))]
-    cells[0] = [f"<strong>{cell}</strong>" for cell in cells[0]]
-    words = [n for n, name in enumerate(columns) if name in grid.keys and name not in grid.numeric]
-    more = f"; {len(ranked) - MOST_ROWS} more are in the CSV file" if len(ranked) > MOST_ROWS else ""
-    same = ", ".join(f"{escape(words_of(n))} {shown[n][0]} {unit_of(n)}".rstrip() for n in common)
-    text = f"The largest error {side} first{more}. " + (f"The same in all: {same}. " if same else "")
-    text = f'<p class="lead">{text}All columns and digits: <a href="whatif.csv">whatif.csv</a>.</p>'
-    return text + table([escape(title_of(name)) for name in columns], cells, words, stacks=False)
+    cells[0] = [Markup("<strong>{}</strong>").format(cell) for cell in cells[0]]
+    return {
+        "side": grid.sides[-1],
+        "more": len(ranked) - MOST_ROWS,
+        "same": ", ".join(f"{words_of(n)} {shown[n][0]} {unit_of(n)}".rstrip() for n in common),
+        "head": [title_of(name) for name in columns],
+        "rows": cells,
+        "words": [n for n, name in enumerate(columns) if name in grid.keys and name not in grid.numeric],
+    }
 
 
 def _place(grid: Grid, name: str) -> int:
@@ -141,22 +148,10 @@ def _place(grid: Grid, name: str) -> int:
     return 9 if name == "index" else 1 + 2 * side + (not name.endswith("_on_part_max_um"))
 
 
-def _failed(grid: Grid) -> str:
-    """The scenarios without an error, those with one reason together."""
-    reasons: dict[str, list[str]] = {}
-    for row in grid.failed:
-        reasons.setdefault(str(row["reason"]), []).append(str(row["index"]))
-    lines = "".join(
-        f'<li class="outside">failed: scenario{"s" if len(which) > 1 else ""} {", ".join(which)}: {escape(reason)}</li>'
-        for reason, which in reasons.items()
-    )
-    return f'<ul class="findings">{lines}</ul>' if lines else ""
-
-
 def _cell(grid: Grid, row: Row, name: str) -> str:
     """A value as the table shows it; the CSV file has all its digits."""
     if name in grid.keys:
-        return escape(plain(grid.value(row, name)))
+        return plain(grid.value(row, name))
     value = row.get(name, "")
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -164,4 +159,4 @@ def _cell(grid: Grid, row: Row, name: str) -> str:
         return rounded(value)
     if isinstance(value, float):
         return f"{value:.2f}" if name.endswith(("_um", "_s")) else f"{value:.6g}"
-    return escape(str(value))
+    return str(value)

@@ -14,7 +14,7 @@ from compgen.pipelines.anchor.touch_plan import PlannedTouches
 COLUMNS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 
 
-def touches_csv(planned: PlannedTouches, touches: TouchPositions, stops: bool) -> bytes:
+def touches_csv(planned: PlannedTouches, touches: TouchPositions, *, stops: bool) -> bytes:
     """The touches as cgen anchor reads them, with empty cells for what the shop measures.
 
     Where the program stops at a touch, its place is known and the deflection is read; where a signal ends the search,

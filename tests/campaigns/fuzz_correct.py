@@ -27,7 +27,7 @@ from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.files.history_words import load_before
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.report.correction_summary import correction_csv, correction_summary
+from compgen.report.correction import correction_csv, correction_summary
 from compgen.report.provenance import provenance_json, restore_planned
 
 A_SEED = 100  # programs

@@ -13,7 +13,7 @@ from shipped import path_file
 
 from compgen.cli.app import options_of_commands
 from compgen.cli.output_files import figure_files, render
-from compgen.report.page_figures import figures_of_page
+from compgen.report.figure import figures_of_page
 
 KEYS = {"time", "budget", "space", "band", "heat", "joints"}
 IN_SPACE = {"space", "band"}

@@ -327,7 +327,7 @@ def test_an_arm_on_a_rail_that_stands_still_is_corrected_where_it_stands(hot, tm
 
 
 def test_positions_are_told_in_the_cells_world_in_the_report(hot, tmp_path):
-    from compgen.report.correction_summary import correction_csv
+    from compgen.report.correction import correction_csv
 
     frames = load_frames(table(tmp_path, rail((1500, BASE))))
     data = program([GO, "L P[1] 50mm/sec FINE"], [on_rail(1, HOME, 1500.0, BASE), on_rail(3, AWAY, 1500.0, BASE)])

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from shipped import ROOT
 
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.report.correction_summary import correction_summary
+from compgen.report.correction import correction_summary
 
 AWAY = (40.0, 30.0, -5.0, 10.0, -70.0, 20.0)
 

@@ -172,7 +172,7 @@ def test_the_program_reads_back_as_the_planned_poses_and_the_table_as_touches(da
         sphere = np.array([*PLACES[planned.targets.name[planned.ways.target[n]]], 203])
         assert_allclose(x0 + 20 * way + 18 * way, sphere, atol=2e-3)
     for stops in (True, False):
-        table = touches_csv(planned, positions_of(planned, 9, stops=stops), stops).decode().splitlines()
+        table = touches_csv(planned, positions_of(planned, 9, stops=stops), stops=stops).decode().splitlines()
         rows = [row.split(",") for row in table[1:]]
         for n, row in enumerate(rows):
             row[0] = str(60 * n)

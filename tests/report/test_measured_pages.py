@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from compgen.report.figure import unpacked
+from compgen.report.figure import figures_of_page, unpacked
 from compgen.report.key_words import parameter_words
-from compgen.report.page_figures import figures_of_page
 
 
 def words_of(page):

@@ -5,6 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 from every_page import COMMANDS
+from markupsafe import Markup
 from shipped import path_file, quiet
 
 import compgen
@@ -14,7 +15,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.report.inputs import SHORT, duties_words, job_inputs
 from compgen.report.job_page import job_html
-from compgen.report.page import PageOptions, findings_list, in_words, page, style
+from compgen.report.page import PageOptions, in_words, page, style, templates
 from compgen.thermal import Duty
 
 VOID = {"meta", "br", "input", "img", "link", "hr", "wbr"}  # elements without an end
@@ -127,7 +128,7 @@ def test_a_date_is_on_the_page_where_it_is_asked_for_and_all_else_the_same():
 
 
 def test_a_page_without_figures_carries_no_script():
-    assert b"<script" not in page("t", "<p>b</p>")
+    assert b"<script" not in page("page.html", "t", body=Markup("<p>b</p>"))
 
 
 def test_the_inputs_of_a_job_say_tool_frame_feed_and_history():
@@ -150,7 +151,7 @@ def test_a_long_history_says_how_long_the_robot_was_in_each_state():
 def test_findings_are_told_by_sign_and_word():
     findings = [Finding(level, Code.CONTROLLER_SIZE, "m") for level in (Level.OUTSIDE, Level.WARNING, Level.NOTE)]
     item = r'<li class="(\w+)"><span class="mark" aria-hidden="true">(.)</span>(.*?)</li>'
-    items = re.findall(item, findings_list(findings))
+    items = re.findall(item, templates().get_template("macros.html").module.findings(findings))
     assert [(kind, words) for kind, _, words in items] == [(k, f"{k}: m") for k in ("outside", "warning", "note")]
     assert len({sign for _, sign, _ in items}) == 3
 

@@ -6,6 +6,7 @@ import re
 import pytest
 from browser import BEYOND, CUT
 from every_page import COMMANDS
+from markupsafe import Markup
 
 from compgen.report.page import PageOptions, page
 
@@ -22,7 +23,9 @@ return [...document.querySelectorAll(".stacks tbody td:not(:empty)")].map(cell =
 """
 WIDTHS = (1400, 800, 400)
 NAME = "plotly-1.0.0-abc.min.js"
-FIGURE = '<figure><div id="key" class="plotly-graph-div"></div></figure><script>cgenFigures.draw("key",[],{})</script>'
+FIGURE = Markup(
+    '<figure><div id="key" class="plotly-graph-div"></div></figure><script>cgenFigures.draw("key",[],{})</script>'
+)
 
 
 @pytest.fixture(scope="module", params=itertools.product(COMMANDS, WIDTHS), ids=lambda of: f"{of[0]}-{of[1]}")
@@ -76,7 +79,7 @@ def test_a_page_prints_white_in_the_dark(dark_screen):
 
 
 def test_a_page_that_does_not_find_its_script_says_so_in_place_of_each_figure(browser, tmp_path):
-    (tmp_path / "page.html").write_bytes(page("t", FIGURE, options=PageOptions(script=f"../{NAME}")))
+    (tmp_path / "page.html").write_bytes(page("page.html", "t", body=FIGURE, options=PageOptions(script=f"../{NAME}")))
     browser.open(tmp_path / "page.html")
     words = browser.run("return document.getElementById('key').innerText")
     assert NAME in words

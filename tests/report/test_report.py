@@ -7,7 +7,7 @@ from shipped import path_file, quiet
 from compgen.core.decimals import short_columns
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.report import figure, job_figures, waypoints_csv
+from compgen.report import figure, job_page, waypoints_csv
 
 
 @pytest.mark.parametrize("places", [4, 5, 6])
@@ -41,5 +41,5 @@ def test_rows_to_draw_are_the_first_largest_of_each_bin_and_both_ends():
 def test_places_of_a_few_samples_are_those_between_all_waypoints():
     path = generate.predict(load_job(path_file("line_y")), quiet).path
     arc = np.concatenate([path.arc[[0, 3, -1]], np.random.default_rng(8).uniform(0, path.arc[-1], 50)])
-    for coordinates, column in zip(job_figures.positions_at(path, arc), path.target.position.T, strict=True):
+    for coordinates, column in zip(job_page.positions_at(path, arc), path.target.position.T, strict=True):
         assert np.array_equal(coordinates, np.round(1e3 * np.interp(arc, path.arc, column), 2))

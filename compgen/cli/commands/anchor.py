@@ -51,8 +51,7 @@ def anchor(
     """Say what the robot is now, from a few touches: a state for --state, with a verdict."""
     from compgen.error_model.anchored_state import ACCEPTED, state_text
     from compgen.pipelines.anchor.files import anchor_files
-    from compgen.report.anchor_page import anchor_html
-    from compgen.report.anchor_record import anchor_record
+    from compgen.report.anchor import anchor_html, anchor_record
 
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")

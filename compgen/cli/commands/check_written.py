@@ -31,7 +31,7 @@ def judge_written(
     from compgen.pipelines.correct.programs_beside import programs_beside
     from compgen.pipelines.files.path_file import load_job
     from compgen.pipelines.planned.written_program import fly_written
-    from compgen.report.written_summary import written_summary
+    from compgen.report.job_summary import written_summary
     from compgen.verification.verdict import verdict_of
 
     job = load_job(path, robot, overrides)
@@ -52,8 +52,7 @@ def refuse_several(written: str | None, paths: Sequence[str]) -> None:
 def show_written(summary: dict[str, Any]) -> None:
     """Print what the program leaves, and the findings."""
     from compgen.cli.screen.console import print_findings, stdout_console
-    from compgen.report.band_words import headline
-    from compgen.report.guaranteed import guaranteed_text
+    from compgen.report.band_words import guaranteed_text, headline
 
     console, written = stdout_console(), summary["written"]
     before, after = (summary["on_part"][side]["total"] for side in ("before", "after"))

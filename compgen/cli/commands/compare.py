@@ -34,7 +34,7 @@ def compare(
     from compgen.cli.screen.compare_table import show_comparison
     from compgen.pipelines.comparison.comparison import compare as pipeline
     from compgen.report.compare_page import comparison_files
-    from compgen.report.compare_record import comparison_record
+    from compgen.report.compare_words import comparison_record
 
     opt.checked_bound(max_um)
     folder = None if output is None else opt.output_folder("", output)

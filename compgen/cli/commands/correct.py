@@ -130,7 +130,7 @@ def correct(
             )
         progress(stages.REPORT, 0.0)
         written = correction.is_usable or force
-        files = correction_files(correction, file, written, of_page)
+        files = correction_files(correction, file, of_page, with_program=written)
         programs = {name: files[name] for name in (provenance, file) if name in files}
         reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
         described = page_files(folder, reports, figures, of_page)

@@ -52,8 +52,7 @@ def executed(
     from compgen.pipelines.executed.executed import Situation, judge_log, read_text
     from compgen.pipelines.files.robot_choice import robot_of_program
     from compgen.pipelines.files.robot_file import find_robot, load_robot
-    from compgen.report.executed_page import executed_html
-    from compgen.report.executed_summary import executed_csv, executed_summary
+    from compgen.report.executed import executed_csv, executed_html, executed_summary
     from compgen.report.inputs import measured_inputs
     from compgen.verification.executed.position_log import read_position_log
 

@@ -27,7 +27,7 @@ def export_robot(
 ) -> None:
     """Write an arm, identified or not, cold or hot, as URDF or JSON for other software."""
     from compgen.pipelines.files.robot_export import export_arm
-    from compgen.report.robot_export import export_record, urdf_text
+    from compgen.report.robot_files import export_record, urdf_text
 
     kind = Path(output).suffix if output is not None else ".urdf"
     if kind not in (".urdf", ".json"):

@@ -183,12 +183,12 @@ def _fingerprint(*files: str | None) -> bytes:
 
 def _say(looked: "Look | None", resumed: "Resumed | None", within: float, as_json: bool, force: bool) -> None:
     """One line for a look."""
-    from compgen.report.follow_words import look_record, look_words
+    from compgen.report.resume import look_record, look_words
 
     if as_json:
-        sys.stdout.write(json.dumps(look_record(looked, resumed, within, force), allow_nan=False) + "\n")
+        sys.stdout.write(json.dumps(look_record(looked, resumed, within, force=force), allow_nan=False) + "\n")
     else:
-        sys.stdout.write(look_words(looked, resumed, within, force) + "\n")
+        sys.stdout.write(look_words(looked, resumed, within, force=force) + "\n")
     sys.stdout.flush()
 
 

@@ -78,8 +78,7 @@ def identify(
         read_measurements,
         robot_files_of,
     )
-    from compgen.report.identification_page import identification_html
-    from compgen.report.identification_summary import identification_summary
+    from compgen.report.identification import identification_html, identification_summary
     from compgen.report.inputs import measured_inputs
 
     if not (poses or warm_up or distances or touches):
@@ -171,7 +170,7 @@ def validate(
     from compgen.identification import validation
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_frames, read_measurements
-    from compgen.report.identification_summary import validation_summary
+    from compgen.report.identification import validation_summary
 
     if not (poses or hot or distances or touches):
         raise InputError(NOTHING)

@@ -68,7 +68,7 @@ def generate(
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress(stages.REPORT, 0.0)
         written = corrected.is_usable or force
-        reports = page_files(folder, job_reports(planned, corrected, of_page, written), figures, of_page)
+        reports = page_files(folder, job_reports(planned, corrected, of_page, with_program=written), figures, of_page)
         programs = dict(corrected.delivery.files) if written else {}
         publish_job(folder, programs, reports, job, progress)
     if as_json:

@@ -93,7 +93,7 @@ def plan_touches(
     text = write_touches(planned, name, checked_date(date), utool, signal)
     touches = positions_of(planned, utool, stops=signal is None)
     record = touch_record(planned, touches, signal)
-    reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, signal is None)}
+    reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, stops=signal is None)}
     publish(folder, {f"{name}.LS": text}, reports)
     if as_json:
         print_record(reports[RECORD])

@@ -75,7 +75,7 @@ def resume(
     from compgen.pipelines.resume.resume import resume as pipeline
     from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
-    from compgen.report.resume_summary import resume_summary
+    from compgen.report.resume import resume_summary
 
     causes = (("--state", state), ("--log", log), ("--late", late))
     given = [option for option, value in causes if value is not None]
@@ -135,7 +135,7 @@ def resume(
     if as_json:
         print_record(resume_summary(resumed))
     elif not quiet:
-        show_resumed(resumed, place, is_written)
+        show_resumed(resumed, place, is_written=is_written)
     if not resumed.inside:
         broken = first_message(Level.OUTSIDE, resumed.findings)
         ending = "written all the same (--force)" if force else "nothing was written; --force writes the pages"

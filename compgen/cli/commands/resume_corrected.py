@@ -35,7 +35,7 @@ def resume_corrected_program(
         resume_corrected,
     )
     from compgen.pipelines.resume.corrected_job import read_corrected
-    from compgen.report.resume_program import program_html, program_summary
+    from compgen.report.resume import program_html, program_summary
 
     job = read_corrected(written, robot, max_um)
     if state is not None:

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 def put_pages(folder: Path, resumed: "Resumed", options: "PageOptions", figures: FigureFormat | None) -> None:
     """Put the new pages, the manifest and the report into their folder, all of them or none."""
-    from compgen.report.resume_page import resume_html
-    from compgen.report.resume_summary import resume_summary
+    from compgen.report.resume import resume_html, resume_summary
 
     changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
     put_files(folder, changed, json_text(resume_summary(resumed)), resume_html(resumed, options), options, figures)

@@ -34,6 +34,19 @@ def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str,
         console.print(line)
 
 
+def sizes_table(first: str, sides: Iterable[str], *more: str) -> "Table":
+    """A table whose columns are largest, 99th percentile and rms of each side of an error, and more to their right."""
+    from rich.table import Table
+
+    from compgen.report.page import statistics_head
+
+    table = Table()
+    table.add_column(first, no_wrap=True)
+    for name in (*statistics_head(sides), *more):
+        table.add_column(name, justify="right")
+    return table
+
+
 def print_table(console: "Console", title: str, table: "Table") -> None:
     """Print a table under its title, which may be wider: rich would wrap a title of the table's own, and fill it up."""
     from rich.text import Text

@@ -3,12 +3,10 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from rich.table import Table
-
-from compgen.cli.screen.console import print_findings, print_table, stdout_console
+from compgen.cli.screen.console import print_findings, print_table, sizes_table, stdout_console
 from compgen.pipelines.correct import Correction
 from compgen.report.band_words import headline
-from compgen.report.correction_summary import correction_summary
+from compgen.report.correction import correction_summary
 
 MOST_STATEMENTS = 40  # unsafe ones that are printed
 
@@ -18,11 +16,7 @@ def show_correction(correction: Correction, folder: Path, files: Iterable[str]) 
     summary = correction_summary(correction)
     console = stdout_console()
     if summary["before"]:
-        table = Table()
-        table.add_column("error", no_wrap=True)
-        for side in ("before", "after"):
-            for statistic in ("max", "p99", "rms"):
-                table.add_column(f"{side} {statistic}", justify="right")
+        table = sizes_table("error", ("before", "after"))
         for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
             table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values()))
         print_table(console, f"{summary['name']} on {summary['provenance']['robot']}", table)

@@ -6,7 +6,7 @@ from rich.table import Table
 
 from compgen.cli.screen.console import print_findings, stdout_console
 from compgen.identification.identify import Identification
-from compgen.report.identification_summary import identification_summary, limits_sentence
+from compgen.report.identification import identification_summary, ladder_cells, limits_sentence
 
 MOST_PARAMETERS = 20  # that are printed, those that move the tool most first
 
@@ -17,12 +17,8 @@ def show_identification(identified: Identification) -> None:
     console = stdout_console()
     table = Table("model", "parameters", "effective", "held-out um", "95 %", "noise um")
     for step in summary["ladder"]:
-        held_out = step["held_out_um"]
         mark = " <-" if step["model"] == summary["model"] else ""
-        table.add_row(
-            step["model"] + mark, str(step["parameters"]), f"{step['effective']:.1f}", f"{held_out['mean']:.1f}",
-            f"{held_out['low']:.1f} to {held_out['high']:.1f}", f"{step['noise_um']:.1f}",
-        )  # fmt: skip
+        table.add_row(step["model"] + mark, str(step["parameters"]), *ladder_cells(step))
     console.print(table)
     if list(summary["kinds"]) != ["places"]:
         rows = (f"{k['rows']} {kind}, noise {k['noise_um']:.1f} um" for kind, k in summary["kinds"].items())

@@ -9,12 +9,11 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from compgen.cli.screen.console import print_findings, print_table, stdout_console
+from compgen.cli.screen.console import print_findings, print_table, sizes_table, stdout_console
 from compgen.cli.screen.junit import KINDS, Outcome
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report import job_summary
-from compgen.report.band_words import headline
-from compgen.report.guaranteed import guaranteed_text
+from compgen.report.band_words import guaranteed_text, headline
 
 ROWS = (  # row of the report, its label, its bound
     ("total", "total, um", "max_um"),
@@ -32,12 +31,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
     """Print errors and bounds, the motion, the warmth, the findings and the files."""
     summary = job_summary(planned, corrected)
     console = stdout_console()
-    table = Table()
-    table.add_column("TCP error", no_wrap=True)
-    for side in ["before", "after"] if corrected else ["predicted"]:
-        for statistic in ("max", "p99", "rms"):
-            table.add_column(f"{side} {statistic}", justify="right")
-    table.add_column("bound", justify="right")
+    table = sizes_table("TCP error", ["before", "after"] if corrected else ["predicted"], "bound")
     for row, label, key in ROWS:
         cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
         bound = summary["bounds"].get(key)

@@ -5,27 +5,23 @@ from pathlib import Path
 
 from rich.table import Table
 
-from compgen.cli.screen.console import finding_lines, print_table, stdout_console
+from compgen.cli.screen.console import finding_lines, print_table, sizes_table, stdout_console
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import PageResult, Resumed
 from compgen.report.band_words import band_sentence
-from compgen.report.resume_summary import band_of_resumed
+from compgen.report.resume import band_of_resumed
 
 
 def pages_table(pages: Sequence[PageResult]) -> Table:
     """Each page before and after."""
-    table = Table()
-    table.add_column("on the part, um", no_wrap=True)
-    for side in ("before", "after"):
-        for statistic in ("max", "p99", "rms"):
-            table.add_column(f"{side} {statistic}", justify="right")
+    table = sizes_table("on the part, um", ("before", "after"))
     for page in pages:
         sides = (page.before, page.after)
         table.add_row(page.file, *(f"{getattr(s, name) / UM:.2f}" for s in sides for name in ("max", "p99", "rms")))
     return table
 
 
-def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
+def show_resumed(resumed: Resumed, folder: Path, *, is_written: bool) -> None:
     """Print the pages, why, and what became of them."""
     console = stdout_console()
     planned, beginning = resumed.planned, resumed.beginning

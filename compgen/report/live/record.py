@@ -44,7 +44,7 @@ def live_record(live_job: LiveJob) -> dict[str, Any]:
         "averaged": job.ensemble is not None,
         "one_start": ONE_START,
         "colours": list(LIGHT_TO_DARK),
-    }  # fmt: skip
+    }
 
 
 def _finite(value: float) -> float:
@@ -64,11 +64,18 @@ def sources_of(band: LiveBand) -> list[str]:
 
 def _slider(slider: Slider, live_job: LiveJob) -> dict[str, Any]:
     record: dict[str, Any] = {
-        "kind": slider.kind, "key": slider.key, "low": slider.low, "high": slider.high, "step": slider.step,
-        "value": slider.value, "stops": list(slider.stops), "stage": slider.stage, "knots": list(slider.knots),
+        "kind": slider.kind,
+        "key": slider.key,
+        "low": slider.low,
+        "high": slider.high,
+        "step": slider.step,
+        "value": slider.value,
+        "stops": list(slider.stops),
+        "stage": slider.stage,
+        "knots": list(slider.knots),
         "unit": slider.unit.replace("deg", "°").replace("um", "µm"),
         "spoken": CELSIUS_SPOKEN.get(slider.unit, slider.unit),
-    }  # fmt: skip
+    }
     if slider.kind == "run":
         record["when"] = [_when(float(t), live_job) for t in live_job.live.cycle.run]
     return record
@@ -89,11 +96,15 @@ def _stage(stage: Stage) -> dict[str, Any]:
         "share": step.share, "count": step.repeat or 1, "dwell": step.dwell, "rest": step.rest,
         "repeated": step.repeat is not None, "keeps_to_shifts": step.shifts,
         "goal": None if stage.goal is None else packed(stage.goal),
-        "stops": None if stops is None else {
-            "feed": stops.feed.tolist(), "run_time": stops.run_time.tolist(), "moving": packed(stops.moving),
+        "stops": None
+        if stops is None
+        else {
+            "feed": stops.feed.tolist(),
+            "run_time": stops.run_time.tolist(),
+            "moving": packed(stops.moving),
             "held": packed(stops.held),
         },
-    }  # fmt: skip
+    }
 
 
 def _heat(live: Live) -> dict[str, Any]:
@@ -106,10 +117,13 @@ def _heat(live: Live) -> dict[str, Any]:
         "law": None if law is None else _law(law), "standing": packed(heat.steady_state(history.standing)),
         "run": live.cycle.run.tolist(), "cycle": packed(live.cycle.modes(heat)), "run_moving": moving,
         "air": {
-            "time": packed(air.time), "rise": packed(air.rise), "amplitude": air.amplitude, "period": air.period,
+            "time": packed(air.time),
+            "rise": packed(air.rise),
+            "amplitude": air.amplitude,
+            "period": air.period,
             "peak": air.peak,
         },
-    }  # fmt: skip
+    }
 
 
 def _law(law: NodeModel) -> dict[str, Any]:
@@ -117,25 +131,33 @@ def _law(law: NodeModel) -> dict[str, Any]:
     return {
         "rate": packed(law.rate), "amplitude": packed(amplitude), "exponent": packed(law.exponent),
         "idle": law.idle, "reference_feed": law.reference_feed,
-    }  # fmt: skip
+    }
 
 
 def _places(places: LivePlaces) -> dict[str, Any]:
     return {
-        "arc": packed(places.arc), "position": packed(places.position, "f4"), "time": packed(places.time),
-        "slope": packed(places.slope, "f4") if places.slope.any() else None, "growth": packed(places.growth, "f4"),
-        "program": packed(places.program, "f4"), "own": packed(places.own, "f4"), "place": packed(places.place, "i4"),
-        "share": packed(places.share, "f4"), "length": packed(places.length, "f4"),
+        "arc": packed(places.arc),
+        "position": packed(places.position, "f4"),
+        "time": packed(places.time),
+        "slope": packed(places.slope, "f4") if places.slope.any() else None,
+        "growth": packed(places.growth, "f4"),
+        "program": packed(places.program, "f4"),
+        "own": packed(places.own, "f4"),
+        "place": packed(places.place, "i4"),
+        "share": packed(places.share, "f4"),
+        "length": packed(places.length, "f4"),
         "gap": places.gap.astype(int).tolist(),
-    }  # fmt: skip
+    }
 
 
 def _band(live_job: LiveJob) -> dict[str, Any]:
     band, warmth = live_job.band, live_job.job.cell.warmth
     sources = sources_of(band)
     return {
-        "time": packed(band.time), "on_part": band.on_part.astype(int).tolist(),
-        "slope": packed(band.slope, "f4") if band.slope.any() else None, "growth": packed(band.growth, "f4"),
+        "time": packed(band.time),
+        "on_part": band.on_part.astype(int).tolist(),
+        "slope": packed(band.slope, "f4") if band.slope.any() else None,
+        "growth": packed(band.growth, "f4"),
         "program": packed(band.program, "f4"),
         "quantities": [_quantity(q, sources) for q in band.quantities],
         "models": [
@@ -144,11 +166,15 @@ def _band(live_job: LiveJob) -> dict[str, Any]:
         ],
         "build_up": {"rate": packed(1 / warmth.lag), "idle": warmth.idle},
         "build_up_cycle": packed(band.build_up_cycle),
-        "sources": sources, "one_sided": sources.index(ONE_SIDED), "missing_source": sources.index(MISSING),
+        "sources": sources,
+        "one_sided": sources.index(ONE_SIDED),
+        "missing_source": sources.index(MISSING),
         "undirected": [[sources.index(name), size] for name, size in band.undirected],
-        "missing": band.missing, "scale": band.scale, "feed": band.feed,
+        "missing": band.missing,
+        "scale": band.scale,
+        "feed": band.feed,
         "quantile": packed(quantiles()[1]),
-    }  # fmt: skip
+    }
 
 
 def _quantity(live_quantity: LiveQuantity, sources: list[str]) -> dict[str, Any]:
@@ -159,4 +185,4 @@ def _quantity(live_quantity: LiveQuantity, sources: list[str]) -> dict[str, Any]
         "mean": q.mean, "deviation": q.deviation, "absolute": None if absolute is None else list(absolute),
         "missed": live_quantity.missed.tolist(), "start": q.cause.heat.start.tolist(), "air": q.cause.heat.air,
         "model": live_quantity.model, "has_heat": live_quantity.has_heat,
-    }  # fmt: skip
+    }

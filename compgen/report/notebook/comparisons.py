@@ -7,11 +7,9 @@ from compgen.core.exceptions import RESULT, refuse_changes
 from compgen.pipelines.comparison.comparison import Comparison
 from compgen.pipelines.comparison.comparison import compare as pipeline
 from compgen.report.compare_page import comparison_files, courses_figure
-from compgen.report.compare_record import comparison_record
-from compgen.report.compare_words import headline
+from compgen.report.compare_words import comparison_record, headline
 from compgen.report.notebook.arguments import File, file_name
-from compgen.report.notebook.machine import numpy_alone
-from compgen.report.notebook.tables import plotly_figure
+from compgen.report.notebook.machine import numpy_alone, plotly_figure
 
 OUTPUT = "the folder of an output, as 'outputs/spiral_1300', or its JSON report"
 

@@ -17,9 +17,8 @@ from compgen.pipelines.planned import generate as pipeline
 from compgen.pipelines.planned.averaging import Averaged
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report.files import job_reports
-from compgen.report.job_figures import job_figures
-from compgen.report.job_page import FIGURES
-from compgen.report.job_summary import job_summary
+from compgen.report.job_page import FIGURES, job_figures
+from compgen.report.job_summary import band_of, job_summary
 from compgen.report.notebook.arguments import (
     STATE,
     File,
@@ -31,8 +30,7 @@ from compgen.report.notebook.arguments import (
     progress_of,
     text_of,
 )
-from compgen.report.notebook.machine import log_findings, logger, machine
-from compgen.report.notebook.tables import data_frame, plotly_figure
+from compgen.report.notebook.machine import data_frame, log_findings, logger, machine, plotly_figure
 from compgen.report.notebook.unchanged import remember, require_unchanged
 from compgen.report.waypoints_csv import at_waypoints, waypoint_columns
 from compgen.robot.robot import Robot
@@ -91,6 +89,14 @@ class _OfJob:
 
     job: Job
     planned: Planned  # the whole plan, for who needs more
+    corrected: Corrected | None
+    report: dict[str, Any]  # as report.json has it
+    error: Array  # (N, 6) without correction, against target: [m] in World, rotation vector [rad] in tool axes
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a user must know."""
+        return (self.corrected or self.planned).findings
 
     @property
     def position(self) -> Array:
@@ -117,23 +123,42 @@ class _OfJob:
         """Names of the K nodes."""
         return self.job.heat.names
 
+    def band(self) -> Array:
+        """Half-widths of what the robot file leaves open, k = 2, at each waypoint: World x, y, z, feed, cross, normal.
+
+        Returns:
+            (N, 6) [m].
+        """
+        return band_of(self.planned, self.corrected).half_widths(self.planned.path)
+
+    def to_dataframe(self) -> Any:
+        """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a waypoint.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        with machine(None):
+            return data_frame(waypoint_columns(self.planned, self.corrected))
+
+    def plot(self, which: str = "time") -> Any:
+        """A plotly Figure: the error over ``time`` or in ``space``, the ``band``, its ``budget``, ``heat``, ``joints``.
+
+        Of a file that serves many starts, also the ``average``: the error at each of them.
+
+        Raises:
+            InputError: No such figure.
+        """
+        return plotly_figure(job_figures(self.planned, self.corrected, self.report), FIGURES, which)
+
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Prediction(_OfJob):
     """What would go wrong if the planned program ran as it is: N waypoints, K nodes of the heat model."""
 
-    report: dict[str, Any]  # as report.json has it
-    error: Array  # (N, 6) actual against target: [m] in World, rotation vector [rad] in tool axes
-
     @property
     def verdict(self) -> Verdict:
         """``predicted``: nothing has been corrected."""
         return Verdict.PREDICTED
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What a user must know."""
-        return self.planned.findings
 
     @property
     def time(self) -> Array:
@@ -144,31 +169,6 @@ class Prediction(_OfJob):
     def theta(self) -> Array:
         """Planned joints, DH angles, (N, 6) [rad]."""
         return self.planned.theta
-
-    def band(self) -> Array:
-        """Half-widths of what the robot file leaves open, k = 2, at each waypoint: World x, y, z, feed, cross, normal.
-
-        Returns:
-            (N, 6) [m].
-        """
-        return self.planned.band_of_plan().half_widths(self.planned.path)
-
-    def to_dataframe(self) -> Any:
-        """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a waypoint.
-
-        Raises:
-            InputError: pandas is not installed.
-        """
-        with machine(None):
-            return data_frame(waypoint_columns(self.planned, None))
-
-    def plot(self, which: str = "time") -> Any:
-        """A plotly Figure: the error over ``time`` or in ``space``, the ``band``, its ``budget``, ``heat``, ``joints``.
-
-        Raises:
-            InputError: No such figure.
-        """
-        return plotly_figure(job_figures(self.planned, None, self.report), FIGURES, which)
 
     def files(self) -> dict[str, bytes]:
         """Name to content of what ``cgen predict`` writes, byte for byte; nothing is written."""
@@ -183,8 +183,6 @@ class GeneratedProgram(_OfJob):
     """A corrected program, proven from its text: N positions, K nodes of the heat model."""
 
     corrected: Corrected  # the whole result, for who needs more
-    report: dict[str, Any]  # as report.json has it
-    error: Array  # (N, 6) without correction, as predicted: [m] in World, rotation vector [rad] in tool axes
     error_after: Array  # (N, 3) [m] in World: what the twin did with the written text
 
     @property
@@ -206,11 +204,6 @@ class GeneratedProgram(_OfJob):
     def inside(self) -> bool:
         """Whether there are bounds, every one is kept, and the controller can load the program."""
         return self.corrected.inside
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What a user must know."""
-        return self.corrected.findings
 
     @property
     def time(self) -> Array:
@@ -237,41 +230,17 @@ class GeneratedProgram(_OfJob):
         """What the file leaves over the starts of ``compensation.average_over``; None where it serves one."""
         return self.corrected.averaged
 
-    def band(self) -> Array:
-        """Half-widths of what the robot file leaves open, k = 2, at each position: World x, y, z, feed, cross, normal.
-
-        Returns:
-            (N, 6) [m].
-        """
-        return self.corrected.band.half_widths(self.planned.path)
-
-    def to_dataframe(self) -> Any:
-        """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a position.
-
-        Raises:
-            InputError: pandas is not installed.
-        """
-        with machine(None):
-            return data_frame(waypoint_columns(self.planned, self.corrected))
-
-    def plot(self, which: str = "time") -> Any:
-        """A plotly Figure: the error over ``time`` or in ``space``, the ``band``, its ``budget``, ``heat``, ``joints``.
-
-        Of a file that serves many starts, also the ``average``: the error at each of them.
-
-        Raises:
-            InputError: No such figure.
-        """
-        return plotly_figure(job_figures(self.planned, self.corrected, self.report), FIGURES, which)
-
-    def files(self, force: bool = False) -> dict[str, bytes]:
+    def files(self, *, force: bool = False) -> dict[str, bytes]:
         """Name to content of what ``cgen generate`` writes, byte for byte; nothing is written.
 
         Args:
             force: Give the program also outside its bounds.
         """
         written = self.corrected.is_usable or force
-        return {**(self.programs if written else {}), **_report_files(self.planned, self.corrected, written)}
+        return {
+            **(self.programs if written else {}),
+            **_report_files(self.planned, self.corrected, with_program=written),
+        }
 
     def __repr__(self) -> str:
         before, after = (_largest(self.report, side) for side in ("before", "after"))
@@ -299,7 +268,7 @@ def predict(job: Job, progress: Progress | None = None, workers: int | None = No
     report_progress = progress_of(progress)
     with machine(workers):
         planned = pipeline.predict(job, report_progress)
-        result = Prediction(job, planned, job_summary(planned, None), frozen(planned.error()))
+        result = Prediction(job, planned, None, job_summary(planned, None), frozen(planned.error()))
     logger.info("%r", result)
     log_findings(job.name, result.findings)
     return result
@@ -308,6 +277,7 @@ def predict(job: Job, progress: Progress | None = None, workers: int | None = No
 def generate(
     job: Job,
     date: str = DEFAULT_DATE,
+    *,
     pages: bool = True,
     progress: Progress | None = None,
     workers: int | None = None,
@@ -334,15 +304,19 @@ def generate(
     with machine(workers):
         planned, corrected = pipeline.generate(job, report_progress, header_date, pages)
         result = GeneratedProgram(
-            job, planned, corrected, job_summary(planned, corrected), frozen(planned.error()),
+            job,
+            planned,
+            corrected,
+            job_summary(planned, corrected),
+            frozen(planned.error()),
             frozen(at_waypoints(corrected, slice(None))),
-        )  # fmt: skip
+        )
     logger.info("%r", result)
     log_findings(job.name, result.findings)
     return result
 
 
-def _report_files(planned: Planned, corrected: Corrected | None, with_program: bool = True) -> dict[str, bytes]:
+def _report_files(planned: Planned, corrected: Corrected | None, *, with_program: bool = True) -> dict[str, bytes]:
     with machine(None):
         reports = job_reports(planned, corrected, with_program=with_program)
         return {name: _joined(content) for name, content in reports.items()}

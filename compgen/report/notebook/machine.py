@@ -1,13 +1,19 @@
-"""The compiler and the threads of a run in a notebook: those that the command line would use."""
+"""What results in a notebook are made with and given as: compiler, threads and log; DataFrames and plotly figures."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
+
+import plotly
 
 import compgen
 from compgen.core import evaluation
 from compgen.core.codes import Level
+from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
+from compgen.core.toml import brief_value
+from compgen.report.figure import Figure
 from compgen.report.notebook.arguments import MAX_WORKERS, whole_number
 
 logger = logging.getLogger("compgen")
@@ -35,3 +41,29 @@ def log_findings(name: str, findings: tuple[Finding, ...]) -> None:
     """Log what a user must know of a result."""
     for finding in findings:
         logger.log(LEVELS.get(finding.level, logging.INFO), "%s: %s: %s", name, finding.code, finding.message)
+
+
+def data_frame(columns: Mapping[str, Any]) -> Any:
+    """A pandas DataFrame of columns of equal length.
+
+    Raises:
+        InputError: pandas is not installed.
+    """
+    try:
+        import pandas
+    except ImportError:
+        raise InputError("to_dataframe: pandas is not installed; pip install 'compgen[pandas]'") from None
+    return pandas.DataFrame(dict(columns))
+
+
+def plotly_figure(figures: Mapping[str, Figure], titles: Mapping[str, str], which: object) -> Any:
+    """One of several figures by its key, as a ``plotly.graph_objects.Figure``.
+
+    Raises:
+        InputError: There is no such figure.
+    """
+    if not isinstance(which, str) or which not in figures:
+        raise InputError(f"plot: {brief_value(which)}: unknown; known: {', '.join(figures) or 'none'}")
+    content = figures[which]
+    shown = plotly.graph_objects.Figure(data=content["data"], layout=content["layout"])
+    return shown.update_layout(title={"text": titles[which]}, margin={"t": 80})

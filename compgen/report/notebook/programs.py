@@ -22,8 +22,7 @@ from compgen.pipelines.correct.result import options_of
 from compgen.pipelines.files.history_words import load_before
 from compgen.pipelines.files.robot_choice import robot_of_program
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.report.correction_page import FIGURES, correction_figures
-from compgen.report.correction_summary import correction_columns, correction_summary
+from compgen.report.correction import FIGURES, correction_columns, correction_figures, correction_summary
 from compgen.report.files import correction_files
 from compgen.report.notebook.arguments import (
     STATE,
@@ -39,8 +38,7 @@ from compgen.report.notebook.arguments import (
     text_of,
     value_of,
 )
-from compgen.report.notebook.machine import log_findings, logger, numpy_alone
-from compgen.report.notebook.tables import data_frame, plotly_figure
+from compgen.report.notebook.machine import data_frame, log_findings, logger, numpy_alone, plotly_figure
 from compgen.verification.verdict import Verdict
 
 PROGRAM = "a program listing, as 'PART.LS'"
@@ -130,13 +128,13 @@ class CorrectedProgram:
         figures = correction_figures(self.result) if len(self.time) else {}
         return plotly_figure(figures, FIGURES, which)
 
-    def files(self, force: bool = False) -> dict[str, bytes]:
+    def files(self, *, force: bool = False) -> dict[str, bytes]:
         """Name to content of what ``cgen correct`` writes, byte for byte; nothing is written.
 
         Args:
             force: Give the program also outside its bounds.
         """
-        return correction_files(self.result, Path(self.file).name, self.result.is_usable or force)
+        return correction_files(self.result, Path(self.file).name, with_program=self.result.is_usable or force)
 
     def __repr__(self) -> str:
         return f"<CorrectedProgram {self.result.name}: {self.result.changed} positions corrected, {self.verdict}>"
@@ -152,6 +150,7 @@ def correct(
     registers: File | None = None,
     before: str | Sequence[str] = (),
     max_um: float | None = None,
+    *,
     split: bool = False,
     insert_um: float | None = None,
     strict: bool = False,

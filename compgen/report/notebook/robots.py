@@ -14,8 +14,7 @@ from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements
-from compgen.report.identification_page import FIGURES, identification_figures, identification_html
-from compgen.report.identification_summary import identification_summary
+from compgen.report.identification import FIGURES, identification_figures, identification_html, identification_summary
 from compgen.report.inputs import Inputs, measured_inputs
 from compgen.report.notebook.arguments import (
     File,
@@ -26,8 +25,7 @@ from compgen.report.notebook.arguments import (
     optional_name,
     progress_of,
 )
-from compgen.report.notebook.machine import log_findings, logger, numpy_alone
-from compgen.report.notebook.tables import data_frame, plotly_figure
+from compgen.report.notebook.machine import data_frame, log_findings, logger, numpy_alone, plotly_figure
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False, kw_only=True)
@@ -78,7 +76,7 @@ class IdentifiedRobot:
         """
         return plotly_figure(identification_figures(self.result), FIGURES, which)
 
-    def files(self, force: bool = False) -> dict[str, bytes]:
+    def files(self, *, force: bool = False) -> dict[str, bytes]:
         """Name to content of what ``cgen identify`` writes, byte for byte; nothing is written.
 
         Args:
@@ -106,6 +104,7 @@ def identify(
     warm_up: File | Sequence[File] = (),
     temperatures: File | None = None,
     reference: str | float = "start",
+    *,
     force: bool = False,
     progress: Progress | None = None,
     distances: File | Sequence[File] = (),

@@ -32,8 +32,7 @@ from compgen.report.notebook.arguments import (
     value_of,
     whole_number,
 )
-from compgen.report.notebook.machine import logger, numpy_alone
-from compgen.report.notebook.tables import data_frame, plotly_figure
+from compgen.report.notebook.machine import data_frame, logger, numpy_alone, plotly_figure
 from compgen.report.study_figures import error_against
 from compgen.report.study_tables import column_names
 
@@ -113,6 +112,7 @@ def study(
     path: File,
     vary: Mapping[str, Any] | Sequence[str] | None = None,
     scenarios: File | None = None,
+    *,
     correct: bool = False,
     ask: str | Sequence[str] = (),
     within_um: float = 5.0,

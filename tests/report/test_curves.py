@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compgen.report.figure_words import course, rounded_number, sentence
+from compgen.report.curves import course, rounded_number, sentence
 
 HOURS = np.linspace(0, 1, 20)
 

@@ -1,8 +1,9 @@
-"""A correction of an existing program as data: JSON, and CSV with a row for each station."""
+"""A correction of an existing program as data (JSON, and CSV with a row for each station) and as one page."""
 
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.commands import Command
@@ -10,11 +11,38 @@ from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.uncertainty.band import not_known
-from compgen.report.averaged import served_record
+from compgen.report.averaged import served_figure, served_record
+from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
 from compgen.report.band_words import band_record
-from compgen.report.provenance import SCHEMA, correction_inputs, provenance
+from compgen.report.curves import figure_in_rows, rise_figure, size_row
+from compgen.report.figure import COOL, WARM, Figure, rows_to_draw
+from compgen.report.figure_in_space import Coloured, figure_in_space
+from compgen.report.inputs import correction_inputs
+from compgen.report.page import PLAIN, PageOptions, page
+from compgen.report.provenance import SCHEMA, inputs_record, provenance
+from compgen.report.view import close_together
 from compgen.verification.deviation import percentile99
 from compgen.verification.flight import PoseErrors
+from compgen.verification.verdict import Verdict
+
+#: Parts of the error, as the summary and as the table name them.
+PARTS = {"total": "position [µm]", "turn": "orientation [mdeg]"}
+VERDICTS = {
+    Verdict.INSIDE: "inside its bound",
+    Verdict.OUTSIDE: "outside",
+    Verdict.NOT_LOADABLE: "more than the controller can load",
+    Verdict.NO_BOUNDS: "nowhere worse; judged by no bound, for none is given (--max-um)",
+    Verdict.NOT_CORRECTED: "nothing corrected",
+}
+FIGURES = {
+    "average": "Error at each start that this file serves",
+    "time": "Error over time",
+    "budget": "What the part will see beyond the arithmetic",
+    "space": "The program, coloured by its error",
+    "heat": "Temperature while the program runs",
+}
+REMARK = "CNT is taken as passing through the points; jumps and calls are not followed."
+MAX_STATEMENTS = 500  # unsafe ones on the page
 
 
 def correction_summary(result: Correction) -> dict[str, Any]:
@@ -48,7 +76,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         },
         **({} if result.served is None else {"average_over": served_record(result.served)}),
         "provenance": provenance(result),
-        "inputs": correction_inputs(result),
+        "inputs": inputs_record(result),
     }
 
 
@@ -116,3 +144,77 @@ def _statistics(result: Correction, error: PoseErrors) -> dict[str, dict[str, fl
                 f"rms_{key}": rms(judged, length),
             }
     return statistics
+
+
+def correction_html(result: Correction, options: PageOptions = PLAIN, *, with_program: bool = True) -> bytes:
+    """One page, the same bytes for the same inputs; it says of a program that it is not written, where it is not."""
+    data = correction_summary(result)
+    made, band, bound = data["provenance"], data["band"], data["bounds"].get("max_um")
+    has_no_bounds = data["before"] and result.verdict is Verdict.NO_BOUNDS
+    return page(
+        "correction.html",
+        f"{data['name']}: correction",
+        inputs=correction_inputs(result, made["planned_sha256"], made["corrected_sha256"] if with_program else None),
+        remark=REMARK,
+        options=options,
+        data=data,
+        kind="inside" if data["before"] and result.inside else "warning" if has_no_bounds else "outside",
+        verdict=VERDICTS.get(result.verdict, ""),
+        facts=[*([] if bound is None else [("bound", f"{bound:g} µm")]), *(band_facts(band) if band else [])],
+        parts=PARTS,
+        findings=result.findings,
+        figures=correction_figures(result) if len(result.execution.station) else {},
+        titles=FIGURES,
+        band_rows=band_rows(band) if band else [],
+        unsafe=[
+            (u.line, Markup("<code>{}</code>").format(u.text), u.reason)
+            for u in result.plan.scope.unsafe[:MAX_STATEMENTS]
+        ],
+    )
+
+
+def correction_figures(result: Correction) -> dict[str, Figure]:
+    """Figures by the keys of ``FIGURES``."""
+    stations = result.plan.stations
+    record = band_of_correction(result)
+    return {
+        **({} if result.served is None else {"average": served_figure(result.served)}),
+        "time": _error_over_time(result),
+        **({} if record is None else {"budget": budget_figure(record)}),
+        "space": _program_in_space(result),
+        "heat": rise_figure(result.cell.heat.names, stations.time, stations.rise, "time from the start [s]"),
+    }
+
+
+def _error_over_time(result: Correction) -> Figure:
+    rows = []
+    for name, error, colour, symbol in (
+        ("before", result.error, WARM, "circle"),
+        ("after", result.residual, COOL, "diamond"),
+    ):
+        drawn = rows_to_draw(error.distance)
+        time, size = np.round(result.execution.time[drawn], 3), np.round(error.distance[drawn] / UM, 3)
+        bound = None if result.options.bound is None or name == "before" else result.options.bound / UM
+        marker, line = {"size": 4, "symbol": symbol}, {"color": colour, "width": 1.4}
+        rows.append(size_row(name, time, size, bound, showlegend=True, mode="lines+markers", marker=marker, line=line))
+    if result.band is not None:
+        shown = rows_to_draw(result.band.radius)
+        rows.append(radius_row(result.plan.stations.time[result.band.rows[shown]], result.band.radius[shown]))
+    return figure_in_rows(rows, "time from the start [s]", "Error over time")
+
+
+def _program_in_space(result: Correction) -> Figure:
+    """Stations before and after; the view is chosen by those that are corrected and stand close together."""
+    plan = result.plan
+    rows = np.flatnonzero(result.execution.fraction == 1)
+    pose = plan.drive.pose[result.execution.station[rows]]
+    places = plan.poses.in_cell(pose) / MM
+    part = result.judged[rows].copy()
+    part[part] = close_together(places[part])
+    shown = rows_to_draw(result.error.distance[rows])
+    labels = [f"P[{n}]" for n in plan.poses.number[pose[shown]].tolist()]
+    paths = [
+        Coloured(name, places[shown], np.round(error.distance[rows[shown]] / UM, 3), labels)
+        for name, error in (("before", result.error), ("after", result.residual))
+    ]
+    return figure_in_space("Error of the program's positions in space", paths, places, part)
