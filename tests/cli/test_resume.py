@@ -55,7 +55,7 @@ def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
     for words in (
         "OPTIC_RASTER_03.LS",
         "it starts 35 min late",
-        "the job&#x27;s pages so far",
+        "the job&#39;s pages so far",
         "bound 2.5",
         "rise of j2 [K]",
     ):
