@@ -8,15 +8,10 @@ import numpy as np
 
 from compgen.core.arrays import rms
 from compgen.core.commands import Command
-from compgen.core.units import UM
-from compgen.pipelines.comparison.comparison import Comparison, MatchedScenarios, Pair
-from compgen.report.compare_record import number_unit, positions_record
 from compgen.core.units import MDEG, UM
-from compgen.pipelines.comparison.agreement import RISES
-from compgen.pipelines.comparison.comparison import Comparison, FindingText, Pair
+from compgen.pipelines.comparison.comparison import RISES, Comparison, FindingText, MatchedScenarios, Pair
 from compgen.pipelines.comparison.outputs import Output
 from compgen.pipelines.comparison.positions import Movement
-from compgen.pipelines.comparison.scenarios import MatchedScenarios
 from compgen.report.inputs import SHORT
 from compgen.report.key_words import ascii_units, unit_of, words_of
 

@@ -80,7 +80,7 @@ def executed_summary(run: ExecutedRun, text: ProgramText, robot: Robot, bound: f
 
 
 def _log(run: ExecutedRun) -> dict[str, Any]:
-    log = run.laid.log
+    log = run.followed.log
     return {
         "file": log.table.source,
         "rows": len(log.time),
@@ -176,7 +176,7 @@ def executed_figures(run: ExecutedRun) -> dict[str, Figure]:
 def _space(run: ExecutedRun) -> Figure:
     d = run.deviation
     rows = rows_to_draw(np.where(d.judged, d.distance, 0.0))
-    places = run.laid.position[d.row] / MM
+    places = run.followed.position[d.row] / MM
     off = np.round(np.where(d.judged, d.distance, np.nan)[rows] / UM, 3)
     path = Coloured("off the path", places[rows], off)
     return figure_in_space("How far the motion is off the path, in space", [path], places, d.judged)
@@ -198,7 +198,7 @@ def _over_time(run: ExecutedRun) -> Figure:
 def _speed(run: ExecutedRun) -> Figure:
     d, course = run.deviation, run.course
     rows = rows_to_draw(np.arange(len(d.time), dtype=float))
-    way = run.laid.projection.way[d.row[rows]]
+    way = run.followed.projection.way[d.row[rows]]
     written = np.diff(course.arc)[way] / np.maximum(np.diff(course.cruise)[way], 1e-9)
     traces = [
         trace("scatter", np.round(d.time[rows], 3), np.round(v / MM, 3), name=name, line=line)

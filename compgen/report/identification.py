@@ -11,10 +11,9 @@ from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.version import __version__
 from compgen.identification.cross_validation import CrossValidation
 from compgen.identification.fit_limits import fit_limits_record
-from compgen.identification.identifiability import correlations
+from compgen.identification.identifiability import correlations, largest_moves
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import KINDS
-from compgen.identification.parameter_moves import largest_moves
 from compgen.identification.validation import Validation, statistics
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows
 from compgen.report.figure import COOL, GREY, RED_TO_BLUE, WARM, Figure, Trace, axis, figure, rows_to_draw, spans, trace

@@ -37,7 +37,8 @@ def live_record(live_job: LiveJob) -> dict[str, Any]:
         "cte_limits": None if limits is None else list(limits),
         "box": {
             "feed": (np.array(box.feed) / MM).round(9).tolist() if np.isfinite(box.feed).all() else [0, 1e9],
-            "hours": _finite(box.time / HOUR), "rise": _finite(box.rise),
+            "hours": _finite(box.time / HOUR),
+            "rise": _finite(box.rise),
         },
         "duration": float(live_job.before.geometry.now[-1]),
         "window": live_job.corrected.start_window,
@@ -92,9 +93,15 @@ def _when(time: float, live_job: LiveJob) -> str:
 def _stage(stage: Stage) -> dict[str, Any]:
     step, stops = stage.step, stage.stops
     return {
-        "state": step.state, "duration": step.duration if step.repeat is None else stage.run_time, "feed": step.feed,
-        "share": step.share, "count": step.repeat or 1, "dwell": step.dwell, "rest": step.rest,
-        "repeated": step.repeat is not None, "keeps_to_shifts": step.shifts,
+        "state": step.state,
+        "duration": step.duration if step.repeat is None else stage.run_time,
+        "feed": step.feed,
+        "share": step.share,
+        "count": step.repeat or 1,
+        "dwell": step.dwell,
+        "rest": step.rest,
+        "repeated": step.repeat is not None,
+        "keeps_to_shifts": step.shifts,
         "goal": None if stage.goal is None else packed(stage.goal),
         "stops": None
         if stops is None
@@ -112,10 +119,16 @@ def _heat(live: Live) -> dict[str, Any]:
     law, air = heat.law, history.air
     moving = [sum(d.duration * d.share for d in until if d.state == "moving") for until in live.cycle.duties]
     return {
-        "names": list(heat.names), "rate": packed(heat.rate), "outputs": packed(heat.outputs),
-        "ambient": packed(heat.ambient), "start": None if heat.start is None else packed(heat.start),
-        "law": None if law is None else _law(law), "standing": packed(heat.steady_state(history.standing)),
-        "run": live.cycle.run.tolist(), "cycle": packed(live.cycle.modes(heat)), "run_moving": moving,
+        "names": list(heat.names),
+        "rate": packed(heat.rate),
+        "outputs": packed(heat.outputs),
+        "ambient": packed(heat.ambient),
+        "start": None if heat.start is None else packed(heat.start),
+        "law": None if law is None else _law(law),
+        "standing": packed(heat.steady_state(history.standing)),
+        "run": live.cycle.run.tolist(),
+        "cycle": packed(live.cycle.modes(heat)),
+        "run_moving": moving,
         "air": {
             "time": packed(air.time),
             "rise": packed(air.rise),
@@ -129,8 +142,11 @@ def _heat(live: Live) -> dict[str, Any]:
 def _law(law: NodeModel) -> dict[str, Any]:
     amplitude = law.steady_rise("moving", np.array([law.reference_feed]))[0]
     return {
-        "rate": packed(law.rate), "amplitude": packed(amplitude), "exponent": packed(law.exponent),
-        "idle": law.idle, "reference_feed": law.reference_feed,
+        "rate": packed(law.rate),
+        "amplitude": packed(amplitude),
+        "exponent": packed(law.exponent),
+        "idle": law.idle,
+        "reference_feed": law.reference_feed,
     }
 
 
@@ -180,9 +196,16 @@ def _band(live_job: LiveJob) -> dict[str, Any]:
 def _quantity(live_quantity: LiveQuantity, sources: list[str]) -> dict[str, Any]:
     q, by_rise, absolute = live_quantity.quantity, live_quantity.by_rise, live_quantity.absolute
     return {
-        "source": sources.index(q.source or ""), "column": packed(live_quantity.column, "f4"),
-        "by_rise": None if by_rise is None else packed(by_rise, "f4"), "expands": live_quantity.expands,
-        "mean": q.mean, "deviation": q.deviation, "absolute": None if absolute is None else list(absolute),
-        "missed": live_quantity.missed.tolist(), "start": q.cause.heat.start.tolist(), "air": q.cause.heat.air,
-        "model": live_quantity.model, "has_heat": live_quantity.has_heat,
+        "source": sources.index(q.source or ""),
+        "column": packed(live_quantity.column, "f4"),
+        "by_rise": None if by_rise is None else packed(by_rise, "f4"),
+        "expands": live_quantity.expands,
+        "mean": q.mean,
+        "deviation": q.deviation,
+        "absolute": None if absolute is None else list(absolute),
+        "missed": live_quantity.missed.tolist(),
+        "start": q.cause.heat.start.tolist(),
+        "air": q.cause.heat.air,
+        "model": live_quantity.model,
+        "has_heat": live_quantity.has_heat,
     }

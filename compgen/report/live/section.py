@@ -102,7 +102,7 @@ def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None,
     data = json.dumps({"live": record}, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     setting, planned_band = planned_setting(live.day), live_job.planned.band_of_plan()
     band = band_at(live, live_job.band, setting)
-    sizes = dict(band.budget)
+    sizes = {share.source: share.largest for share in band.budget}
     unknown = with_motion(not_known(job.cell, planned_band), live_job.planned.written().effect)
     return fragment(
         "live.html",
