@@ -26,3 +26,14 @@ def test_a_fault_is_seen(monkeypatch):
         (2, "\x1b\n"),
     ):
         assert mutants._judged(code, "", err, mutants.ROOT / "nowhere")[0] == "failed"
+
+
+def test_measured_lines_that_lack_a_coordinate_are_identified(tmp_path, monkeypatch):
+    """The page draws residuals in space only where a row has a place."""
+    monkeypatch.setenv("CC", "")
+    bases = mutants.made_bases(tmp_path)
+    arguments, files = next((words, files) for _, words, files in bases if "--lines" in words)
+    outcome = mutants.attempt(
+        mutants.Case(arguments, {n: t.encode() for n, t in files.items()}), tmp_path / "run", limit=120
+    )
+    assert outcome.kind == "passed", outcome.reason
