@@ -1,6 +1,9 @@
+import itertools
 import pkgutil
 import signal
+from collections import Counter
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 from browser import chromium
@@ -25,6 +28,19 @@ def pytest_configure(config):
         for module in pkgutil.walk_packages(compgen.__path__, "compgen."):
             if not module.name.endswith("__main__"):
                 import_module(module.name)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Seconds of each room's tests, of all processes; nothing where only one room was asked."""
+    seconds = Counter()
+    for report in itertools.chain(*terminalreporter.stats.values()):
+        if isinstance(report, pytest.TestReport):
+            room = Path(report.nodeid.split("::")[0]).parts[1:-1]
+            seconds[room[0] if room else "the whole"] += report.duration
+    if len(seconds) > 1:
+        terminalreporter.section("seconds by room")
+        for room, spent in seconds.most_common():
+            terminalreporter.line(f"{spent:8.1f} {room}")
 
 
 @pytest.fixture(scope="session")

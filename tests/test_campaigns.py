@@ -1,11 +1,13 @@
 """What the campaigns share: journals that resume and add up, the least that fails, and changes of the library."""
 
 import ast
+import re
 
 import code_mutants
 import mutation
 import seed_journal
 from seed_journal import Journal
+from shipped import ROOT
 from shrinking import shrunk
 
 from compgen.fanuc.listing import lines
@@ -20,6 +22,26 @@ def test_a_journal_resumes_adds_up_and_says_its_seeds(tmp_path):
     assert [(row["seed"], row["result"]) for row in journal.rows(range(5))] == [(0, "passed"), (1, "failed")]
     assert seed_journal.ranges_of(row["seed"] for row in journal.rows(range(9))) == "0 to 1, 5"
     assert list(journal.left(range(2, 9), budget=1e-9)) == []
+
+
+def test_a_find_says_the_command_that_tries_it_again(capsys):
+    rows = [{"seed": seed, "wrong": [seed] * (seed == 7)} for seed in range(9)]
+    assert seed_journal.conclude("x.py", rows, "9 tried", lambda row: row["wrong"]) == 1
+    again = 'again: python tests/campaigns/x.py --seeds 7:8 --journal "$(mktemp)"'
+    assert capsys.readouterr().out == f"9 tried\n{again}\n"
+    assert seed_journal.conclude("x.py", rows[:7], "7 tried", lambda row: row["wrong"]) == 0
+
+
+def test_the_night_runs_campaigns_that_tell_how_to_try_a_find_again():
+    script = (ROOT / ".ci" / "nightly").read_text()
+    for campaign in re.search(r"campaigns=\(([^)]+)\)", script)[1].split():
+        text = (ROOT / "tests" / "campaigns" / f"{campaign}.py").read_text()
+        assert f'seed_journal.parser("{campaign}"' in text
+        assert "seed_journal.conclude(" in text
+        assert "given.budget" in text or "options.budget" in text
+    for room in re.search(r"rooms=\(([^)]+)\)", script)[1].split():
+        assert code_mutants.library(room)
+        assert list((ROOT / "tests" / room).glob("test_*.py"))
 
 
 def test_what_is_left_after_shrinking_is_what_fails():

@@ -87,8 +87,9 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
         yield Mutant(str(path.relative_to(ROOT)), node.lineno, start, end, text[start:end].decode(), after, statement)
 
 
-def library() -> list[Mutant]:
-    files = sorted(p for p in (ROOT / "compgen").rglob("*.py") if not set(p.parts) & set(LEFT_OUT))
+def library(room: str = "") -> list[Mutant]:
+    """All changes of the library, or of one room."""
+    files = sorted(p for p in (ROOT / "compgen" / room).rglob("*.py") if not set(p.parts) & set(LEFT_OUT))
     return [m for p in files for m in mutants_of(p)]
 
 

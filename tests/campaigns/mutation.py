@@ -2,6 +2,7 @@
 
 python tests/campaigns/calls_of_tests.py                    once: which functions each test calls
 python tests/campaigns/mutation.py --seeds 0:300            draws, tries and adds to mutation.jsonl; again goes on
+python tests/campaigns/mutation.py --seeds 0:300 --room fanuc   draws in one room; its own journal wants --journal
 python tests/campaigns/mutation.py --seeds 0:300 --wide     survivors meet all tests of their room in a changed tree
 python tests/campaigns/mutation.py --seeds 0:300 --table    only the table of what is in mutation.jsonl
 
@@ -23,8 +24,10 @@ import tempfile
 import time
 import tomllib
 from collections import Counter
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
 from types import CodeType, FunctionType
 
@@ -70,7 +73,7 @@ def tests_of(mutant: Mutant, calls: Calls) -> list[str]:
 class Forks:
     """A pytest plugin that runs, instead of all tests, those of each change in a process of its own."""
 
-    def __init__(self, seeds: list[int], pool: list[Mutant], calls: Calls, journal: Journal) -> None:
+    def __init__(self, seeds: Iterable[int], pool: list[Mutant], calls: Calls, journal: Journal) -> None:
         self._seeds, self._pool, self._calls, self._journal = seeds, pool, calls, journal
         self._pipe = -1
 
@@ -202,7 +205,7 @@ def wide(seeds: range, journal: Journal, calls: Calls) -> None:
     reasons = equivalents()
     passing = set(calls.seconds)
     for row in journal.rows(seeds):
-        if row["result"] == "survived" and not row["wide"] and key_of(row) not in reasons:
+        if is_hole(row, reasons) and not row["wide"]:
             mutant = Mutant(**{name: row[name] for name in Mutant.__dataclass_fields__})
             room = mutant.file.split("/")[1]
             tests = sorted(t for t in passing if t.startswith(f"tests/{room}/")) or sorted(calls.of_file(mutant.file))
@@ -221,6 +224,10 @@ def key_of(row: dict) -> tuple[str, str, str]:
 def equivalents() -> dict[tuple[str, str, str], str]:
     """Reasons of the changes that cannot be noticed."""
     return {key_of(entry): entry["reason"] for entry in tomllib.loads(EQUIVALENT.read_text()).get("mutant", [])}
+
+
+def is_hole(row: dict, reasons: dict[tuple[str, str, str], str]) -> bool:
+    return row["result"] == "survived" and key_of(row) not in reasons
 
 
 def table(rows: list[dict]) -> str:
@@ -245,22 +252,26 @@ def main() -> int:
     parser = seed_journal.parser("mutation", __doc__, "0:10")
     parser.add_argument("--wide", action="store_true", help="try survivors in a changed tree")
     parser.add_argument("--again", action="store_true", help="try survivors again: there are new tests")
+    parser.add_argument("--room", default="", help="changes of one room alone; a seed draws from it")
     given = parser.parse_args()
     if not given.table:
-        calls, pool = calls_of_tests.read(), library()
+        calls, pool = calls_of_tests.read(), library(given.room)
         if given.wide:
             wide(given.seeds, given.journal, calls)
         else:
-            seeds = list(given.journal.left(given.seeds))
+            seeds = given.journal.left(given.seeds, given.budget)
             if given.again:
-                seeds += [row["seed"] for row in given.journal.rows(given.seeds) if row["result"] != "caught"]
+                again = [row["seed"] for row in given.journal.rows(given.seeds) if row["result"] != "caught"]
+                seeds = chain(again, seeds)
             with tempfile.TemporaryDirectory() as folder:
                 os.environ["XDG_CACHE_HOME"] = f"{folder}/cache"
                 files = sorted({test.split("::")[0] for test in calls.seconds})
                 pytest.main([*QUIET, f"--basetemp={folder}/temporary", *files],
                             plugins=[Forks(seeds, pool, calls, given.journal)])  # fmt: skip
-    print(table(given.journal.rows(given.seeds)))
-    return 0
+    rows, reasons = given.journal.rows(given.seeds), equivalents()
+    return seed_journal.conclude(
+        f"mutation.py --room={given.room}", rows, table(rows), lambda row: is_hole(row, reasons)
+    )
 
 
 if __name__ == "__main__":

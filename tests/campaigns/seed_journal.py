@@ -57,6 +57,15 @@ def ranges_of(seeds: Iterable[int]) -> str:
     return ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in parts) or "none"
 
 
+def conclude(command: str, rows: list[dict], table: str, is_find: Callable[[dict], object]) -> int:
+    """Print the table, and for each row that is a find the command that tries it again; the exit code."""
+    print(table)
+    finds = [row["seed"] for row in rows if is_find(row)]
+    for seed in finds:
+        print(f'again: python tests/campaigns/{command} --seeds {seed}:{seed + 1} --journal "$(mktemp)"')
+    return int(bool(finds))
+
+
 def parser(campaign: str, doc: str | None, seeds: str) -> argparse.ArgumentParser:
     """The options that every campaign has."""
     options = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
