@@ -1,6 +1,7 @@
 """Programs corrected as ``correct`` does it, and how far the second arm then misses the planned places."""
 
 import naive_arm as arm
+import naive_heat
 import naive_ls
 import numpy as np
 from shipped import ROOT, quiet
@@ -43,5 +44,5 @@ def missed_um(planned, text, n, guess, uf=None, ut=None, lengths=None, other=Non
     else:
         meant = pose(before, uf)
         q = arm.joints_at(pose(after, uf) @ np.linalg.inv(tool), guess)
-    real = arm.flange(q, lengths or arm.warm_lengths()) @ tool
+    real = arm.flange(q, lengths or naive_heat.warm_lengths()) @ tool
     return 1e3 * float(np.linalg.norm(real[:3, 3] - meant[:3, 3]))

@@ -45,6 +45,14 @@ def read(data: bytes) -> tuple[dict[int, Position], list[Move]]:
     return positions(parts.get("POS", [])), motions(parts.get("MN", []))
 
 
+def mm_s(speed: str) -> float:
+    """A motion's speed in mm/s; ValueError for one that is no such speed."""
+    for unit, factor in {"mm/sec": 1.0, "cm/min": 10 / 60, "inch/min": 25.4 / 60}.items():
+        if speed.endswith(unit):
+            return float(speed[: -len(unit)]) * factor
+    raise ValueError(f"not in mm a second: {speed!r}")
+
+
 def lines_of(text: str) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
@@ -263,3 +271,36 @@ def after_mark(text: str, mark: str) -> tuple[str, str]:
     while text[i : i + 1] in tuple("F+-.*0123456789"):
         i += 1
     return text[:i], text[i:].strip(BLANKS)
+
+
+# Driving ---------------------------------------------------------------------------------------------------------
+
+
+def driven(data: bytes) -> list[tuple]:
+    """What a controller would drive, in order: (letter, targets, speed, termination, rest)."""
+    by_number, moves = read(data)
+    rows = []
+    for m in moves:
+        if not m.disabled:
+            targets = tuple(numbers(by_number, t) for t in m.targets)
+            rows.append((m.letter, targets, m.speed, m.termination, m.rest))
+    return rows
+
+
+def numbers(by_number: dict[int, Position], target: str):
+    """All numbers of a position, frames and CONFIG; or the target's text when the file does not hold it."""
+    inside = target[2:-1].partition(":")[0].strip()
+    if target[:2] != "P[" or not inside.isdigit() or int(inside) not in by_number:
+        return target
+    groups = by_number[int(inside)].groups
+    return tuple((g, v.uf, v.ut, v.config, tuple(sorted(v.axes.items()))) for g, v in sorted(groups.items()))
+
+
+def calls(main: bytes) -> list[str]:
+    """Names of the programs that a main program calls, in order."""
+    text = sections(lines_of(main.decode("latin-1")))["MN"]
+    return [s.split()[1] for s in statements(text) if s.split()[:1] == ["CALL"]]
+
+
+def name_of(data: bytes) -> str:
+    return data.decode("latin-1").split()[1]

@@ -11,14 +11,15 @@ from audit_mutants import ASKED, Copy, rows_outside
 from command_line import run
 from shipped import ROOT
 
-from tests.audit import arm, heat, study
+from tests import naive_arm as arm
+from tests.audit import heat, poses, study
 from tests.audit.__main__ import main
 from tests.audit.curves import OffCurveError
 from tests.audit.judge import audit
 from tests.audit.listing import UnreadableError
 
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
-SHARED = ("naive_cam", "naive_way")  # with other judges
+SHARED = ("naive_arm", "naive_cam", "naive_ls", "naive_way")  # with other judges
 FILES = [*sorted((ROOT / "tests" / "audit").glob("*.py")), *(ROOT / "tests" / f"{name}.py" for name in SHARED)]
 EVERYTHING = ROOT / "tests" / "audit" / "everything.toml"
 
@@ -38,7 +39,8 @@ def outside(checks):
 def test_it_imports_numpy_and_nothing_of_the_package(path):
     for node in ast.walk(ast.parse(path.read_text())):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-        names += [node.module] if isinstance(node, ast.ImportFrom) else []
+        if isinstance(node, ast.ImportFrom):
+            names += [f"tests.{a.name}" for a in node.names] if node.module == "tests" else [node.module]
         for name in names:
             own = name.startswith("tests.audit") or name in {f"tests.{shared}" for shared in SHARED}
             assert own or name == "numpy" or name.split(".")[0] in sys.stdlib_module_names
@@ -345,11 +347,11 @@ POSES = (
 @pytest.mark.parametrize(("joints", "pose", "config"), POSES)
 def test_its_arm_is_at_published_poses(joints, pose, config):
     pendant = np.radians([joints])
-    position, rotation = arm.flange(pendant)
+    position, rotation = poses.of_matrices(arm.frames_at(pendant)[-1])
     np.testing.assert_allclose(position[0], pose[:3], atol=6e-4)  # mm
     wanted = arm.rotation(*np.radians(pose[3:])[:, None])
     np.testing.assert_allclose(rotation, wanted, atol=2e-6)
-    letters, turns = arm.config(pendant)
+    letters, turns = arm.posture(pendant)
     assert f"{' '.join(letters[0])}, {', '.join(map(str, turns[0]))}" == config
 
 
@@ -360,7 +362,8 @@ def test_its_hot_arm_gives_the_figures_of_the_study():
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (len(angle), 1, 1))
     rise = np.array([[study.REFERENCE_RISE_K[n] for n in study.NODES]])
     pendant = arm.pendant_angles(circle, down)
-    grown = arm.flange(pendant, np.repeat(arm.growth_of_rises(rise), len(angle), axis=0))[0] - circle
+    hot = arm.frames_at(pendant, np.repeat(arm.growth_of_rises(rise), len(angle), axis=0))[-1]
+    grown = hot[:, :3, 3] - circle
     assert 1e3 * grown[:, 0].max() == pytest.approx(122, abs=1)
     assert 1e3 * grown[:, 0].min() == pytest.approx(45, abs=1)
     assert 1e3 * np.abs(grown[:, 1]).max() == pytest.approx(39, abs=1)

@@ -3,6 +3,7 @@
 import sys
 
 import naive_arm
+import naive_heat
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -14,7 +15,7 @@ import m710ic50_bend_fit as bend_fit
 
 def naive_errors(line):
     """Thermal error at the stations by 4 x 4 matrices and Newton's method, (11, 3) [um]."""
-    hot, joints, rows = naive_arm.warm_lengths(), [0.0, 0.0, -40.0, 0.0, -50.0, 0.0], []
+    hot, joints, rows = naive_heat.warm_lengths(), [0.0, 0.0, -40.0, 0.0, -50.0, 0.0], []
     for place in np.linspace(*bend_fit.STATIONS[line]):
         xyz = [bend_fit.CENTRE[a] if a != line else place for a in "xyz"]
         joints = naive_arm.joints_at(naive_arm.frame(*xyz, 180, 0, 0), joints)

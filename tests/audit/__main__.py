@@ -3,11 +3,11 @@
 import sys
 from pathlib import Path
 
-from tests.audit.arm import UnreachableError
 from tests.audit.curves import OffCurveError
 from tests.audit.judge import audit
 from tests.audit.listing import UnreadableError
 from tests.audit.scope import NotJudgedError
+from tests.naive_arm import UnreachableError
 
 USAGE = "audit: give an output folder of cgen generate, and where it is not paths/<name>.toml the path file"
 

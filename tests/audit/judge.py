@@ -20,7 +20,8 @@ Tolerances, each about the smallest that a right program keeps:
 
 import numpy as np
 
-from tests.audit import arm, clock, heat, listing, poses, study
+from tests import naive_arm as arm
+from tests.audit import clock, heat, listing, poses, study
 from tests.audit.checks import below, count, equal
 from tests.audit.closed_form import ClosedForm
 from tests.audit.own_file import OwnFile
@@ -58,7 +59,7 @@ def audit(folder, path_file=None):
     commanded = poses.in_world(register, program.numbers[:, :3], arm.rotation(*np.radians(program.numbers[:, 3:]).T))
     pendant = arm.pendant_angles(*poses.flange(commanded, tool))
     # a whole turn of a joint is not in a pose: CONFIG at the first position says it for all
-    pendant[:, TURNING] += 2 * np.pi * (program.turns[0] - arm.config(pendant)[1][0])
+    pendant[:, TURNING] += 2 * np.pi * (program.turns[0] - arm.posture(pendant)[1][0])
     checks = [*form.path_checks(table["contact"]), *posture_checks(path, program, table, pendant)]
 
     length = np.linalg.norm(np.diff(program.numbers[:, :3], axis=0), axis=1)
@@ -100,7 +101,7 @@ def posture_checks(path, program, table, pendant):
     moved = any(path.get("tool", {}).get(f"{key}", 0) for key in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"))
     frame = path["frame"].get("number", 1) if "frame" in path else 0
     numbers = frame, path.get("tool", {}).get("number", int(moved))
-    letters, turns = arm.config(pendant)
+    letters, turns = arm.posture(pendant)
     another = (letters != program.letters).any(axis=1) | (turns != program.turns).any(axis=1)
     theta = np.degrees(arm.dh_angles(pendant))
     beyond = np.maximum(np.array(study.LOWER_DEG) - theta, theta - np.array(study.UPPER_DEG)).max()
@@ -208,4 +209,4 @@ def _over_length(places, errors, more_um):
 
 def _actual(pendant, rise, tool):
     """Where the tool centre point is of an arm at pendant angles (M, 6) and rises (M, K)."""
-    return poses.tool_centre(arm.flange(pendant, arm.growth_of_rises(rise)), tool)
+    return poses.tool_centre(poses.of_matrices(arm.frames_at(pendant, arm.growth_of_rises(rise))[-1]), tool)

@@ -2,13 +2,18 @@
 
 import numpy as np
 
-from tests.audit import arm
+from tests import naive_arm
 
 
 def of_table(table):
     """X Y Z W P R of a path file's table as position (3,) [mm] and rotation (3, 3)."""
-    angles = np.radians([[table.get(f"{a}_deg", 0.0)] for a in "wpr"])
-    return np.array([table.get(f"{a}_mm", 0.0) for a in "xyz"]), arm.rotation(*angles)[0]
+    matrix = naive_arm.frame_of(table)
+    return matrix[:3, 3], matrix[:3, :3]
+
+
+def of_matrices(matrices):
+    """Of (M, 4, 4)."""
+    return matrices[:, :3, 3], matrices[:, :3, :3]
 
 
 def in_world(frame, position, rotation):

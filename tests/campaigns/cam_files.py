@@ -188,8 +188,7 @@ def main() -> int:
         while seeds := list(islice(left, AT_ONCE)):
             in_a_fork(seeds, given.journal, given.keep)
     rows = given.journal.rows(given.seeds)
-    print(table(rows))
-    return int(any(row["result"] == "wrong" for row in rows))
+    return seed_journal.conclude("cam_files.py", rows, table(rows), lambda row: row["result"] == "wrong")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@ import jobs
 import naive_cam
 import naive_ls
 import numpy as np
-from naive_arm import THERMAL, frame
+from naive_arm import dh_angles, frame, frame_of, joints_by_config
+from naive_heat import THERMAL, rises_along
 from naive_way import cut, from_pieces, worst_in_order
 from shipped import ROOT
 
@@ -109,7 +110,7 @@ class Flown:
 
 def flown(texts: list[bytes], keys: dict) -> Flown:
     """Drive the text: lines and circular motions in the user frame, the joints by CONFIG, the arm as it has warmed."""
-    base, tool = of(keys.get("frame", {})), of(keys.get("tool", {}))
+    base, tool = (frame_of(keys.get(name, {})) for name in ("frame", "tool"))
     pose, motion, config, speed = [], [], [], []
     for text in texts:
         positions, moves = naive_ls.read(text)
@@ -125,27 +126,19 @@ def flown(texts: list[bytes], keys: dict) -> Flown:
             pose += way
             motion += [len(speed)] * len(way)
             config += [groups[-1].config] * len(way)
-            speed.append(mm_s(move.speed) if move.letter != "J" else 1.0)
+            speed.append(naive_ls.mm_s(move.speed) if move.letter != "J" else 1.0)
     told = np.array(pose)
-    joints = jobs.joints_by_config(base @ told @ np.linalg.inv(tool), config)
+    joints = joints_by_config(base @ told @ np.linalg.inv(tool), config)
     joints = np.unwrap(joints, axis=0)  # turn digits are those of positions; between them no joint turns far
-    theta = joints @ jobs.MATRIX.T + jobs.OFFSET
+    theta = dh_angles(joints)
     length = np.linalg.norm(np.diff(told[:, :3, 3], axis=0), axis=1)
     feeds = np.array(speed)[motion[1:]]
     before = [(s["state"], s.get("feed_mm_s", 0.0), s["duration_h"]) for s in keys.get("before", [])]
-    rise = jobs.rises_along(before, length / feeds, feeds)
+    rise = rises_along(before, length / feeds, feeds)
     real = jobs.tool_poses(theta, rise, THERMAL["cte_um_m_K"], {}, tool)
     part = np.linalg.inv(base) @ real
     part[:, :3, 3] -= [keys["path"].get(k, 0.0) for k in ("x_mm", "y_mm", "z_mm")]
     return Flown(part, np.array(motion[1:]), np.array(speed))
-
-
-def of(table: dict) -> np.ndarray:
-    return frame(*(table.get(k, 0.0) for k in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")))
-
-
-def mm_s(word: str) -> float:
-    return next(float(word[: -len(u)]) * f for u, f in jobs.UNITS.items() if word.endswith(u))
 
 
 def between(start: np.ndarray, targets: list[np.ndarray]) -> list[np.ndarray]:

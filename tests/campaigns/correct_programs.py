@@ -196,8 +196,7 @@ def main() -> int:
         if row["result"] == "wrong":
             print(seed, row["reason"], row["program"], sep="\n", flush=True)
     rows = given.journal.rows(given.seeds)
-    print(table(rows))
-    return int(any(row["result"] == "wrong" for row in rows))
+    return seed_journal.conclude("correct_programs.py", rows, table(rows), lambda row: row["result"] == "wrong")
 
 
 if __name__ == "__main__":

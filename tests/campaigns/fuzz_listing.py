@@ -264,8 +264,7 @@ def main() -> int:
     for seed in () if given.table else given.journal.left(given.seeds, given.budget):
         given.journal.add(tried(seed, given.keep))
     rows = given.journal.rows(given.seeds)
-    print(table(rows))
-    return int(any(row["faults"] for row in rows))
+    return seed_journal.conclude("fuzz_listing.py", rows, table(rows), lambda row: row["faults"])
 
 
 if __name__ == "__main__":

@@ -25,10 +25,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
+import naive_arm  # noqa: E402
 import naive_ls  # noqa: E402
 import numpy as np  # noqa: E402
 import seed_journal  # noqa: E402
-from naive_arm import NODES, ROBOT, THERMAL, flange, frame, numbers, rises, warm_lengths  # noqa: E402
+from naive_arm import ALPHA, A, D, chain, shifted, turned  # noqa: E402
+from naive_heat import ROBOT, rises_along, warm_lengths  # noqa: E402
 from shipped import path_file, quiet  # noqa: E402
 from shrinking import shrunk  # noqa: E402
 
@@ -40,7 +42,6 @@ from compgen.verification.deviation import statistics  # noqa: E402
 
 MDEG = math.radians(1e-3)
 ARCSEC = math.radians(1 / 3600)
-FOREARM, BEND = math.hypot(1016, 170), math.atan2(170, 1016)
 APART_UM = 0.3  # judge and report, at their largest deviation: they sample different moments
 APART = 0.02  # share of it
 IN_A_PROCESS = 20  # every so many seeds
@@ -123,7 +124,7 @@ def at_edge(rng: random.Random, edge: str) -> dict[str, object]:
     number = rng.uniform
     q = [number(-150, 150), number(-40, 80), number(-50, 50), number(-150, 150), number(15, 100), number(-150, 150)]
     q[4] *= rng.choice((-1, 1))
-    stretched = 90 - math.degrees(BEND)  # J2 + J3 of a straight arm
+    stretched = 90 - math.degrees(math.atan2(170, 1016))  # J2 + J3 of a straight arm
     match edge:
         case "reach":
             q[2] = stretched - q[1] - rng.choice((-1, 1)) * number(1, 20)
@@ -138,15 +139,15 @@ def at_edge(rng: random.Random, edge: str) -> dict[str, object]:
             value = rng.choice((low + number(-0.2, 4), high - number(-0.2, 4)))
             q[k] = value - q[1] if k == 2 else value
     _, j2, j3, _, j5, _ = (math.radians(v) for v in q)
-    pose = flange(q)
-    tip = frame(number(-60, 60), number(-60, 60), number(20, 300), 0, 0, 0)
+    pose = naive_arm.flange(q)
+    tip = naive_arm.frame(number(-60, 60), number(-60, 60), number(20, 300), 0, 0, 0)
     place = (pose @ tip)[:3, 3]
-    tip[:3, :3] = pose[:3, :3].T @ frame(0, 0, 0, 180, 0, 0)[:3, :3]
+    tip[:3, :3] = pose[:3, :3].T @ naive_arm.frame(0, 0, 0, 180, 0, 0)[:3, :3]
     keys: dict[str, object] = dict(
         zip(("path.x_mm", "path.y_mm", "path.z_mm"), np.round(place, 3).tolist(), strict=False)
     )
     names = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
-    keys |= {f"tool.{k}": v for k, v in zip(names, np.round(numbers(tip), 3).tolist(), strict=False)}
+    keys |= {f"tool.{k}": v for k, v in zip(names, np.round(naive_arm.numbers(tip), 3).tolist(), strict=False)}
     out = 150 + 870 * math.sin(j2) + 1016 * math.cos(j3) - 170 * math.sin(j3)
     keys["posture.arm"] = '"front"' if out > 0 else '"back"'
     keys["posture.elbow"] = '"up"' if math.degrees(j2 + j3) < stretched else '"down"'
@@ -205,96 +206,7 @@ def drawn_map(rng: random.Random, axis: str) -> str:
 # The judge -------------------------------------------------------------------------------------------------------
 
 
-def along(x: float, y: float, z: float) -> np.ndarray:
-    matrix = np.eye(4)
-    matrix[:3, 3] = x, y, z
-    return matrix
-
-
-def turned(axis: str, angle: np.ndarray) -> np.ndarray:
-    """Rotations (N, 4, 4) about an axis [rad]."""
-    angle = np.atleast_1d(angle)
-    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
-    out = np.tile(np.eye(4), (len(angle), 1, 1))
-    out[:, i, i] = out[:, j, j] = np.cos(angle)
-    out[:, i, j], out[:, j, i] = -np.sin(angle), np.sin(angle)
-    return out
-
-
-def shifted(x: object = 0.0, y: object = 0.0, z: object = 0.0) -> np.ndarray:
-    """Translations (N, 4, 4)."""
-    x, y, z = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in (x, y, z)))
-    out = np.tile(np.eye(4), (len(x), 1, 1))
-    out[:, 0, 3], out[:, 1, 3], out[:, 2, 3] = x, y, z
-    return out
-
-
-def by_vector(vector: np.ndarray) -> np.ndarray:
-    """Rotation of a vector (3,) [rad], Rodrigues, as 4 x 4."""
-    angle = float(np.linalg.norm(vector))
-    out = np.eye(4)
-    if angle:
-        x, y, z = np.asarray(vector) / angle
-        K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        out[:3, :3] += math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
-    return out
-
-
-def joints_by_config(flange: np.ndarray, config: list[str]) -> np.ndarray:
-    """Pendant angles (N, 6) [rad] of flange poses (N, 4, 4) in mm, by the letters and turn digits of CONFIG."""
-    letters = np.array([c.split(",")[0].split() for c in config])
-    digits = np.array([[int(d) for d in c.split(",")[1:]] for c in config])
-    back = frame(0, 0, 0, 180, 0, 0).T @ frame(0, 0, 0, 0, 90, 0)
-    wrist_axes = flange[:, :3, :3] @ back[:3, :3]
-    wrist = flange[:, :3, 3] - 175 * wrist_axes[:, :, 0]
-    front = np.where(letters[:, 2] == "T", 1, -1)
-    j1 = np.arctan2(front * wrist[:, 1], front * wrist[:, 0])
-    out, up = np.cos(j1) * wrist[:, 0] + np.sin(j1) * wrist[:, 1] - 150, wrist[:, 2]
-    far = np.hypot(out, up)
-    inner = np.arccos((870**2 + far**2 - FOREARM**2) / (2 * 870 * far))
-    upper = np.arctan2(up, out) + np.where(letters[:, 1] == "U", 1, -1) * inner
-    fore = np.arctan2(up - 870 * np.sin(upper), out - 870 * np.cos(upper))
-    j2 = within(np.pi / 2 - upper, *np.radians(ROBOT["limits"]["j2_deg"]))
-    j3 = within(j2 + fore - BEND, *np.radians(ROBOT["limits"]["j2_plus_j3_deg"])) - j2
-    arm = turned("z", j1) @ turned("y", -j3)
-    w = np.swapaxes(arm[:, :3, :3], 1, 2) @ wrist_axes
-    side = np.where(letters[:, 0] == "F", 1, -1)
-    j5 = side * np.arccos(np.clip(w[:, 0, 0], -1, 1))
-    j4 = np.arctan2(side * w[:, 1, 0], side * w[:, 2, 0])
-    j6 = np.arctan2(side * w[:, 0, 1], -side * w[:, 0, 2])
-    q = np.column_stack([j1, j2, j3, j4, j5, j6])
-    for column, digit in zip((0, 3, 5), digits.T, strict=False):
-        begins = (q[:, column] * digit > 0) & (np.abs(q[:, column]) > np.pi - 1e-6)  # a turn begins at 180 deg
-        q[:, column] += 2 * np.pi * (digit - begins * np.sign(digit))
-        over = np.sign(q[:, column]) * ((np.abs(q[:, column]) + np.pi) // (2 * np.pi)) != digit
-        near = np.abs(np.abs(q[:, column]) % (2 * np.pi) - np.pi) < 1e-6
-        assert not (over & ~near).any(), "a turn digit that no angle has"
-    return q
-
-
-def within(angle: np.ndarray, low: float, high: float) -> np.ndarray:
-    """The same angle, a turn on where that is inside the limits."""
-    angle = (angle + np.pi) % (2 * np.pi) - np.pi
-    return np.where(angle > high + 1e-9, angle - 2 * np.pi, np.where(angle < low - 1e-9, angle + 2 * np.pi, angle))
-
-
 Behind = dict[int, list[np.ndarray]]
-D, A, ALPHA = (np.array(ROBOT["dh"][k], dtype=float) for k in ("d_mm", "a_mm", "alpha_deg"))
-MATRIX = np.array(ROBOT["pendant"]["matrix"], dtype=float)
-OFFSET = np.radians(np.array(ROBOT["pendant"]["offset_deg"], dtype=float))
-
-
-def chain(
-    theta: np.ndarray, d: np.ndarray, a: np.ndarray, alpha: np.ndarray, beta: np.ndarray, behind: Behind | None = None
-) -> list[np.ndarray]:
-    """Frames (N, 4, 4) before each joint, and the flange; what stands behind each frame is put there."""
-    poses = [np.tile(np.eye(4), (len(theta), 1, 1))]
-    for i in range(6):
-        for displacement in (behind or {}).get(i, []):
-            poses[-1] = poses[-1] @ displacement
-        link = turned("z", theta[:, i]) @ shifted(a[:, i], 0, d[:, i]) @ turned("x", alpha[i]) @ turned("y", beta[i])
-        poses.append(poses[-1] @ link)
-    return poses
 
 
 def bends(table: dict, rise: dict) -> Behind:
@@ -310,12 +222,14 @@ def bends(table: dict, rise: dict) -> Behind:
         elif plane == "twist":
             axis = np.array([0, 0, 1.0]) if link == "column" else vector / np.linalg.norm(vector)
         else:  # joint 2 turns as J2 does; joint 3 lies along it, either way round
-            axis = np.array([0, 0, 1.0]) if link == "a1" else turned("x", -math.radians(ALPHA[row - 1]))[0, :3, 2]
+            axis = np.array([0, 0, 1.0]) if link == "a1" else turned("x", -ALPHA[row - 1])[0, :3, 2]
             if row == 3:
-                axis = axis * np.sign(math.cos(math.radians(ALPHA[1])))
+                axis = axis * np.sign(math.cos(ALPHA[1]))
             axis = np.cross(vector / np.linalg.norm(vector), axis) if plane == "side" else axis
         aside = np.zeros(3) if plane == "twist" else np.cross(axis, vector) / 2 * (-1 if link == "d4" else 1)
-        out.setdefault(row, []).append(np.array([along(*(p * aside)) @ by_vector(p * axis) for p in phi]))
+        out.setdefault(row, []).append(
+            np.array([shifted(*(p * aside))[0] @ naive_arm.by_vector(p * axis) for p in phi])
+        )
     return out
 
 
@@ -355,13 +269,12 @@ def natural_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
 def torques(theta: np.ndarray, loads: dict, tool: np.ndarray) -> np.ndarray:
     """Of gravity and process force on each joint, (N, 6) [N m], at the nominal arm."""
     N = len(theta)
-    nominal = np.tile(D, (N, 1)), np.tile(A, (N, 1)), np.radians(ALPHA), np.zeros(6)
-    here, mastered = chain(theta, *nominal), chain(np.tile(OFFSET, (1, 1)), *(x[:1] for x in nominal[:2]), *nominal[2:])
+    here, mastered = chain(theta), chain(naive_arm.OFFSET[None])
     masses, centres = [], []
     for i, (mass, centre) in enumerate(
         zip(loads.get("link_kg", 6 * [0]), loads.get("link_centre_mm", 6 * [[0, 0, 0]]), strict=False)
     ):
-        at_zero = mastered[i] @ turned("z", OFFSET[i])
+        at_zero = mastered[i] @ turned("z", naive_arm.OFFSET[i])
         world = np.append(at_zero[0, :3, 3] + centre, 1.0)
         masses.append(mass)
         centres.append((here[i] @ turned("z", theta[:, i]) @ np.linalg.inv(at_zero[0]) @ world)[:, :3])
@@ -398,11 +311,14 @@ def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: n
         table, row, sign = (a, 1, 1) if name == "a2" else (d, int(name[1]) - 1, -1)
         excess = growth.get("excess_a" if name == "a2" else "excess_d", 6 * [0])[row]
         table[:, row] += sign * (1 + excess) * (lengths[name] - cold)
-    alpha = np.radians(ALPHA) + MDEG * np.array(offsets.get("alpha_mdeg", 6 * [0]))
+    alpha = ALPHA + MDEG * np.array(offsets.get("alpha_mdeg", 6 * [0]))
     beta = MDEG * np.array(offsets.get("beta_mdeg", 6 * [0]))
     real = theta + MDEG * np.array(sources.get("joint_zeros", {}).get("offset_mdeg", 6 * [0]))
     real = (
-        real + 1e-6 * (theta - OFFSET) @ np.array(sources.get("joint_coupling", {}).get("ratio_ppm", np.eye(6) * 0)).T
+        real
+        + 1e-6
+        * (theta - naive_arm.OFFSET)
+        @ np.array(sources.get("joint_coupling", {}).get("ratio_ppm", np.eye(6) * 0)).T
     )
     load = torques(theta, sources.get("loads", {}), tool)
     real = real + 1e-6 * load * np.array(sources.get("compliance", {}).get("compliance_urad_Nm", 6 * [0]))
@@ -417,7 +333,7 @@ def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: n
         real = real - sides(theta, MDEG * np.array(lash["width_mdeg"])) * half
     base, end = sources.get("base_frame", {}), sources.get("tool_frame", {})
     bent = bends(sources["thermal_bend"], rise) if "thermal_bend" in sources else None
-    poses = displaced(base) @ chain(real, d, a, alpha, beta, bent)[-1] @ displaced(end)
+    poses = displaced(base) @ chain(real, a, d, alpha, beta, bent)[-1] @ displaced(end)
     shift = sources.get("thermal_shift", {"of": [], "node": [], "rate_um_K": []})
     moved = np.zeros((N, 3))
     for of, node, rate in zip(shift["of"], shift["node"], shift["rate_um_K"], strict=False):
@@ -429,15 +345,14 @@ def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: n
     poses = poses @ tool
     poses[:, :3, 3] += moved
     if "map" in sources:
-        cold = np.tile(D, (N, 1)), np.tile(A, (N, 1)), np.radians(ALPHA), np.zeros(6)
-        poses[:, :3, 3] += off_by_maps(sources["map"], (chain(theta, *cold)[-1] @ tool)[:, :3, 3])
+        poses[:, :3, 3] += off_by_maps(sources["map"], (chain(theta)[-1] @ tool)[:, :3, 3])
     return poses
 
 
 def displaced(table: dict) -> np.ndarray:
     """A displacement of a frame as a matrix."""
     position = np.array(table.get("position_um", [0, 0, 0])) / 1000
-    return along(*position) @ by_vector(MDEG * np.array(table.get("rotation_mdeg", [0, 0, 0])))
+    return shifted(*position)[0] @ naive_arm.by_vector(MDEG * np.array(table.get("rotation_mdeg", [0, 0, 0])))
 
 
 @dataclass
@@ -449,19 +364,15 @@ class Driven:
     speed: np.ndarray  # (N - 1,) [mm/s]
 
 
-UNITS = {"mm/sec": 1.0, "cm/min": 10 / 60, "inch/min": 25.4 / 60}
-
-
 def drive(text: bytes, tables: dict) -> Driven:
     """What the real arm makes of a program."""
     positions, moves = naive_ls.read(text)
     groups = [positions[int(m.targets[0][2:-1].split(":")[0])].groups[1] for m in moves]
-    wanted = np.array([frame(*(g.axes[k] for k in "XYZWPR")) for g in groups])
-    tool = frame(*(tables.get("tool", {}).get(k, 0.0) for k in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")))
-    speed = np.array(
-        [float(m.speed[: -len(u)]) * f for m in moves[1:] for u, f in UNITS.items() if m.speed.endswith(u)]
+    wanted = np.array([naive_arm.frame(*(g.axes[k] for k in "XYZWPR")) for g in groups])
+    tool = naive_arm.frame(
+        *(tables.get("tool", {}).get(k, 0.0) for k in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"))
     )
-    assert len(speed) == len(moves) - 1
+    speed = np.array([naive_ls.mm_s(m.speed) for m in moves[1:]])
     assert moves[0].letter == "J"
     assert all(m.letter == "L" for m in moves[1:])
     half = 0.5 * (wanted[1:] + wanted[:-1])
@@ -470,32 +381,16 @@ def drive(text: bytes, tables: dict) -> Driven:
     every = np.empty((2 * len(wanted) - 1, 4, 4))
     every[::2], every[1::2] = wanted, half
     config = [groups[n // 2].config for n in range(len(every))]
-    joints = joints_by_config(every @ np.linalg.inv(tool), config)
+    joints = naive_arm.joints_by_config(every @ np.linalg.inv(tool), config)
     step = joints[1::2] - joints[:-1:2]  # turn digits are those of positions; half way on no joint has turned far
     joints[1::2] = joints[:-1:2] + (step + np.pi) % (2 * np.pi) - np.pi
-    theta = joints @ MATRIX.T + OFFSET
+    theta = naive_arm.dh_angles(joints)
     length = np.linalg.norm(np.diff(wanted[:, :3, 3], axis=0), axis=1)
     before = [(s["state"], s.get("feed_mm_s", 0.0), s["duration_h"]) for s in tables.get("before", [])]
     rise = rises_along(before, np.repeat(0.5 * length / speed, 2), np.repeat(speed, 2))
     robot = tables["robot"]
     pose = tool_poses(theta, rise, robot["thermal"]["cte_um_m_K"], robot.get("sources", {}), tool)
     return Driven(pose, joints, speed)
-
-
-def rises_along(before: list, seconds: np.ndarray, speed: np.ndarray) -> dict:
-    """Rises [K] of each node at the moments between stretches of time at speeds."""
-    start = rises(before)
-    out = {}
-    for name, node in NODES.items():
-        full = node["rise_K"] / (1 - math.exp(-THERMAL["reference_h"] / node["tau_h"]))
-        idle = THERMAL["idle_fraction"]
-        steady = full * (idle + (1 - idle) * (speed / THERMAL["reference_feed_mm_s"]) ** node["exponent"])
-        keep = np.exp(-seconds / 3600 / node["tau_h"])
-        rise = [start[name]]
-        for s, k in zip(steady, keep, strict=False):
-            rise.append(s + (rise[-1] - s) * k)
-        out[name] = np.array(rise)
-    return out
 
 
 def from_polyline(point: np.ndarray, path: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -649,8 +544,7 @@ def main() -> int:
         given.journal.add(row)
         print(seed, row["edge"], row["result"], row["reason"], *row.get("overrides", []), flush=True)
     rows = given.journal.rows(given.seeds)
-    print(table(rows))
-    return int(any(row["result"] == "wrong" for row in rows))
+    return seed_journal.conclude("jobs.py", rows, table(rows), lambda row: row["result"] == "wrong")
 
 
 if __name__ == "__main__":

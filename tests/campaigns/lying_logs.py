@@ -39,7 +39,7 @@ import numpy as np  # noqa: E402
 import seed_journal  # noqa: E402
 from lies import LIES, WHOLE_DAYS, LoggedDay  # noqa: E402
 from logged_days import HOUR, LAW, MINUTE, REFERENCE, Log, Stretch, course, drawn_sensing, logged, work  # noqa: E402
-from naive_arm import frame  # noqa: E402
+from naive_arm import dh_angles, frame, joints_by_config  # noqa: E402
 
 COMMANDS = ("generate", "resume", "check", "follow", "predict", "anchor", "heat", "whatif")
 IN_PAGES = ("resume", "follow")
@@ -157,7 +157,7 @@ def touched(rng: np.random.Generator, day: LoggedDay) -> str:
     commanded[:, :3, 3] = there
     rise = {node: np.interp(when, day.course.time, r) for node, r in day.course.rise.items()}
     for _ in range(4):
-        joints = jobs.joints_by_config(commanded @ np.linalg.inv(PROBE), ["N U T, 0, 0, 0"] * TOUCHES)
+        joints = joints_by_config(commanded @ np.linalg.inv(PROBE), ["N U T, 0, 0, 0"] * TOUCHES)
         commanded[:, :3, 3] += there - real_tool(joints, rise, PROBE)
     rows = (",".join(f"{v:.6f}" for v in row) for row in np.degrees(joints))
     lines = [
@@ -172,7 +172,7 @@ def touched(rng: np.random.Generator, day: LoggedDay) -> str:
 def real_tool(joints: np.ndarray, rise: dict, tool: np.ndarray = TOOL) -> np.ndarray:
     """Where the tool of an arm with rises is at pendant angles (N, 6) [rad], (N, 3) [mm]."""
     rise = {node: np.broadcast_to(r, len(joints)) for node, r in rise.items()}
-    return jobs.tool_poses(joints @ jobs.MATRIX.T + jobs.OFFSET, rise, CTE, {}, tool)[:, :3, 3]
+    return jobs.tool_poses(dh_angles(joints), rise, CTE, {}, tool)[:, :3, 3]
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +189,7 @@ class Positions:
 
     def flown(self, rise: dict) -> Places:
         """Where an arm with rises really brings the tool."""
-        joints = jobs.joints_by_config(self.pose @ np.linalg.inv(TOOL), self.config)
+        joints = joints_by_config(self.pose @ np.linalg.inv(TOOL), self.config)
         return dict(zip(self.keys, real_tool(joints, rise), strict=True))
 
 
@@ -486,8 +486,7 @@ def main() -> int:
             bench = Bench(Path(folder))
             given.journal.keep_trials(given.seeds, given.budget, partial(tried, bench, given.keep))
     rows = given.journal.rows(given.seeds)
-    print(table(rows))
-    return int(any(row["wrong"] for row in rows))
+    return seed_journal.conclude("lying_logs.py", rows, table(rows), lambda row: row["wrong"])
 
 
 if __name__ == "__main__":

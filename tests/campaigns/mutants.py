@@ -433,5 +433,6 @@ if __name__ == "__main__":
         while seeds := list(islice(left, AT_ONCE)):
             in_a_fork(seeds, options.journal, options.keep)
     everything = options.journal.rows(options.seeds)
-    print(table(everything))
-    sys.exit(any(entry["kind"] == "failed" for entry in everything))
+    sys.exit(
+        seed_journal.conclude("mutants.py", everything, table(everything), lambda entry: entry["kind"] == "failed")
+    )

@@ -15,6 +15,7 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).resolve().parents[1])]
 
 import naive_arm as arm  # noqa: E402
+import naive_heat  # noqa: E402
 import numpy as np  # noqa: E402
 from ls_text import cartesian  # noqa: E402
 
@@ -421,7 +422,7 @@ def corrected(seed, cell):
             misses = []
             for place in (meant, written):
                 q = arm.joints_at(place @ np.linalg.inv(tool), guess)
-                real = arm.flange(q, arm.warm_lengths()) @ tool
+                real = arm.flange(q, naive_heat.warm_lengths()) @ tool
                 misses.append(1e3 * float(np.linalg.norm(real[:3, 3] - meant[:3, 3])))
             every.append(misses)
             if ways[plan.poses.first[k]] == 1:

@@ -23,7 +23,6 @@ import naive_ls  # noqa: E402
 import numpy as np  # noqa: E402
 import seed_journal  # noqa: E402
 from corrected import corrected  # noqa: E402
-from jobs import by_vector, joints_by_config  # noqa: E402
 from ls_text import cartesian, joint_form, program  # noqa: E402
 from shipped import ROOT  # noqa: E402
 
@@ -91,10 +90,10 @@ def drawn(seed: int) -> bytes:
         k = rng.randrange(1, len(places))
         way = np.array([rng.uniform(-1, 1) for _ in range(3)])
         way *= rng.uniform(1, 300) / np.linalg.norm(way)
-        turn = by_vector(np.array([rng.uniform(-0.3, 0.3) for _ in range(3)]) * rng.choice((0, 1)))
-        middle = matrices[k] @ arm.shift(*(rng.uniform(-1, 1) * 10 ** rng.uniform(-4, 1) for _ in range(3)))
+        turn = arm.by_vector(np.array([rng.uniform(-0.3, 0.3) for _ in range(3)]) * rng.choice((0, 1)))
+        middle = matrices[k] @ arm.shifted(*(rng.uniform(-1, 1) * 10 ** rng.uniform(-4, 1) for _ in range(3)))[0]
         for sign in (-1, 1):
-            end = arm.shift(*(sign * way)) @ middle @ (turn if sign > 0 else turn.T)
+            end = arm.shifted(*(sign * way))[0] @ middle @ (turn if sign > 0 else turn.T)
             points.append(cartesian(len(points) + 1, arm.numbers(end), letters=letters[k]))
             letter = "J P[{}] 30% FINE" if sign < 0 else "L P[{}] 100mm/sec FINE"
             moves.append(letter.format(len(points)))
@@ -114,7 +113,7 @@ def joints(flanges: np.ndarray, config: str) -> np.ndarray:
     """Pendant angles (N, 6) [rad] by CONFIG; NaN where a place is out of reach, or its digit none that an angle has."""
     with np.errstate(invalid="ignore"):
         try:
-            return joints_by_config(flanges, [config] * len(flanges))
+            return arm.joints_by_config(flanges, [config] * len(flanges))
         except AssertionError:
             return np.full((len(flanges), 6), np.nan)
 
@@ -134,7 +133,7 @@ def line_joints(start: np.ndarray, end: np.ndarray, config: str) -> np.ndarray:
     vector = axis / size * math.atan2(size, (np.trace(r) - 1) / 2) if size else axis
     ways = []
     for f in np.linspace(0, 1, STEPS + 1):
-        pose = start @ by_vector(f * vector)
+        pose = start @ arm.by_vector(f * vector)
         pose[:3, 3] = start[:3, 3] + f * (end[:3, 3] - start[:3, 3])
         ways.append(pose)
     letters = config.split(",")[0] + ", 0, 0, 0"
@@ -206,8 +205,7 @@ def main() -> int:
     for seed in () if given.table else given.journal.left(given.seeds, given.budget):
         given.journal.add(tried(seed, cell))
     rows = given.journal.rows(given.seeds)
-    print(table(rows))
-    return int(any(row["result"] == "wrong" for row in rows))
+    return seed_journal.conclude("singular_programs.py", rows, table(rows), lambda row: row["result"] == "wrong")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-r"""Arms from a wider family than the package's model, in numpy of their own: nothing here imports compgen.
+r"""Arms from a wider family than the package's model, on the chain of ``naive_arm``: nothing here imports compgen.
 
 The M-710iC/50 as its file has it, drawn by seed: DH rows with Hayati angles, mastering, couplings, waves, gears that
 give (linearly, or less and less), play (of one size, growing with the root of the load, or seated by gravity), a
@@ -11,13 +11,12 @@ bend and twist with one node or with the difference of two; mastering drifts.
 
 from dataclasses import dataclass
 
+import naive_arm
 import numpy as np
+from naive_arm import ALPHA, chain
 
 DEG, MDEG, ARCSEC = np.pi / 180, np.pi / 180e3, np.pi / 648000
-D = np.array([0, 0, 0, -1.016, 0, -0.175])
-A = np.array([0.15, 0.87, 0.17, 0, 0, 0])
-ALPHA = np.array([-90, 180, -90, 90, -90, 180]) * DEG
-ZERO = np.array([0, -90, 0, 0, 0, 0]) * DEG
+A, D, ZERO = naive_arm.A * 1e-3, naive_arm.D * 1e-3, naive_arm.OFFSET  # [m], [rad]
 NODES = ("j2", "link1", "j3", "wrist", "face")
 FINAL = np.array([11, 3.9, 13, 3, 2.3])  # K after six hours of warming, typical
 CTE = 11.25e-6
@@ -35,15 +34,6 @@ BENDS = {
     ("d4", "arm"): (3, [0, 1, 0], [0, 0, 0.508]), ("d4", "side"): (3, [1, 0, 0], [0, 0, 0.508]),
     ("d4", "twist"): (3, [0, 0, -1], [0, 0, 0]),
 }  # fmt: skip
-
-
-def about(axis, angle):
-    """4 x 4 turns by angles (M,) about a coordinate axis."""
-    T = np.tile(np.eye(4), (len(angle), 1, 1))
-    i, j = ((1, 2), (2, 0), (0, 1))[axis]
-    T[:, i, i] = T[:, j, j] = np.cos(angle)
-    T[:, j, i], T[:, i, j] = np.sin(angle), -np.sin(angle)
-    return T
 
 
 def moved(w, p):
@@ -135,47 +125,28 @@ class WiderArm:
 
     # the arm
 
-    def frames(self, q, rise, d=None, a=None, alpha=None):
-        """Frames behind each row, (7, M, 4, 4); lengths nominal unless given."""
-        faulty = d is not None
-        d, a, alpha = (D, A, ALPHA) if not faulty else (d, a, alpha)
-        d, a = np.broadcast_to(d, (len(q), 6)), np.broadcast_to(a, (len(q), 6))
-        T = np.tile(np.eye(4), (len(q), 1, 1))
-        if faulty:
-            zero = np.zeros(len(q))
-            T = moved(np.zeros((len(q), 3)), np.column_stack([zero, zero, self.growth(rise)[:, 0]])) @ self._bend(
-                0, rise
-            )
-        frames = [T]
-        for i in range(6):
-            step = moved(np.zeros((len(q), 3)), np.column_stack([a[:, i], np.zeros(len(q)), d[:, i]]))
-            T = T @ about(2, q[:, i]) @ step @ about(0, np.full(len(q), alpha[i]))
-            if faulty:
-                T = T @ about(1, np.full(len(q), self.beta[i])) @ self._bend(i + 1, rise)
-            frames.append(T)
-        return np.array(frames)
-
-    def _bend(self, row, rise):
-        T = np.tile(np.eye(4), (len(rise), 1, 1))
+    def _behind(self, rise):
+        """What stands behind each frame: the column as it has grown, and bends."""
+        none = np.zeros(len(rise))
+        behind = {0: [moved(np.zeros((len(rise), 3)), np.column_stack([none, none, self.growth(rise)[:, 0]]))]}
         for link, plane, rate, state in self.bends:
-            where, axis, lever = BENDS[link, plane]
-            if where == row:
-                w = (rate * rise @ state)[:, None] * np.array(axis, float)
-                T = T @ moved(w, np.cross(w, lever))
-        return T
+            row, axis, lever = BENDS[link, plane]
+            w = (rate * rise @ state)[:, None] * np.array(axis, float)
+            behind.setdefault(row, []).append(moved(w, np.cross(w, lever)))
+        return behind
 
     def torque(self, q):
         """Of gravity about each joint, (M, 6) [N m], on the nominal arm."""
-        rest = self.frames(ZERO[None], np.zeros((1, 5)))[:, 0]
-        frames = self.frames(q, np.zeros((len(q), 5)))
+        rest = np.array(chain(ZERO[None], A, D, ALPHA))[:, 0]
+        frames = chain(q, A, D, ALPHA)
         loads = []
         for k in range(6):
             local = rest[k + 1, :3, :3].T @ (rest[k, :3, 3] + CENTRE[k] - rest[k + 1, :3, 3])
-            loads.append((k + 1, self.mass[k], frames[k + 1, :, :3, 3] + frames[k + 1, :, :3, :3] @ local))
-        loads.append((6, PAYLOAD, frames[6, :, :3, 3] + frames[6, :, :3, :3] @ PAYLOAD_CENTRE))
+            loads.append((k + 1, self.mass[k], frames[k + 1][:, :3, 3] + frames[k + 1][:, :3, :3] @ local))
+        loads.append((6, PAYLOAD, frames[6][:, :3, 3] + frames[6][:, :3, :3] @ PAYLOAD_CENTRE))
         torque = np.zeros((len(q), 6))
         for i in range(6):
-            axis, origin = frames[i, :, :3, 2], frames[i, :, :3, 3]
+            axis, origin = frames[i][:, :3, 2], frames[i][:, :3, 3]
             for row, mass, place in loads:
                 if row > i:
                     torque[:, i] += (axis * np.cross(place - origin, [0, 0, -9.80665 * mass])).sum(axis=1)
@@ -210,7 +181,7 @@ class WiderArm:
         alpha = ALPHA + self.alpha
         if self.load_law == "linear and a link's":  # the upper arm itself twists a little under the payload
             d = d + np.outer(tau[:, 1] / 3000, [0, 0, 1, 0, 0, 0]) * 20e-6
-        T = self.frames(angle, rise, d, a, alpha)[6]
+        T = chain(angle, a, d, alpha, self.beta, self._behind(rise))[6]
         size, order, phase = self.ripples_of_space
         for k in range(3):
             T[:, :3, 3] += size[k] * np.sin(order[k] * T[:, [k], 3] + phase[k])

@@ -4,7 +4,6 @@ import re
 from itertools import pairwise
 
 import naive_ls
-import naive_pages
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -49,10 +48,10 @@ def assert_same_motions(data, paged):
     for content in files.values():
         numbers = [int(n) for n in re.findall(rb"(?m)^\s*P\[(\d+)[^\r\n]*\{", content)]
         assert numbers == sorted(set(numbers))
-    whole = naive_pages.motions_of(data)
+    whole = naive_ls.driven(data)
     motions = []
-    for k, name in enumerate(naive_pages.calls(paged.main)):
-        rows = naive_pages.motions_of(files[name])
+    for k, name in enumerate(naive_ls.calls(paged.main)):
+        rows = naive_ls.driven(files[name])
         if k and rows and motions and rows[0][1] == motions[-1][1][-1:] and paged.pages[k].motions[0] == len(motions):
             own = paged.pages[k].motions[1] - paged.pages[k].motions[0]
             if len(rows) == own + 1:
@@ -500,7 +499,7 @@ def test_pages_of_any_program_drive_what_it_drives(body, lines, renumber, number
         assert re.search(r"line \d+", str(refused))  # noqa: PT017
         return
     assert_same_motions(data, paged)
-    assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.motions_of(data))
+    assert check_join(program, paged.main, pages_of(paged)) == len(naive_ls.driven(data))
     if renumber:
         return
     whole = [plain(s) for s in statements(data)]
@@ -601,7 +600,7 @@ def test_a_program_of_others_is_split_rightly_or_refused_with_its_line(path):
         except ImpossibleError as refused:
             assert re.search(r"line \d+", str(refused))  # noqa: PT017
             continue
-        assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.motions_of(program.data))
+        assert check_join(program, paged.main, pages_of(paged)) == len(naive_ls.driven(program.data))
         assert_same_motions(program.data, paged)
         assert all(p.size.within(capacity) for p in paged.pages)
         assert len(paged.pages) == 1 or share < 1

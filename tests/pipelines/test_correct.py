@@ -3,6 +3,7 @@
 import math
 
 import naive_arm as arm
+import naive_heat
 import naive_ls
 import numpy as np
 import pytest
@@ -274,9 +275,11 @@ def test_near_p_90_the_tool_stays_right(flat, hot):
     now = naive_ls.read(text)[0][1].groups[1].axes
     assert missed_um(data, text, 1, HOME, None, ut) < ROUNDED_UM
     assert max(abs(now[k] - v) for k, v in zip("WPR", where[3:], strict=True)) < 0.05
-    real = arm.flange(arm.joints_at(pose(naive_ls.read(text)[0][1]) @ np.linalg.inv(ut), HOME), arm.warm_lengths())
-    away = arm.difference(real @ ut, arm.frame(*where))[3:]
-    assert np.linalg.norm(away) < 0.02  # mm at 1 m
+    real = arm.flange(
+        arm.joints_at(pose(naive_ls.read(text)[0][1]) @ np.linalg.inv(ut), HOME), naive_heat.warm_lengths()
+    )
+    away = (real @ ut)[:3, :3].T @ arm.frame(*where)[:3, :3] - np.eye(3)
+    assert np.linalg.norm(away) < 0.02e-3 * np.sqrt(2)  # rad
 
 
 @pytest.mark.parametrize("w", [179.9995, -179.9995, 180.0, -180.0])
@@ -343,8 +346,8 @@ def test_the_arm_warms_while_the_program_runs(moves, duties, hot):
     data = program(moves, [at(1, HOME), at(2, q)])
     result = corrected(data, hot, before=())
     feed = float(np.linalg.norm(arm.flange(HOME)[:3, 3] - arm.flange(q)[:3, 3])) / 3600
-    rise = arm.rises([(s, feed if f == "v" else f, h) for s, f, h in duties])
-    lengths = arm.warm_lengths(rise)
+    rise = naive_heat.rises([(s, feed if f == "v" else f, h) for s, f, h in duties])
+    lengths = naive_heat.warm_lengths(rise)
     if duties:
         assert missed_um(data, data, 2, q, lengths=lengths) > 1.9
     assert missed_um(data, result.text, 2, q, lengths=lengths) < ROUNDED_UM

@@ -5,6 +5,7 @@ base must be reached by the warm arm.
 """
 
 import naive_arm as arm
+import naive_heat
 import naive_ls
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def missed_um(data, text, n, guess, offset=None, tool_offset=None, uf=None, ut=N
     uf, ut = (np.eye(4) if m is None else m for m in (uf, ut))
     meant, written = (uf @ arm.frame(*(numbers(d, n) + offset)) @ after for d in (data, text))
     q = arm.joints_at(written @ np.linalg.inv(ut), guess)
-    real = arm.flange(q, arm.warm_lengths()) @ ut
+    real = arm.flange(q, naive_heat.warm_lengths()) @ ut
     return 1e3 * float(np.linalg.norm(real[:3, 3] - meant[:3, 3]))
 
 
@@ -138,7 +139,7 @@ def test_a_position_driven_to_with_and_without_its_offset_takes_the_mean(hot):
         meant = meant @ arm.frame(*way.get("tool_offset", (0,) * 6))
         written = arm.frame(*(numbers(parted.text, n) + np.array(way.get("offset", np.zeros(6)))))
         written = written @ arm.frame(*way.get("tool_offset", (0,) * 6))
-        real = arm.flange(arm.joints_at(written, HOME), arm.warm_lengths())
+        real = arm.flange(arm.joints_at(written, HOME), naive_heat.warm_lengths())
         assert 1e3 * np.linalg.norm(real[:3, 3] - meant[:3, 3]) < ROUNDED_UM
 
 

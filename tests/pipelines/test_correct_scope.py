@@ -3,6 +3,7 @@
 import math
 
 import naive_arm as arm
+import naive_heat
 import naive_ls
 import numpy as np
 import pytest
@@ -227,7 +228,10 @@ LATER = ["J P[1] 10% FINE", "WAIT 40000.00(sec)", "J P[1] 10% FINE"]
 def test_uses_at_different_warmth_get_the_mean_and_a_finding(hot):
     data = program(LATER, [at(1, HOME)])
     result = corrected(data, hot, before=())
-    first, last = arm.warm_lengths(arm.rises([])), arm.warm_lengths(arm.rises([("idle", 0, 40000 / 3600)]))
+    first, last = (
+        naive_heat.warm_lengths(naive_heat.rises([])),
+        naive_heat.warm_lengths(naive_heat.rises([("idle", 0, 40000 / 3600)])),
+    )
     shift = missed_um(data, data, 1, HOME, lengths=last)
     assert shift > 4
     for lengths in (first, last):
@@ -243,8 +247,8 @@ def test_split_gives_each_use_its_own_position(hot):
     result = corrected(data, hot, before=(), split=True)
     assert result.added == 1
     assert [m.targets for m in naive_ls.read(result.text)[1]] == [("P[1]",), ("P[2]",)]
-    last = arm.warm_lengths(arm.rises([("idle", 0, 40000 / 3600)]))
-    assert missed_um(data, result.text, 1, HOME, lengths=arm.warm_lengths(arm.rises([]))) < ROUNDED_UM
+    last = naive_heat.warm_lengths(naive_heat.rises([("idle", 0, 40000 / 3600)]))
+    assert missed_um(data, result.text, 1, HOME, lengths=naive_heat.warm_lengths(naive_heat.rises([]))) < ROUNDED_UM
     assert missed_um(data, result.text, 1, HOME, lengths=last, other=2) < ROUNDED_UM
     assert not any(f.code == "correction.shared" for f in result.findings)
 
@@ -280,10 +284,12 @@ def test_split_of_an_arc_with_named_positions(hot):
     assert targets == [("P[1]",), ("P[2:via]", "P[3:end]"), ("P[4]",), ("P[5:via]", "P[6:end]")]
     points = naive_ls.read(result.text)[0]
     assert [points[n].name for n in sorted(points)] == ["", "via", "end", "", "via", "end"]
-    last = arm.warm_lengths(arm.rises([("idle", 0, 40000 / 3600)]))
+    last = naive_heat.warm_lengths(naive_heat.rises([("idle", 0, 40000 / 3600)]))
     for n, other, guess in ((1, 4, HOME), (2, 5, via), (3, 6, end)):
         assert missed_um(data, result.text, n, guess, lengths=last, other=other) < ROUNDED_UM
-        assert missed_um(data, result.text, n, guess, lengths=arm.warm_lengths(arm.rises([]))) < ROUNDED_UM
+        assert (
+            missed_um(data, result.text, n, guess, lengths=naive_heat.warm_lengths(naive_heat.rises([]))) < ROUNDED_UM
+        )
 
 
 def test_split_of_an_arc_over_two_lines(hot):
@@ -336,7 +342,7 @@ def test_a_long_line_is_reported_and_points_go_in_on_request(hot):
     way, shares = b - a, [0.0]
     for m in moves[1:]:  # the real arm passes the planned line at each new point, on and on
         guess = arm.joints_at(pose_of(points[int(m.targets[0][2:-1])]), guess)
-        real = arm.flange(guess, arm.warm_lengths())[:3, 3] - a
+        real = arm.flange(guess, naive_heat.warm_lengths())[:3, 3] - a
         shares.append(float(real @ way / (way @ way)))
         assert 1e3 * np.linalg.norm(real - shares[-1] * way) < ROUNDED_UM
     assert shares[-1] == pytest.approx(1, abs=1e-5)

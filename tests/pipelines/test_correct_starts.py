@@ -3,6 +3,7 @@
 import json
 
 import naive_arm as arm
+import naive_heat
 import naive_ls
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ def served(hot):
 
 def misses(text, delay):
     """World vectors [um] from the planned to the real places of P[1] to P[3] after six hours and a delay."""
-    lengths = arm.warm_lengths(arm.rises([("moving", 200, 6.0), ("idle", 0, delay / 3600)]))
+    lengths = naive_heat.warm_lengths(naive_heat.rises([("moving", 200, 6.0), ("idle", 0, delay / 3600)]))
     planned, written = (naive_ls.read(data)[0] for data in (PLANNED, text))
     out = []
     for n, guess in enumerate(JOINTS, 1):

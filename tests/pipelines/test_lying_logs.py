@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from logged_days import HOUR, Stretch
 from lying_logs import Case, Outcome
-from naive_arm import NODES, THERMAL, rises
+from naive_heat import NODES, THERMAL, rises
 
 #: the whole campaign is by hand; from 9 on they were wrong once
 SEEDS = (1, 8, 13, 9, 83, 86, 90, 91, 355)

@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 from hashlib import sha256
 
-import naive_pages
+import naive_ls
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -180,10 +180,10 @@ def test_a_naive_reader_drives_the_pages_without_a_gap(made):
     _, corrected, program = made
     files = {n.removesuffix(".LS"): c for n, c in corrected.delivery.files if n.endswith(".LS")}
     main = files.pop(program.name)
-    whole = naive_pages.motions_of(ls.compose(program))
+    whole = naive_ls.driven(ls.compose(program))
     motions = []
-    for k, name in enumerate(naive_pages.calls(main)):
-        rows = naive_pages.motions_of(files[name])
+    for k, name in enumerate(naive_ls.calls(main)):
+        rows = naive_ls.driven(files[name])
         if k:
             letter, goal, speed, end, _ = rows[0]
             assert (letter, speed, end) == ("J", "10%", "FINE")

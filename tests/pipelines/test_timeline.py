@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from naive_arm import rises
+from naive_heat import rises
 from numpy.testing import assert_allclose
 from shipped import path_file
 
