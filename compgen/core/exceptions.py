@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from math import degrees
 from typing import Any
 
+from compgen.core.exit_codes import ExitCode
 from compgen.core.units import MM
 
 RESULT = "a result", "make another one"
@@ -13,7 +14,7 @@ RESULT = "a result", "make another one"
 class CompgenError(Exception):
     """Anything compgen refuses to do; ``exit_code`` is what the command line returns."""
 
-    exit_code = 2
+    exit_code = ExitCode.BAD_INPUT
 
 
 class InputError(CompgenError):
@@ -35,7 +36,7 @@ class FrozenError(InputError, AttributeError):
 class ImpossibleError(CompgenError):
     """The job cannot be done by this robot: names the waypoint, the joint and the distance."""
 
-    exit_code = 3
+    exit_code = ExitCode.IMPOSSIBLE
 
 
 class UnreachableError(ImpossibleError):

@@ -14,6 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.evaluation import map_blocks
 from compgen.core.exceptions import CompgenError
+from compgen.core.exit_codes import ExitCode
 from compgen.core.units import MM
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
@@ -33,7 +34,7 @@ NO_STEPS: Mapping[str, float] = {}
 class JoinError(CompgenError):
     """Pages that are not the program they were made from: they must not be used."""
 
-    exit_code = 1
+    exit_code = ExitCode.OUTSIDE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,6 +22,7 @@ from scipy.interpolate import CubicSpline
 from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import CompgenError
+from compgen.core.exit_codes import ExitCode
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.robot import Robot
@@ -42,7 +43,7 @@ LINK_OF_LENGTH = {"d1": (1, 2), "a1": (1, 0), "a2": (2, 2), "a3": (3, 2), "d4": 
 class TwinError(CompgenError):
     """The twin cannot follow the text: the program must not be used."""
 
-    exit_code = 1
+    exit_code = ExitCode.OUTSIDE
 
 
 @dataclass(frozen=True, eq=False, slots=True)
