@@ -4,9 +4,12 @@ Commands import what they work with when they are called: the help, the version 
 """
 
 import sys
-from typing import Annotated
+from collections.abc import Callable
+from inspect import getdoc
+from typing import Annotated, Any
 
 import typer
+import typer.core
 
 from compgen.cli.commands.anchor import anchor
 from compgen.cli.commands.check import check
@@ -19,8 +22,7 @@ from compgen.cli.commands.heat import heat
 from compgen.cli.commands.identify import identify, validate
 from compgen.cli.commands.identify_motion import identify_motion
 from compgen.cli.commands.init import init
-from compgen.cli.commands.inspect import inspect
-from compgen.cli.commands.inspect_robot import inspect_robot
+from compgen.cli.commands.inspect import inspect, inspect_robot
 from compgen.cli.commands.jobs import generate, predict
 from compgen.cli.commands.offsets import offsets
 from compgen.cli.commands.pages import pages
@@ -31,7 +33,7 @@ from compgen.cli.commands.schema import schema
 from compgen.cli.commands.teach_frame import teach_frame
 from compgen.cli.commands.verify_backup import verify_backup
 from compgen.cli.commands.whatif import whatif
-from compgen.cli.options.help_texts import SectionedHelp, example_of
+from compgen.cli.frame import Outcome, framed
 from compgen.core.version import __version__
 
 #: the help's sections, commands in the order of work
@@ -45,14 +47,21 @@ SECTIONS = {
 NAMES = {title: tuple(c.__name__.replace("_", "-") for c in commands) for title, commands in SECTIONS.items()}
 
 
-class Commands(SectionedHelp):
-    """The application's own sections."""
+class SectionedHelp(typer.core.TyperGroup):
+    """An application whose help lists its commands in sections."""
 
-    sections = NAMES
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands, a section after the other."""
+        widest = max(map(len, self.commands))
+        for title, names in NAMES.items():
+            limit = formatter.width - 6 - widest
+            rows = [(name.ljust(widest), self.commands[name].get_short_help_str(limit)) for name in names]
+            with formatter.section(title):
+                formatter.write_dl(rows)
 
 
 app = typer.Typer(
-    cls=Commands,
+    cls=SectionedHelp,
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
     epilog="\b\nExample:\n  cgen init && cgen generate paths/spiral_1300.toml",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
@@ -62,16 +71,24 @@ app = typer.Typer(
 
 
 @app.callback(invoke_without_command=True)
-def print_version(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+def print_version(*, version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     """Answer ``--version``; typer takes the help of the whole application from ``app``."""
     if version:
         sys.stdout.write(f"compgen {__version__}\n")
         raise typer.Exit()
 
 
+def _add(name: str, command: Callable[..., Outcome]) -> None:
+    """Give the application a command; the help is its docstring, the examples at its end follow the options."""
+    words, _, examples = str(getdoc(command)).partition("\n\nExamples:\n")
+    title = "Examples" if "\n" in examples else "Example"
+    epilog = "\n".join([f"\b\n{title}:", *(f"  {line.strip()}" for line in examples.splitlines())])
+    app.command(name, help=words, epilog=epilog)(framed(command))
+
+
 for title, commands in SECTIONS.items():
-    for name, command in zip(NAMES[title], commands, strict=False):
-        app.command(name, epilog=example_of(name))(command)
+    for name, command in zip(NAMES[title], commands, strict=True):
+        _add(name, command)
 
 
 def options_of_commands() -> dict[str, set[str]]:

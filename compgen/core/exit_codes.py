@@ -1,40 +1,47 @@
 """What the exit code of a command means: here and nowhere else."""
 
 from enum import IntEnum
-from typing import Self
 
 
 class ExitCode(IntEnum):
-    """How a command ends: its number, the kind in two words, and the sentence for a user."""
+    """How a command ends."""
 
-    kind: str
-    sentence: str
+    INSIDE = 0
+    OUTSIDE = 1
+    BAD_INPUT = 2
+    IMPOSSIBLE = 3
+    CRASHED = 70
+    INTERRUPTED = 130
+    TERMINATED = 143
 
-    INSIDE = 0, "inside", "inside its bounds, or nothing was to be judged"
-    OUTSIDE = (
-        1,
+    @property
+    def kind(self) -> str:
+        """The code in two words."""
+        return _MEANINGS[self][0]
+
+    @property
+    def sentence(self) -> str:
+        """What the code tells a user."""
+        return _MEANINGS[self][1]
+
+
+_MEANINGS = {
+    ExitCode.INSIDE: ("inside", "inside its bounds, or nothing was to be judged"),
+    ExitCode.OUTSIDE: (
         "outside",
-        "outside: a bound is broken, a fit is refused, a backup differs, a program was not corrected; the record and the "
-        "reason are printed",
-    )
-    BAD_INPUT = (
-        2,
+        "outside: a bound is broken, a fit is refused, a backup differs, a program was not corrected; the record and "
+        "the reason are printed",
+    ),
+    ExitCode.BAD_INPUT: (
         "bad input",
-        "bad input, wrong use, or an output that cannot be written: one line on stderr names file, key, value, limit and "
-        "mend",
-    )
-    IMPOSSIBLE = (
-        3,
+        "bad input, wrong use, or an output that cannot be written: one line on stderr names file, key, value, limit "
+        "and mend",
+    ),
+    ExitCode.IMPOSSIBLE: (
         "cannot be done",
         "the job cannot be done: unreachable, a joint limit, a singularity; the waypoint and the joint are named",
-    )
-    CRASHED = 70, "crash", "a fault of compgen, with a traceback: no verdict"
-    INTERRUPTED = 130, "interrupted", "interrupted"
-    TERMINATED = 143, "terminated", "terminated"
-
-    def __new__(cls, number: int, kind: str, sentence: str) -> Self:
-        """A code with its words."""
-        code = int.__new__(cls, number)
-        code._value_ = number
-        code.kind, code.sentence = kind, sentence
-        return code
+    ),
+    ExitCode.CRASHED: ("crash", "a fault of compgen, with a traceback: no verdict"),
+    ExitCode.INTERRUPTED: ("interrupted", "interrupted"),
+    ExitCode.TERMINATED: ("terminated", "terminated"),
+}

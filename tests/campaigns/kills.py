@@ -39,7 +39,7 @@ from ls_text import cartesian, program  # noqa: E402
 
 import compgen  # noqa: E402
 from compgen import __main__ as command_line  # noqa: E402
-from compgen.cli.output_files import study_journal  # noqa: E402
+from compgen.cli.output_files import study_files  # noqa: E402
 from compgen.identification import identify  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, read_measurements  # noqa: E402
@@ -247,7 +247,7 @@ def faults_of_files(together: bool, situation: str, older: dict, whole: dict, ou
     if {n: out.get(n) for n in foreign} != foreign:
         wrong.append("a foreign file has changed")
     own, was, will = (
-        {n: c for n, c in files.items() if n not in foreign and n != study_journal.NAME}
+        {n: c for n, c in files.items() if n not in foreign and n != study_files.JOURNAL}
         for files in (out, older, whole)
     )
     sets = (was, will) if situation == "own" else ({}, will)
@@ -262,8 +262,8 @@ def faults_of_files(together: bool, situation: str, older: dict, whole: dict, ou
     programs = [n for n in was if n.endswith((".LS", ".toml"))]
     if len(programs) == 1 and programs[0] not in own:
         wrong.append(f"{programs[0]} is lost")
-    if study_journal.NAME in older:
-        wrong += faults_of_journal(older[study_journal.NAME], out.get(study_journal.NAME, b""))
+    if study_files.JOURNAL in older:
+        wrong += faults_of_journal(older[study_files.JOURNAL], out.get(study_files.JOURNAL, b""))
     return wrong
 
 
@@ -340,8 +340,8 @@ class Campaign:
             assert first.code in (0, 1), f"{name}: exit {first.code}: {first.error}"
             self.older[name] = self.finished[name, True] = content(world / "out")
             if name == "whatif":  # what a study that was stopped has left
-                lines = self.older[name][study_journal.NAME].split(b"\n")
-                self.older[name] = {study_journal.NAME: b"\n".join(lines[:3]) + b"\n" + lines[3][:20]}
+                lines = self.older[name][study_files.JOURNAL].split(b"\n")
+                self.older[name] = {study_files.JOURNAL: b"\n".join(lines[:3]) + b"\n" + lines[3][:20]}
             for situation in SITUATIONS:
                 world = self._prepared(name, situation)
                 self.ends[name, situation] = run(command.line(world / "out"), world, Stop())

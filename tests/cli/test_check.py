@@ -12,7 +12,7 @@ from shipped import ROOT
 from stopped import run_stopped
 
 from compgen.cli.commands import check as command
-from compgen.cli.screen.junit import Outcome, junit_xml
+from compgen.cli.screen.junit import JudgedPath, junit_xml
 from compgen.core import interrupts
 from compgen.pipelines.planned import generate
 from compgen.report import band_words
@@ -178,7 +178,7 @@ def test_a_run_stopped_by_a_signal_keeps_what_was_judged(paths, tmp_path):
 
 
 def test_a_killed_run_leaves_a_file_that_says_so(paths, tmp_path):
-    (tmp_path / "r.xml").write_bytes(junit_xml([Outcome("old.toml", 0, 1.0), Outcome("older.toml", 0, 1.0)]))
+    (tmp_path / "r.xml").write_bytes(junit_xml([JudgedPath("old.toml", 0, 1.0), JudgedPath("older.toml", 0, 1.0)]))
     arguments = ["check", paths / "inside.toml", paths / "outside.toml", "--junit", tmp_path / "r.xml", "-q"]
     killed = run_stopped(arguments, ("import", "casadi", 1), signal.SIGKILL)
     assert killed.returncode == -signal.SIGKILL
@@ -196,10 +196,10 @@ def test_a_path_file_is_not_taken_for_the_junit_file(paths, tmp_path):
 def test_every_outcome_is_a_case(monkeypatch):
     monkeypatch.setattr(band_words, "headline", lambda summary: "as large as it is")
     outcomes = [
-        Outcome("a.toml", 0, 1.0, {"findings": [], "verdict": "inside"}),
-        Outcome("b.toml", 1, 1.0, {"findings": [OUTSIDE], "verdict": "outside"}, "m"),
-        *(Outcome(f"{code}.toml", code, 1.0, message="why") for code in (2, 3, 70, 130)),
-        Outcome("late.toml", None, 0.0),
+        JudgedPath("a.toml", 0, 1.0, {"findings": [], "verdict": "inside"}),
+        JudgedPath("b.toml", 1, 1.0, {"findings": [OUTSIDE], "verdict": "outside"}, "m"),
+        *(JudgedPath(f"{code}.toml", code, 1.0, message="why") for code in (2, 3, 70, 130)),
+        JudgedPath("late.toml", None, 0.0),
     ]
     _, cases = parsed(junit_xml(outcomes))
     assert list(cases) == [outcome.path for outcome in outcomes]
@@ -223,7 +223,7 @@ def test_a_name_that_is_not_utf8_is_carried(paths, tmp_path):
 @pytest.mark.parametrize("count", [1, 2])
 def test_no_character_breaks_the_file(count):
     text = "\x00\x1b[31m <&>\"' \ud800 \ufffe ü \U0001f916\nend"
-    outcomes = [Outcome(text, 2, 0.5, message=text), Outcome("b", 0, 0.1)]
+    outcomes = [JudgedPath(text, 2, 0.5, message=text), JudgedPath("b", 0, 0.1)]
     content = junit_xml(outcomes[:count])
     root, _ = parsed(content)
     message = root.find(".//error").get("message")

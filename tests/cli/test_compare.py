@@ -322,7 +322,7 @@ def test_what_cannot_be_compared_is_refused_in_one_line(home, tmp_path):
 def test_a_page_and_a_record_go_into_a_folder_and_replace_nothing_else(home, tmp_path):
     done = run("compare", "six", "two", "-o", tmp_path / "page", "--max-um", "3", cwd=home)
     assert done.returncode == 0, done.stderr
-    assert {file.name for file in (tmp_path / "page").iterdir()} == {"compare.html", "compare.json"}
+    assert {file.name for file in (tmp_path / "page").iterdir()} == {"compgen.json", "compare.html", "compare.json"}
     assert json.loads((tmp_path / "page" / "compare.json").read_text()) == compared(home, "six", "two")
     page = (tmp_path / "page" / "compare.html").read_text()
     body = page[page.index("<main>") : page.index("</main>")]

@@ -96,6 +96,7 @@ def test_the_whole_set_is_written_and_the_program_keeps_its_name(folder):
     result = correct(folder, *BEFORE)
     assert result.returncode == 0, result.stderr
     assert {p.name for p in (folder / "out").iterdir()} == {
+        "compgen.json",
         "PART.LS", "PART.compgen.json", "report.json", "report.html", "positions.csv", "notes.txt"
     }  # fmt: skip
     assert (folder / "PART.LS").read_bytes() == part()

@@ -14,6 +14,8 @@ from shipped import path_file
 from compgen.cli.app import options_of_commands
 from compgen.cli.output_files import figure_files, render
 from compgen.report.figure import figures_of_page
+from compgen.cli.output_files import figure_files
+from compgen.report.page_figures import figures_of_page
 
 KEYS = {"time", "budget", "space", "band", "heat", "joints"}
 IN_SPACE = {"space", "band"}
@@ -34,7 +36,7 @@ def drawing(monkeypatch):
     def fake(figures, kind):
         return {key: f"{kind} {key} {figure['layout']['height']}".encode() for key, figure in figures.items()}
 
-    monkeypatch.setattr(render, "render", fake)
+    monkeypatch.setattr(figure_files, "render", fake)
 
 
 @pytest.fixture
@@ -130,7 +132,7 @@ def test_kaleido_does_not_read_the_arguments_of_a_command_with_a_log(tmp_path, m
     command = ["cgen", "follow", "outputs/part", "--log", "growing.csv", "--figures", "svg"]
     monkeypatch.setattr(sys, "argv", list(command))
     with pytest.raises(AttributeError, match="Kaleido"):  # it is read, and draws nothing
-        render.render({}, "svg")
+        figure_files.render({}, "svg")
     assert sys.argv == command
 
 
@@ -163,10 +165,10 @@ def test_what_differs_from_run_to_run_goes():
         f'<g class="trace scatter trace{t}" fill="url(#p{u}-legend-{p})"/>'.encode()
         for u, p, t in (("8d93c2", "abcdef", "123456"), ("559b60", "012345", "fedcba"))
     )
-    assert render.without_chance(one, "svg") == render.without_chance(other, "svg") != one
+    assert figure_files.without_chance(one, "svg") == figure_files.without_chance(other, "svg") != one
     dated = b"/CreationDate (D:20261122142123+00'00')"
-    assert len(render.without_chance(dated, "pdf")) == len(dated)
-    assert b"20261122" not in render.without_chance(dated, "pdf")
+    assert len(figure_files.without_chance(dated, "pdf")) == len(dated)
+    assert b"20261122" not in figure_files.without_chance(dated, "pdf")
 
 
 @pytest.mark.parametrize("kind", ["svg", "png", "pdf"])

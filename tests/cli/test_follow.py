@@ -9,7 +9,7 @@ import states
 from command_line import refused, run
 
 from compgen.cli.commands import follow as command
-from compgen.cli.output_files import render
+from compgen.cli.output_files import figure_files
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
@@ -90,7 +90,7 @@ def test_the_next_page_is_written_when_its_forecast_leaves_the_bound(job, tmp_pa
 
 
 def test_the_figures_of_its_page_are_files_too(job, tmp_path, monkeypatch):
-    monkeypatch.setattr(render, "render", lambda figures, kind: {key: kind.encode() for key in figures})
+    monkeypatch.setattr(figure_files, "render", lambda figures, kind: {key: kind.encode() for key in figures})
     result, record = look(job, "--log", log(tmp_path, 2400), "--started", "3000s", "--figures", "png")
     assert (result.returncode, record["due"]) == (0, 1), result.stderr
     assert list(job.glob("resume_*.png"))

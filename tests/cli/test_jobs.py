@@ -13,7 +13,7 @@ from command_line import ENVIRONMENT, refused, run
 from shipped import ROOT
 from stopped import run_stopped
 
-OURS = {"LINE_Y.LS", "report.json", "report.html", "waypoints.csv"}
+OURS = {"compgen.json", "LINE_Y.LS", "report.json", "report.html", "waypoints.csv"}
 
 
 def test_generate_writes_the_whole_set(tmp_path):
@@ -39,7 +39,7 @@ def test_predict_writes_no_program_and_has_a_folder_of_its_own(tmp_path):
     for _ in range(2):  # the second time over its own files
         assert run("predict", ROOT / "paths/line_y.toml", "-q", cwd=tmp_path).returncode == 0
     out = tmp_path / "outputs" / "line_y_predict"
-    assert {p.name for p in out.iterdir()} == {"report.json", "report.html", "waypoints.csv"}
+    assert {p.name for p in out.iterdir()} == OURS - {"LINE_Y.LS"}
     assert json.loads((out / "report.json").read_text())["verdict"] == "predicted"
 
 
@@ -67,6 +67,8 @@ def test_no_command_removes_what_another_wrote(tmp_path, generated):
     refused(run("correct", tmp_path / "LINE_Y.LS", "--again", "-q", "-o", out), 2, *words)
     assert content(out) == before
     (out / "report.json").unlink()
+    refused(run("predict", "paths/line_y.toml", "-q", "-o", out), 2, *words)  # by the marker
+    (out / "compgen.json").unlink()  # as an older release left it
     refused(run("predict", "paths/line_y.toml", "-q", "-o", out), 2, "LINE_Y.LS", "not what cgen predict wrote")
     assert run("generate", "paths/line_y.toml", "-q", "-o", out).returncode == 0  # its own, of a run that was killed
     assert content(out) == before

@@ -26,8 +26,8 @@ def heated(tmp_path_factory):
 
 def test_heat_keeps_another_paths_day(heated):
     before = content(heated)
-    assert set(before) == {"heat.json", "heat.csv", "runs.csv", "heat.html"}
-    refused(run("heat", LINE_X, "-q", "-o", heated), 2, "cgen heat wrote about 'line_y'", "-o")
+    assert set(before) == {"compgen.json", "heat.json", "heat.csv", "runs.csv", "heat.html"}
+    refused(run("heat", LINE_X, "-q", "-o", heated), 2, "cgen heat wrote about line_y", "-o")
     assert content(heated) == before
     assert run("heat", LINE_Y, "-q", "-o", heated, "--set", "before.0.duration_h=1").returncode == 0  # its own
     assert content(heated).keys() == before.keys()
@@ -68,7 +68,7 @@ def test_questions_keep_another_paths_answers(tmp_path):
     out = tmp_path / "o"
     assert run("whatif", LINE_Y, *ASK, "-o", out).returncode == 0
     before = content(out)
-    assert set(before) == {"whatif.json", "whatif.html", "contributions.csv"}
+    assert set(before) == {"compgen.json", "whatif.json", "whatif.html", "contributions.csv"}
     refused(run("whatif", LINE_X, *ASK, "-o", out), 2, "another study", "-o")
     assert content(out) == before
     assert run("whatif", LINE_Y, *ASK, "-o", out).returncode == 0  # its own
@@ -92,10 +92,12 @@ def test_planned_poses_keep_another_robots(tmp_path):
     assert run("plan-poses", "m710ic50", "-n", "12", "-q", "-o", tmp_path).returncode == 0
     before = content(tmp_path)
     assert set(before) == {
-        "M710IC50_POSES.LS", "poses.csv", "expected.csv", "M710IC50_REVERSALS.LS", "reversals.csv"
+        "compgen.json", "M710IC50_POSES.LS", "poses.csv", "expected.csv", "M710IC50_REVERSALS.LS", "reversals.csv"
     }  # fmt: skip
-    refused(run("plan-poses", "ur5", "-n", "12", "-q", "-o", tmp_path), 2, "poses.csv in it is not what", "-o")
+    refused(run("plan-poses", "ur5", "-n", "12", "-q", "-o", tmp_path), 2, "plan-poses wrote about", "-o")
     assert content(tmp_path) == before
+    (tmp_path / "compgen.json").unlink()  # as an older release left it
+    refused(run("plan-poses", "ur5", "-n", "12", "-q", "-o", tmp_path), 2, "poses.csv in it is not what", "-o")
 
 
 def test_a_schema_replaces_only_a_schema(tmp_path):

@@ -44,7 +44,7 @@ def test_the_measuring_program_is_there_at_every_moment_and_never_beside_the_pos
 
     monkeypatch.setattr(Path, "replace", replace)
     assert run(*plan, "13").returncode == 0
-    assert len(moments) == 5
+    assert len(moments) == 6
     assert all({"M710IC50_POSES.LS", "M710IC50_REVERSALS.LS"} <= set(files) for files in moments)
     assert not any(files.get("poses.csv") == older for files in moments)
 

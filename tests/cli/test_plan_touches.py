@@ -45,7 +45,7 @@ def test_a_plan_says_before_after_and_the_gain_of_each_touch(tmp_path):
     assert f"one more gains {100 * record['one_more']['gain']:.0f} %" in result.stdout
     assert record["touches"][2]["gain"] == pytest.approx(1 - leaves[3] / leaves[2])
     again = {p.name: p.read_bytes() for p in (tmp_path / "o").iterdir()}
-    assert set(again) == {"CIRCLE_1300_TOUCHES.LS", "plan.json", "touches.csv"}
+    assert set(again) == {"compgen.json", "CIRCLE_1300_TOUCHES.LS", "plan.json", "touches.csv"}
     assert json.loads(plan(artefact(tmp_path), tmp_path / "o", "-n", "5", "--json").stdout) == record
     assert {p.name: p.read_bytes() for p in (tmp_path / "o").iterdir()} == again
 

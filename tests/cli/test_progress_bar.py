@@ -76,12 +76,12 @@ def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeyp
     clock = [100.0]
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(progress_bar.time, "monotonic", lambda: clock[0])
-    with progress_bar.show_progress(False, {stages.PATH: 1, stages.TEXT: 3}) as progress:
+    with progress_bar.show_progress({stages.PATH: 1, stages.TEXT: 3}, quiet=False) as progress:
         progress(RunStage(stages.PATH, waypoints=1000), 0.5)
         clock[0] += 0.9 * progress_bar.DELAY
         progress(stages.PATH, 1.0)
     assert capsys.readouterr().err == ""
-    with progress_bar.show_progress(False, {stages.PATH: 1, stages.TEXT: 3}) as progress:
+    with progress_bar.show_progress({stages.PATH: 1, stages.TEXT: 3}, quiet=False) as progress:
         progress(RunStage(stages.PATH, waypoints=1000), 1.0)
         clock[0] += 10.0
         progress(stages.TEXT, 0.0)
@@ -100,7 +100,7 @@ def test_what_a_stage_is_at_is_shown_and_no_time_left_where_its_share_is_uneven(
         (RunStage(stages.CORRECTION, "ipopt 50%", is_even=False), ["correction: ipopt 50%", "time left: ?"]),
         (RunStage(stages.FIT, "12 waypoints"), ["fit: 12 waypoints", "10 s left"]),  # a name that counts nothing
     ):
-        with progress_bar.show_progress(False) as progress:
+        with progress_bar.show_progress(quiet=False) as progress:
             clock[0] += 10.0
             progress(stage, 0.5)
         shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capsys.readouterr().err)
@@ -110,7 +110,7 @@ def test_what_a_stage_is_at_is_shown_and_no_time_left_where_its_share_is_uneven(
 
 def test_quiet_shows_no_bar_on_a_terminal_either(monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with progress_bar.show_progress(True, {stages.PATH: 1}, delay=0.0) as progress:
+    with progress_bar.show_progress({stages.PATH: 1}, delay=0.0, quiet=True) as progress:
         progress(stages.PATH, 0.5)
     assert capsys.readouterr().err == ""
 

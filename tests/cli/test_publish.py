@@ -14,7 +14,7 @@ import pytest
 from shipped import ROOT
 
 from compgen.cli.output_files import publish
-from compgen.cli.output_files.folder_lock import alone_in
+from compgen.cli.output_files.publish import alone_in
 from compgen.core.exceptions import InputError
 
 OURS = {"A.LS", "page.html", "report.json"}
@@ -110,14 +110,14 @@ def test_runs_on_the_same_folder_put_their_files_there_one_after_the_other(tmp_p
     publish.publish(tmp_path, {"P_01.LS": b"old", "P_02.LS": b"old", "P.LS": b"old"}, {})
     replace_files, second = publish.replace_files, []
 
-    def interrupted_by_another(*arguments):
+    def interrupted_by_another(*arguments, **how):
         if not second:
             new = {"P_01.LS": b"second", "P.LS": b"second"}
             second.append(threading.Thread(target=publish.publish, args=(tmp_path, new, {}, {*new, "P_02.LS"})))
             second[0].start()
             second[0].join(0.3)
             assert second[0].is_alive()
-        replace_files(*arguments)
+        replace_files(*arguments, **how)
 
     monkeypatch.setattr(publish, "replace_files", interrupted_by_another)
     first = {"P_01.LS": b"first", "P_02.LS": b"first", "P.LS": b"first"}
@@ -154,7 +154,7 @@ def test_a_folder_that_has_lost_its_name_is_locked_again_under_it(tmp_path, monk
             out.rename(away)
             out.mkdir()
 
-    monkeypatch.setattr("compgen.cli.output_files.folder_lock.fcntl.flock", flock)
+    monkeypatch.setattr("compgen.cli.output_files.publish.fcntl.flock", flock)
     with alone_in(out):
         assert locks == [away.stat().st_ino, out.stat().st_ino]
 

@@ -8,8 +8,8 @@ import kills
 import pytest
 from command_line import refused, run
 
-from compgen.cli.options.durations import duration
-from compgen.cli.output_files import render, replace_together
+from compgen.cli.options.options import duration
+from compgen.cli.output_files import figure_files, replace_together
 from compgen.core.exceptions import InputError
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
@@ -44,7 +44,7 @@ def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
     assert result.returncode == 0, result.stderr
     after = contents(job)
     rest = {name for name in before if name.startswith("OPTIC_RASTER_") and name > PAGE(2)}
-    assert changed(before, after) == {"OPTIC_RASTER.pages.json", "resume.json", "resume.html"} | rest
+    assert changed(before, after) == {"compgen.json", "OPTIC_RASTER.pages.json", "resume.json", "resume.html"} | rest
     assert os.stat(job / PAGE(1)).st_ino == place  # not even written again
     text = " ".join(result.stdout.split())
     for words in ("because it starts 2100 s late", "OPTIC_RASTER_03.LS", "join off the part", "before max"):
@@ -77,7 +77,7 @@ def figures_in(folder):
 @pytest.mark.parametrize("beside", [False, True])
 def test_its_figures_are_files_and_go_with_their_page(job, monkeypatch, beside):
     """Also where a folder beside the files keeps them from changing places at once."""
-    monkeypatch.setattr(render, "render", lambda figures, kind: {key: kind.encode() for key in figures})
+    monkeypatch.setattr(figure_files, "render", lambda figures, kind: {key: kind.encode() for key in figures})
     if beside:
         (job / "mine").mkdir()
     assert run("resume", job, *RESUME, "-q", "--figures", "png").returncode == 0

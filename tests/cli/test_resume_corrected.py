@@ -61,7 +61,7 @@ def test_the_rest_is_written_and_what_was_before_stays(job):
     assert result.returncode == 0, result.stderr
     report, after = json.loads(result.stdout), contents(job)
     changed = {name for name in after if before.get(name) != after[name]}
-    assert changed == {"LONG_02.LS", "LONG_03.LS", "LONG.pages.json", "resume.json", "resume.html"}
+    assert changed == {"compgen.json", "LONG_02.LS", "LONG_03.LS", "LONG.pages.json", "resume.json", "resume.html"}
     assert [page["page"] for page in report["pages"]] == [2, 3]
     for page in report["pages"]:
         assert page["before"]["max_um"] > 5 > 1 > page["after"]["max_um"]

@@ -11,7 +11,7 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
-from compgen.cli.output_files.study_folder import QUESTIONS
+from compgen.cli.output_files.study_files import QUESTIONS
 from compgen.pipelines.study import ASKS
 
 GRID = ("--vary", "before.0.duration_h=1,2", "--workers", "1")
@@ -76,7 +76,13 @@ def test_the_same_study_is_taken_up_again_with_its_answers(home):
 def test_fresh_replaces_another_study(tmp_path):
     for grid in (("--vary", "before.0.duration_h=1", "--ask", "contributions"), GRID):
         assert whatif(tmp_path, *grid, "--fresh", "-q", "-o", tmp_path / "o").returncode == 0
-    assert set(content(tmp_path / "o")) == {"scenarios.jsonl", "whatif.csv", "whatif.json", "whatif.html"}
+    assert set(content(tmp_path / "o")) == {
+        "compgen.json",
+        "scenarios.jsonl",
+        "whatif.csv",
+        "whatif.json",
+        "whatif.html",
+    }
     assert len(json.loads((tmp_path / "o" / "whatif.json").read_text())["scenarios"]) == 2
 
 

@@ -17,7 +17,7 @@ from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
-from compgen.cli.output_files import study_journal
+from compgen.cli.output_files import study_files
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
@@ -177,19 +177,19 @@ def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
 
 def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
     first, second = ({"index": n, "x": 2.5, "state": "failed", "reason": "none"} for n in (1, 0))
-    book = study_journal.Journal(tmp_path, "one", [])
+    book = study_files.Journal(tmp_path, "one", [])
     book.add([first, second])
     book.close()
-    file = tmp_path / study_journal.NAME
+    file = tmp_path / study_files.JOURNAL
     whole = file.read_bytes()
     for cut in range(len(whole)):
         file.write_bytes(whole[:cut])
-        rows = study_journal.read_finished(tmp_path, "one")
+        rows = study_files.read_finished(tmp_path, "one")
         assert rows in ([], [first], [first, second])
         assert len(rows) == max(0, whole[:cut].count(b"\n") - 1)
     file.write_bytes(whole)
-    assert study_journal.read_finished(tmp_path, "another") == []
-    assert study_journal.content("one", study_journal.read_finished(tmp_path, "one")).count(b"\n") == 3
+    assert study_files.read_finished(tmp_path, "another") == []
+    assert study_files.journal_text("one", study_files.read_finished(tmp_path, "one")).count(b"\n") == 3
 
 
 @pytest.mark.parametrize(
@@ -204,12 +204,12 @@ def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
     ],
 )  # fmt: skip
 def test_a_journal_with_a_row_that_no_study_writes_is_refused(tmp_path, row):
-    book = study_journal.Journal(tmp_path, "one", [])
+    book = study_files.Journal(tmp_path, "one", [])
     book.close()
-    with (tmp_path / study_journal.NAME).open("a") as file:
+    with (tmp_path / study_files.JOURNAL).open("a") as file:
         file.write(f"{row}\n")
     with pytest.raises(InputError, match=r"scenarios\.jsonl: line 2: not a row of this study; .* or say --fresh"):
-        study_journal.read_finished(tmp_path, "one")
+        study_files.read_finished(tmp_path, "one")
 
 
 def test_killed_again_and_again_a_study_ends_with_the_same_table(tmp_path):
@@ -221,7 +221,7 @@ def test_killed_again_and_again_a_study_ends_with_the_same_table(tmp_path):
     for n in range(int(os.environ.get("KILLS", "1"))):
         folder, kept = tmp_path / f"cut{n}", 0
         for lines in sorted(dice.sample(range(2, 20), 2)):  # the first names the study
-            kept = _kill_when_journal_has([*arguments, str(folder)], folder / study_journal.NAME, lines)
+            kept = _kill_when_journal_has([*arguments, str(folder)], folder / study_files.JOURNAL, lines)
             assert kept >= lines
         assert compgen(*arguments, str(folder)).returncode == 0
         assert {f.name: f.read_bytes() for f in folder.iterdir()} == whole
@@ -404,7 +404,7 @@ def test_the_command_says_its_answers_and_writes_them(tmp_path):
     assert "2 scenarios: error" in done.stdout
     assert "steady after" in done.stdout
     assert {f.name for f in (tmp_path / "o").iterdir()} == {
-        "scenarios.jsonl", "whatif.csv", "whatif.json", "whatif.html", "steady.csv"
+        "compgen.json", "scenarios.jsonl", "whatif.csv", "whatif.json", "whatif.html", "steady.csv"
     }  # fmt: skip
     told = json.loads((tmp_path / "o" / "whatif.json").read_text())
     assert len(told["scenarios"]) == 2

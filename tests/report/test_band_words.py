@@ -11,7 +11,7 @@ import pytest
 from shipped import ROOT, path_file, quiet
 
 import compgen
-from compgen.cli.screen.junit import Outcome, junit_xml
+from compgen.cli.screen.junit import JudgedPath, junit_xml
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.error_model.unknown import NOT_KNOWN, Unknown, remaining_unknown
@@ -94,7 +94,7 @@ def test_page_screen_and_junit_say_it(run):
     page = b"".join([job_reports(*run)["report.html"]]).decode()
     assert "<dt>not known of this robot</dt><dd>cold geometry (300 to 746 &micro;m)" in page
     assert "of arithmetic" in headline(summary)
-    suite = ElementTree.fromstring(junit_xml([Outcome("line_y.toml", 0, 1.0, summary)]))
+    suite = ElementTree.fromstring(junit_xml([JudgedPath("line_y.toml", 0, 1.0, summary)]))
     properties = {p.get("name"): p.get("value") for p in suite.iter("property")}
     assert float(properties["band.p95_um"]) == pytest.approx(summary["band"]["p95_um"], rel=1e-5)
     assert "repeatability (25 to 100 um)" in properties["band.not_known"]

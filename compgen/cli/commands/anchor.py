@@ -1,19 +1,19 @@
 """The command that says what a robot is now, from touches and a log against its forecast."""
 
-import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import Assets, AssetsOption, PageDate, page_files, page_options
-from compgen.cli.output_files.figure_files import FiguresOption
-from compgen.cli.output_files.ownership import check_own_file, command_in
+from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import check_folder, check_own_file
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.console import finding_lines
-from compgen.cli.screen.messages import print_error, print_record
+from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
@@ -21,12 +21,12 @@ from compgen.core.json_text import json_text
 if TYPE_CHECKING:
     from compgen.pipelines.anchor import Anchored
 
-STATE = "state.toml"
 PAGE, RECORD = "anchor.html", "anchor.json"
 
 
 def anchor(
     path: opt.PathFile,
+    *,
     touches: opt.TouchesFile = None,
     artefact: opt.ArtefactFile = None,
     log: Annotated[
@@ -41,47 +41,47 @@ def anchor(
     frames: opt.FramesFile = None,
     robot: opt.JobRobot = None,
     overrides: opt.Overrides = None,
-    as_json: opt.Json = False,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
+    page: PageChoice,
     date: PageDate = None,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Say what the robot is now, from a few touches: a state for --state, with a verdict."""
+) -> Outcome:
+    """Say what the robot is now, from a few touches: a state for --state, with a verdict.
+
+    Examples:
+        cgen anchor paths/spiral_1300.toml --touches touches.csv --artefact artefact.toml -o state.toml
+        cgen anchor paths/spiral_1300.toml --touches touches.csv --log temperatures.csv --json
+    """
     from compgen.error_model.anchored_state import ACCEPTED, state_text
     from compgen.pipelines.anchor.files import anchor_files
     from compgen.report.anchor import anchor_html, anchor_record
 
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")
-    target = opt.toml_file(output, Path("outputs") / f"{Path(path).stem}_anchor" / STATE, "state's")
-    check_own_file("-o", str(target), b"as cgen anchor wrote it", Command.ANCHOR)
-    folder = None if html is None else Path(html)
-    options = page_options(folder or target.parent, assets if folder else Assets.INLINE, date)
+    target = opt.toml_file(output, Path("outputs") / f"{Path(path).stem}_anchor" / "state.toml", "state's")
+    check_own_file("-o", str(target), "as cgen anchor wrote it", Command.ANCHOR)
+    folder = None if html is None else opt.output_folder(path, html)
+    options = page_options(folder or target.parent, page if folder else PageChoice(), date)
     if folder is not None:
-        opt.output_folder(path, html)
-        for name in (PAGE, RECORD):
-            if (folder / name).exists() and command_in(folder / RECORD) is not Command.ANCHOR:
-                raise InputError(f"--html {folder}: {name} in it is not what cgen anchor wrote; give another folder")
+        check_folder(folder, Run(Command.ANCHOR), record=RECORD, others=[PAGE], option="--html")
     use_cores(workers)
     result = anchor_files(
         path, robot, overrides or (), touches=touches, artefact=artefact, log=log, reference=reference, frames=frames
     )
     is_written = result.verdict in ACCEPTED
+    files = [str(target)] if is_written else []
     if is_written:
         publish(target.parent, {target.name: state_text(result.state).encode()}, {})
     record = json_text(anchor_record(result))
     if folder is not None:
-        reports = page_files(folder, {RECORD: record, PAGE: anchor_html(result, options)}, figures, options)
-        publish(folder, {}, reports)
-    if as_json:
-        print_record(record)
-    elif not quiet:
-        _show(result, [str(target)] * is_written + ([] if folder is None else [str(folder / PAGE)]))
+        reports = page_files(folder, {RECORD: record, PAGE: anchor_html(result, options)}, page, options)
+        publish(folder, {}, reports, run=Run(Command.ANCHOR))
+        files.append(str(folder / PAGE))
+    errors = []
     if result.verdict in ("cannot tell", "something moved"):
         ending = f"{target} written" if is_written else f"{target.name} not written"
-        raise typer.Exit(print_error(f"{result.findings[0].message}; {ending}", 1))
+        errors.append(f"{result.findings[0].message}; {ending}")
+    return Outcome(record=record, show=partial(_show, result, files), errors=errors)
 
 
 def _show(result: "Anchored", files: list[str]) -> None:
@@ -97,12 +97,13 @@ def _show(result: "Anchored", files: list[str]) -> None:
         )
     )
     base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
-    lines = [
-        f"{state.verdict}: {result.reason}",
-        f"the path's place is open by {before / UM:.1f} um rms before the touches, {after / UM:.1f} um after",
-        f"rise [K], k = 2: {rises}",
-        f"base moved in World by {base} um; the state holds {state.window / MINUTE:.0f} min, standing",
-        *finding_lines(result.findings[1:]),
-        *([f"wrote {', '.join(files)}"] if files else []),
-    ]
-    sys.stdout.write("\n".join(lines) + "\n")
+    print_lines(
+        [
+            f"{state.verdict}: {result.reason}",
+            f"the path's place is open by {before / UM:.1f} um rms before the touches, {after / UM:.1f} um after",
+            f"rise [K], k = 2: {rises}",
+            f"base moved in World by {base} um; the state holds {state.window / MINUTE:.0f} min, standing",
+            *finding_lines(result.findings[1:]),
+            *([f"wrote {', '.join(files)}"] if files else []),
+        ]
+    )

@@ -2,37 +2,31 @@
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.commands.check_written import judge_written, refuse_several, show_written
+from compgen.cli.frame import Outcome, show_nothing
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import write_file
-from compgen.cli.screen.junit import INTERRUPTED, Outcome, junit_xml
-from compgen.cli.screen.messages import (
-    outcome_words,
-    print_error,
-    print_note_once,
-    print_record,
-    print_refusal,
-    reason_of,
-)
+from compgen.cli.screen.junit import JudgedPath, junit_xml
+from compgen.cli.screen.messages import outcome_words, print_note_once, print_refusal, reason_of
 from compgen.core import interrupts
 from compgen.core.commands import Command
+from compgen.core.exceptions import InputError, naming_file
+from compgen.core.exit_codes import ExitCode
 
 Judge = Callable[[str], tuple[dict[str, Any], str]]  # the report of a path, and why it is not inside
 
 
 def check(
     paths: opt.PathFiles,
-    robot: opt.JobRobot = None,
-    overrides: opt.Overrides = None,
-    state: opt.StateFile = None,
-    state_age: opt.StateAge = None,
+    *,
+    job: opt.JobChoice,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file, whatever the outcome.")] = None,
     written: Annotated[
         str | None,
@@ -40,68 +34,125 @@ def check(
     ] = None,
     strict: opt.Strict = False,
     max_um: opt.MaxUm = None,
-    as_json: opt.Json = False,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
-    refuse_several(written, paths)
-    bounded = opt.with_bound(overrides, max_um)
+) -> Outcome:
+    """Generate in memory and verify; exit 1 outside the bounds. Writes no program.
+
+    Examples:
+        cgen check paths/*.toml --junit results.xml
+        cgen check paths/spiral_1300.toml --json --max-um 5
+    """
+    if written is not None and len(paths) > 1:
+        raise InputError(f"--written {written}: it is the program of one path; give that path alone")
+    opt.checked_bound(max_um)
     if junit is not None:
-        check_own_file("--junit", junit, b"<testsuite", "check --junit")
+        check_own_file("--junit", junit, "<testsuite", "check --junit")
     names = _distinct(paths)
-    alone = len(paths) == 1
     _write(junit, _stopped([], names, 0.0))  # a run that is killed leaves no older file behind
 
     from compgen.cli.machine import use_machine
-    from compgen.cli.screen.job_table import show_job, show_outcomes
+
+    use_machine(workers)
+    shown: list[Callable[[], None]] = []  # of many paths their reports are enough
+
+    def judge(path: str) -> tuple[dict[str, Any], str]:
+        if written is not None:
+            summary, broken = _judge_written(path, job, max_um, written, strict=strict, silent=screen.is_silent)
+            shown.append(partial(_show_written, summary))
+            return summary, broken
+        summary, broken, show = _judge_path(path, job, max_um, strict=strict, silent=screen.is_silent)
+        shown.extend([show] if len(paths) == 1 else [])
+        return summary, broken
+
+    judged = judge_all(names, judge, junit)
+    if len(paths) == 1 and judged[0].summary is None:
+        raise typer.Exit(print_refusal(judged[0].message, judged[0].code or 0))
+    return _outcome_of_all(judged, shown, alone=len(paths) == 1)
+
+
+def _outcome_of_all(judged: Sequence[JudgedPath], shown: Sequence[Callable[[], None]], *, alone: bool) -> Outcome:
+    """What becomes of all paths together: the worst of any."""
+    from compgen.cli.screen.job_table import show_outcomes
+
+    messages = [
+        one.message if alone or one.message.startswith(one.path) else f"{one.path}: {one.message}"
+        for one in judged
+        if one.code
+    ]
+    return Outcome(
+        record=judged[0].summary if alone else [_record(one) for one in judged],
+        show=(shown or [show_nothing])[0] if alone else partial(show_outcomes, judged),
+        errors=messages,
+        code=max(one.code or 0 for one in judged),
+    )
+
+
+def _judge_path(
+    path: str, choice: opt.JobChoice, max_um: float | None, *, strict: bool, silent: bool
+) -> tuple[dict[str, Any], str, Callable[[], None]]:
+    """The report of a path whose program is generated, why it is not inside, and what shows it."""
+    from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import CHECK, show_progress
     from compgen.core.codes import Level
     from compgen.core.findings import first_message
-    from compgen.pipelines.files.path_file import load_job
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.assumed_ramps import judge_ramps
     from compgen.report import job_summary
 
-    use_machine(workers)
-
-    judged: list[tuple[Any, Any]] = []  # to be shown; of many paths their reports are enough
-
-    def judge(path: str) -> tuple[dict[str, Any], str]:
-        if written is not None:
-            changes = opt.with_state(path, bounded, state, state_age)
-            return judge_written(path, robot, changes, written, strict, quiet or as_json)
-        with show_progress(quiet or as_json, CHECK) as progress:
-            job = load_job(path, robot, opt.with_state(path, bounded, state, state_age))
-            planned, corrected = pipeline.generate(job, progress)
-            corrected = judge_ramps(planned, corrected) if strict else corrected
-        if alone:
-            judged.append((planned, corrected))
-        broken = first_message(Level.OUTSIDE, corrected.findings)
-        summary = job_summary(planned, corrected) | {"command": Command.CHECK}
-        return summary, f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
-
-    outcomes = judge_all(names, judge, junit)
-    worst = max(outcome.code or 0 for outcome in outcomes)
-    if alone and outcomes[0].summary is None:
-        raise typer.Exit(print_refusal(outcomes[0].message, worst))
-    if as_json:
-        print_record(outcomes[0].summary if alone else [_record(outcome) for outcome in outcomes])
-    elif alone and not quiet and judged:
-        show_job(*judged[0], None, {})
-    elif alone and not quiet:
-        show_written(outcomes[0].summary or {})
-    elif not quiet:
-        show_outcomes(outcomes)
-    for outcome in outcomes:
-        if outcome.code:
-            named = alone or outcome.message.startswith(outcome.path)
-            print_error(outcome.message if named else f"{outcome.path}: {outcome.message}", outcome.code)
-    if worst:
-        raise typer.Exit(worst)
+    with show_progress(CHECK, quiet=silent) as progress:
+        planned, corrected = pipeline.generate(choice.load(path, max_um), progress)
+        corrected = judge_ramps(planned, corrected) if strict else corrected
+    broken = first_message(Level.OUTSIDE, corrected.findings)
+    summary = job_summary(planned, corrected) | {"command": Command.CHECK}
+    message = f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
+    return summary, message, partial(show_job, planned, corrected, None, {})
 
 
-def judge_all(paths: list[str], judge: Judge, junit: str | None) -> list[Outcome]:
+def _judge_written(
+    path: str, choice: opt.JobChoice, max_um: float | None, program: str, *, strict: bool, silent: bool
+) -> tuple[dict[str, Any], str]:
+    """The report of a program that was written earlier, in the state that the files say now; why it is not inside."""
+    from compgen.cli.screen.progress_bar import PREDICT, show_progress
+    from compgen.core.codes import Level
+    from compgen.core.findings import first_message
+    from compgen.pipelines.correct.program_file import read_program
+    from compgen.pipelines.correct.programs_beside import programs_beside
+    from compgen.pipelines.planned.written_program import fly_written
+    from compgen.report.written_summary import written_summary
+    from compgen.verification.verdict import verdict_of
+
+    job = choice.load(path, max_um)
+    data = read_program(program)
+    with show_progress(PREDICT, quiet=silent) as progress, naming_file(f"--written {program}"):
+        flight = fly_written(job, data, programs_beside(Path(program)), progress, strict)
+    broken = first_message(Level.OUTSIDE, flight.findings)
+    verdict = verdict_of(flight.findings)
+    return written_summary(flight, program), f"{outcome_words(verdict)}: {broken}" if broken else ""
+
+
+def _show_written(summary: dict[str, Any]) -> None:
+    """Print what the program leaves, and the findings."""
+    from compgen.cli.screen.messages import print_findings, stdout_console
+    from compgen.report.band_words import headline
+    from compgen.report.guaranteed import guaranteed_text
+
+    console, written = stdout_console(), summary["written"]
+    before, after = (summary["on_part"][side]["total"] for side in ("before", "after"))
+    console.print(
+        f"{written['name']}, {written['positions']} positions, in this state: largest error on the part "
+        f"{after['max_um']:.2f} um (p99 {after['p99_um']:.2f}, rms {after['rms_um']:.2f}); planned, not corrected: "
+        f"{before['max_um']:.2f} um",
+    )
+    rises = ", ".join(f"{name} {rise:.2f}" for name, rise in summary["thermal"]["start_K"].items())
+    console.print(f"rise at the start [K]: {rises}")
+    console.print(headline(summary))
+    if summary["guaranteed"]:
+        console.print(guaranteed_text(summary["guaranteed"]))
+    print_findings(console, summary["findings"])
+
+
+def judge_all(paths: list[str], judge: Judge, junit: str | None) -> list[JudgedPath]:
     """The outcome of each path, one after the other; the JUnit file is written also when the run is stopped.
 
     Args:
@@ -113,48 +164,47 @@ def judge_all(paths: list[str], judge: Judge, junit: str | None) -> list[Outcome
         Interrupted: The run was stopped.
     """
     interrupts.raise_on_signal()
-    outcomes: list[Outcome] = []
+    judged: list[JudgedPath] = []
     begun = time.monotonic()
     try:
         for path in paths:
             begun = time.monotonic()
-            outcomes.append(_outcome(path, judge, begun))
+            judged.append(_judged(path, judge, begun))
             interrupts.raise_if_interrupted()
     except (interrupts.Interrupted, KeyboardInterrupt):
-        _write(junit, _stopped(outcomes, paths, time.monotonic() - begun))
+        _write(junit, _stopped(judged, paths, time.monotonic() - begun))
         interrupts.set_outcome(
-            f"{len(outcomes)} of {len(paths)} paths were checked" + (f", see {junit}" if junit else "")
+            f"{len(judged)} of {len(paths)} paths were checked" + (f", see {junit}" if junit else "")
         )
         raise
-    _write(junit, outcomes)
-    return outcomes
+    _write(junit, judged)
+    return judged
 
 
-def _write(junit: str | None, outcomes: list[Outcome]) -> None:
+def _write(junit: str | None, judged: list[JudgedPath]) -> None:
     if junit is not None:
-        write_file(Path(junit), junit_xml(outcomes))
+        write_file(Path(junit), junit_xml(judged))
 
 
-def _stopped(outcomes: list[Outcome], paths: list[str], seconds: float) -> list[Outcome]:
+def _stopped(judged: list[JudgedPath], paths: list[str], seconds: float) -> list[JudgedPath]:
     """What a run that ends in the middle of a path leaves: that one as an error, those after it as not begun."""
-    at_work = [
-        Outcome(path, INTERRUPTED, seconds, message="the run did not end") for path in paths[len(outcomes) :][:1]
-    ]
-    return [*outcomes, *at_work, *(Outcome(path, None, 0.0) for path in paths[len(outcomes) + 1 :])]
+    left = paths[len(judged) :]
+    at_work = [JudgedPath(path, ExitCode.INTERRUPTED, seconds, message="the run did not end") for path in left[:1]]
+    return [*judged, *at_work, *(JudgedPath(path, None, 0.0) for path in left[1:])]
 
 
-def _outcome(path: str, judge: Judge, begun: float) -> Outcome:
+def _judged(path: str, judge: Judge, begun: float) -> JudgedPath:
     """What becomes of a path; what one of them does wrong stops no other."""
     from compgen.core.evaluation import stop_background
 
     summary = None
     try:
         summary, message = judge(path)
-        code = 1 if message else 0
+        code = ExitCode.OUTSIDE if message else ExitCode.INSIDE
     except Exception as failure:  # noqa: BLE001  also of a fault of compgen: the other paths are judged all the same
         code, message = reason_of(failure)
     stop_background()
-    return Outcome(path, code, time.monotonic() - begun, summary, message)
+    return JudgedPath(path, code, time.monotonic() - begun, summary, message)
 
 
 def _distinct(paths: list[str]) -> list[str]:
@@ -167,7 +217,7 @@ def _distinct(paths: list[str]) -> list[str]:
     return list(by_file.values())
 
 
-def _record(outcome: Outcome) -> dict[str, Any]:
+def _record(one: JudgedPath) -> dict[str, Any]:
     """One of several paths under ``--json``; without its time, so that the same inputs give the same bytes."""
-    record: dict[str, Any] = {"path": outcome.path, "exit_code": outcome.code}
-    return record | ({"error": outcome.message} if outcome.summary is None else {"report": outcome.summary})
+    record: dict[str, Any] = {"path": one.path, "exit_code": one.code}
+    return record | ({"error": one.message} if one.summary is None else {"report": one.summary})

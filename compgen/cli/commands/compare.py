@@ -1,15 +1,17 @@
 """The command that sets two outputs side by side."""
 
+from functools import partial
 from typing import Annotated
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import Assets, AssetsOption, PageDate, page_files, page_options
-from compgen.cli.output_files.figure_files import FiguresOption
-from compgen.cli.output_files.ownership import check_compare_folder
+from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import check_folder
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import print_error, print_record
+from compgen.core.commands import Command
 
 
 def compare(
@@ -20,17 +22,20 @@ def compare(
         ),
     ],
     b: Annotated[str, typer.Argument(help="Another one of the same command.", show_default=False)],
+    *,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for compare.html and compare.json; default: none.")
     ] = None,
     max_um: opt.MaxUm = None,
-    as_json: opt.Json = False,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
+    page: PageChoice,
     date: PageDate = None,
-    quiet: opt.Quiet = False,
-) -> None:
-    """Set two outputs side by side. Exit 0, equal or not; with --max-um 1 where B's largest error is beyond it."""
+    screen: opt.Screen,
+) -> Outcome:
+    """Set two outputs side by side. Exit 0, equal or not; with --max-um 1 where B's largest error is beyond it.
+
+    Examples:
+        cgen compare out/before out/after --max-um 20
+    """
     from compgen.cli.screen.compare_table import show_comparison
     from compgen.pipelines.comparison.comparison import compare as pipeline
     from compgen.report.compare_page import comparison_files
@@ -41,16 +46,15 @@ def compare(
     comparison = pipeline(a, b)
     written = ""
     if folder is not None:
-        check_compare_folder(folder)
-        options = page_options(folder, assets, date)
+        run = Run(Command.COMPARE)
+        check_folder(folder, run, record="compare.json", others=["compare.html"])
+        options = page_options(folder, page, date)
         files = comparison_files(comparison, max_um, options)
-        reports = page_files(folder, files, figures, options)
-        publish(folder, {}, reports)
+        publish(folder, {}, page_files(folder, files, page, options), run=run)
         written = f"wrote {', '.join(sorted(files))} to {folder}"
-    if as_json:
-        print_record(comparison_record(comparison))
-    elif not quiet:
-        show_comparison(comparison, written)
     broken = None if max_um is None else comparison.broken_bound(max_um)
-    if broken is not None:
-        raise typer.Exit(print_error(f"outside bounds: {broken}", 1))
+    return Outcome(
+        record=comparison_record(comparison) if screen.as_json else None,
+        show=partial(show_comparison, comparison, written),
+        errors=[f"outside bounds: {broken}"] if broken is not None else [],
+    )

@@ -1,20 +1,24 @@
 """The command that corrects a program that exists."""
 
-import sys
+import os
+import re
+from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_marks
-from compgen.cli.options.page_options import Assets, AssetsOption, PageDate, page_files, page_options
-from compgen.cli.output_files.figure_files import FiguresOption
-from compgen.cli.output_files.ownership import check_correction_folder, check_restored
+from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import outcome_words, print_error, print_record
+from compgen.cli.screen.messages import outcome_words, print_lines
 from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.commands import Command
@@ -22,34 +26,33 @@ from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.findings import first_message
 
+if TYPE_CHECKING:
+    from compgen.pipelines.correct import Correction
+    from compgen.pipelines.correct.result import Options
+    from compgen.report.page import PageOptions
 
-def correct(
-    program: opt.ProgramFile,
-    robot: opt.ProgramRobot = None,
-    frames: opt.FramesFile = None,
-    registers: opt.RegistersFile = None,
-    before: Annotated[
-        list[str] | None,
-        typer.Option("--before", help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml; repeatable."),
-    ] = None,
-    state: opt.StateFile = None,
-    state_age: opt.StateAge = None,
-    output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>.")
-    ] = None,
-    split: Annotated[
-        bool, typer.Option("--split", help="Part positions whose uses need different corrections.")
-    ] = False,
+REPORTS = ("report.html", "positions.csv")
+
+_PROGRAM_LINE = re.compile(rb"^/PROG[ \t]+([A-Za-z0-9_-]+)", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wishes:
+    """What is done to the program."""
+
+    split: Annotated[bool, typer.Option("--split", help="Part positions whose uses need different corrections.")] = (
+        False
+    )
     insert: Annotated[
         float | None, typer.Option("--insert", help="Put points into straight lines that stray by more [um].")
-    ] = None,
-    max_um: opt.MaxUm = None,
+    ] = None
+    max_um: opt.MaxUm = None
     average_over: Annotated[
         str | None,
         typer.Option("--average-over", help="One file for many starts: 'delay_s=[0, 1200]', override_percent."),
-    ] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False,
-    again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False,
+    ] = None
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False
+    again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False
     mark: Annotated[
         str,
         typer.Option(
@@ -57,96 +60,127 @@ def correct(
             autocompletion=complete_marks,
             help="digits, or remark: a remark line where the digits cannot carry the mark.",
         ),
-    ] = "digits",
-    restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False,
-    force: opt.ForceProgram = False,
+    ] = "digits"
+    restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False
+    force: opt.ForceProgram = False
     lift_all: Annotated[
         float | None, typer.Option("--lift-all", help="Correct a dry run instead: NAME_DRY.LS, lifted by so much [mm].")
-    ] = None,
-    overrides: opt.Overrides = None,
-    as_json: opt.Json = False,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
+    ] = None
+
+    def options(self) -> "Options":
+        """The same as the correction takes it."""
+        from compgen.pipelines.correct.result import options_of
+
+        return options_of(
+            self.split,
+            self.insert,
+            self.strict,
+            again=self.again,
+            mark=self.mark,
+            max_um=self.max_um,
+            average_over=self.average_over,
+            lift_all=self.lift_all,
+        )
+
+
+def correct(
+    program: opt.ProgramFile,
+    *,
+    tables: opt.ProgramTables,
+    choice: opt.ProgramChoice,
+    output: opt.ProgramFolder = None,
+    wishes: Wishes,
+    page: PageChoice,
     date: PageDate = None,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Correct an existing program in place: only the numbers of its positions change."""
-    from compgen.cli.screen.correction_table import show_correction
+) -> Outcome:
+    """Correct an existing program in place: only the numbers of its positions change.
+
+    Examples:
+        cgen correct JOB.LS --robot m710ic50 --before 'moving 200mm/s 5h' --max-um 20
+        cgen correct out/JOB.LS --restore -o planned
+    """
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
     from compgen.fanuc.editing.lift import DRY, renamed
-    from compgen.job.anchored_start import begin
     from compgen.pipelines import correct as pipeline
-    from compgen.pipelines.correct.program_file import (
-        read_frames,
-        read_program,
-        read_registers,
-        refuse_corrected,
-    )
+    from compgen.pipelines.correct.program_file import read_program, refuse_corrected
     from compgen.pipelines.correct.programs_beside import programs_beside
-    from compgen.pipelines.correct.result import options_of
-    from compgen.pipelines.files.history_words import load_before
-    from compgen.pipelines.files.robot_choice import robot_of_program
-    from compgen.pipelines.files.robot_file import load_cell
-    from compgen.report.files import correction_files
 
     use_cores(workers)
-    options = options_of(
-        split, insert, strict, again=again, mark=mark, max_um=max_um, average_over=average_over, lift_all=lift_all
-    )
+    options = wishes.options()
     source = Path(program)
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
     if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
         raise InputError(f"{program}: the result would replace it; give another folder with -o")
-    of_page = page_options(folder, assets, date)
-    if restore:
-        _restore(source, content, folder, as_json, quiet)
-        return
+    of_page = page_options(folder, page, date)
+    if wishes.restore:
+        return _restore(source, content, folder)
     file = source.name if not options.raised else f"{source.stem}{DRY}{source.suffix}"
-    provenance = Path(file).stem + PROVENANCE
     if not options.raised:
-        check_correction_folder(folder, content, file, provenance)
-    if not again:
+        _check(folder, content, file)
+    if not wishes.again:
         refuse_corrected(source, content)
-    if robot is None:
-        with naming_file(program):
-            robot = robot_of_program(content)
-    cell, history = begin(load_cell(robot, overrides or ()), load_before(before or ()), state, state_age)
-    if options.raised:  # under the name that it gets on this controller
-        check_correction_folder(folder, renamed(content, cell.robot.controller.name_length), file, provenance)
-    frames_table, register_table = read_frames(frames), read_registers(registers)
-    with show_progress(quiet or as_json, CORRECT) as progress:
+    cell, history = choice.begin(program, content)
+    # a dry run is known by the name that it gets on this controller
+    written = renamed(content, cell.robot.controller.name_length) if options.raised else content
+    run = _check(folder, written, file)
+    frames, registers = tables.read()
+    with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
             correction = pipeline.correct(
-                content,
-                cell,
-                frames_table,
-                before=history,
-                options=options,
-                progress=progress,
-                find_program=programs_beside(source),
-                registers=register_table,
+                content, cell, frames, history, options, progress, programs_beside(source), registers=registers
             )
         progress(stages.REPORT, 0.0)
-        written = correction.is_usable or force
-        files = correction_files(correction, file, of_page, with_program=written)
-        programs = {name: files[name] for name in (provenance, file) if name in files}
-        reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
-        described = page_files(folder, reports, figures, of_page)
-        publish(folder, programs, described, (provenance, file))
-    if as_json:
-        print_record(files["report.json"])
-    elif not quiet:
-        show_correction(correction, folder, files)
+        return _publish(correction, folder, file, run=run, force=wishes.force, page=page, of_page=of_page)
+
+
+def _publish(
+    correction: "Correction",
+    folder: Path,
+    file: str,
+    *,
+    run: Run,
+    force: bool,
+    page: PageChoice,
+    of_page: "PageOptions",
+) -> Outcome:
+    """Put the program, where it may be loaded, and its reports into their folder."""
+    from compgen.cli.screen.correction_table import show_correction
+    from compgen.report.files import correction_files
+
+    written = correction.is_usable or force
+    files = correction_files(correction, file, written, of_page)
+    own = (Path(file).stem + PROVENANCE, file)
+    programs = {name: files[name] for name in own if name in files}
+    reports = {name: files[name] for name in (REPORT, *REPORTS)}
+    publish(folder, programs, page_files(folder, reports, page, of_page), own, run=run)
+    errors = []
     if not correction.inside:
         broken = first_message(Level.OUTSIDE, correction.findings)
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
-        raise typer.Exit(print_error(f"{outcome_words(correction.verdict)}: {broken}; {ending}", 1))
+        errors.append(f"{outcome_words(correction.verdict)}: {broken}; {ending}")
+    return Outcome(record=files[REPORT], show=partial(show_correction, correction, folder, files), errors=errors)
 
 
-def _restore(source: Path, content: bytes, folder: Path, as_json: bool, quiet: bool) -> None:
+def _check(folder: Path, content: bytes, file: str) -> Run:
+    """What ``correct`` of a program writes about; raises InputError where it would replace what is not its own.
+
+    Args:
+        folder: Where results go.
+        content: Of the planned program.
+        file: Of the corrected one, which its provenance beside it vouches for.
+    """
+    match = _PROGRAM_LINE.search(content, 0, 4000)
+    run = Run(Command.CORRECT, match[1].decode("ascii") if match else Path(file).stem)
+    is_own = os.path.lexists(folder / (Path(file).stem + PROVENANCE))
+    check_folder(folder, run, record=REPORT, others=REPORTS, headed=[] if is_own else [Headed(program=file)])
+    return run
+
+
+def _restore(source: Path, content: bytes, folder: Path) -> Outcome:
     """Write the planned program that a corrected one was made from."""
     from compgen.report.provenance import restore_planned
 
@@ -160,14 +194,8 @@ def _restore(source: Path, content: bytes, folder: Path, as_json: bool, quiet: b
     planned = restore_planned(record, content, str(provenance))
     check_restored(folder, source.name, planned)
     publish(folder, {source.name: planned}, {})
-    if as_json:
-        print_record(
-            {
-                "command": Command.CORRECT,
-                "restored": source.name,
-                "folder": str(folder),
-                "sha256": sha256(planned).hexdigest(),
-            }
-        )
-    elif not quiet:
-        sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")
+    digest = sha256(planned).hexdigest()
+    return Outcome(
+        record={"command": Command.CORRECT, "restored": source.name, "folder": str(folder), "sha256": digest},
+        show=partial(print_lines, [f"wrote the planned {source.name} to {folder}"]),
+    )

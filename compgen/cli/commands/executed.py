@@ -1,33 +1,36 @@
 """The command that judges a run by a log of its positions."""
 
-import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs
-from compgen.cli.options.page_options import Assets, AssetsOption, PageDate, page_files, page_options
-from compgen.cli.output_files.figure_files import FiguresOption
-from compgen.cli.output_files.ownership import EXECUTED, check_executed_folder
+from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import check_folder
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.console import finding_lines
-from compgen.cli.screen.messages import print_error, print_record
+from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core.codes import Level
+from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 from compgen.core.files import file_hash
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 
+RECORD, PAGE, TABLE = "executed.json", "executed.html", "executed.csv"
+
 
 def executed(
     program: opt.ProgramFile,
+    *,
     log: opt.PositionLog = None,
     robot: opt.ProgramRobot = None,
-    frames: opt.FramesFile = None,
-    registers: opt.RegistersFile = None,
+    tables: opt.ProgramTables,
     in_world: opt.InWorld = False,
     also: Annotated[
         list[str] | None,
@@ -39,15 +42,17 @@ def executed(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>_executed.")
     ] = None,
-    as_json: opt.Json = False,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
+    page: PageChoice,
     date: PageDate = None,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Say whether a log of positions is of this program, at which override, in which time, and how true to the path."""
-    from compgen.pipelines.correct.program_file import read_frames, read_program, read_registers
+) -> Outcome:
+    """Say whether a log of positions is of this program, at which override, in which time, and how true to the path.
+
+    Examples:
+        cgen executed out/SPIRAL_1300.LS --log run.csv --max-um 200
+    """
+    from compgen.pipelines.correct.program_file import read_program
     from compgen.pipelines.correct.programs_beside import programs_beside
     from compgen.pipelines.executed.executed import Situation, judge_log, read_text
     from compgen.pipelines.files.robot_choice import robot_of_program
@@ -64,35 +69,25 @@ def executed(
         robot_file = str(find_robot(robot if robot is not None else robot_of_program(content)))
         arm = load_robot(robot_file)
         text = read_text(program, content)
-    check_executed_folder(folder, text.name)
-    options = page_options(folder, assets, date)
+    ours = Run(Command.EXECUTED, text.name)
+    check_folder(folder, ours, record=RECORD, others=[PAGE, TABLE])
+    options = page_options(folder, page, date)
     others = [(name, read_program(name)) for name in also or []]
-    situation = Situation(arm, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world)
+    situation = Situation(arm, *tables.read(), programs_beside(Path(program)), in_world)
     with naming_file(program):
         situation.course(content)  # what is wrong with the program is named before the log is read
     positions = read_position_log(log)
     use_cores(workers)
     run = judge_log(text, positions, situation, others, bound)
     summary = executed_summary(run, text, arm, bound)
-    inputs = measured_inputs(
-        arm.name,
-        (robot_file, file_hash(robot_file)),
-        [("program", program, file_hash(program)), ("log", log, file_hash(log))],
-    )
-    files = {
-        EXECUTED: json_text(summary),
-        "executed.html": executed_html(run, summary, inputs, options),
-        "executed.csv": executed_csv(run),
-    }
-    reports = page_files(folder, files, figures, options)
-    publish(folder, {}, reports)
-    if as_json:
-        print_record(files[EXECUTED])
-    elif not quiet:
-        sys.stdout.write("".join(f"{line}\n" for line in _lines(summary)))
-        sys.stdout.write(f"wrote {', '.join(files)} to {folder}\n")
-    if outside := first_message(Level.OUTSIDE, run.findings):
-        raise typer.Exit(print_error(f"outside: {outside}", 1))
+    sources = [("program", program, file_hash(program)), ("log", log, file_hash(log))]
+    inputs = measured_inputs(arm.name, (robot_file, file_hash(robot_file)), sources)
+    record = json_text(summary)
+    files = {RECORD: record, PAGE: executed_html(run, summary, inputs, options), TABLE: executed_csv(run)}
+    publish(folder, {}, page_files(folder, files, page, options), run=ours)
+    lines = [*_lines(summary), f"wrote {', '.join(files)} to {folder}"]
+    outside = first_message(Level.OUTSIDE, run.findings)
+    return Outcome(record=record, show=partial(print_lines, lines), errors=[f"outside: {outside}"] if outside else [])
 
 
 def _lines(summary: dict[str, Any]) -> list[str]:

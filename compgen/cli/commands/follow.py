@@ -3,207 +3,312 @@
 import json
 import sys
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from compgen.cli.commands.resume import JobPath, LoadedPages, PagesFolder, RecordDate, checked_moment, within
-from compgen.cli.commands.resume_files import put_pages
+from compgen.cli.commands.resume import (
+    JobPath,
+    LoadedPages,
+    PagesFolder,
+    Place,
+    RecordDate,
+    checked_moment,
+    within,
+)
+from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.durations import duration
-from compgen.cli.options.page_options import Assets, AssetsOption, page_options
-from compgen.cli.output_files.figure_files import FiguresOption
+from compgen.cli.options.page_options import PageChoice, page_options
 from compgen.cli.screen.messages import print_error, print_note_once
 from compgen.cli.screen.streams import reader_has_left
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
-from compgen.core.findings import beyond_text
+from compgen.core.exit_codes import ExitCode
+from compgen.core.message_text import beyond_text
 from compgen.core.units import UM
 
 if TYPE_CHECKING:
+    from compgen.error_model.anchored_state import AnchoredState
+    from compgen.fanuc import Program
     from compgen.pipelines.resume.follow import Look
+    from compgen.pipelines.resume.page_times import PageTimes
     from compgen.pipelines.resume.result import Resumed
+    from compgen.pipelines.resume.whole import Whole
+    from compgen.pipelines.resume.written_job import WrittenJob
+    from compgen.thermal.growing_log import GrowingLog
 
 LONGEST_POLL = 3600.0  # s
 WITHIN_UM = 5.0  # that a page may leave where nobody says
 
 
-def follow(
-    folder: PagesFolder,
-    log: Annotated[str, typer.Option("--log", help="Thermocouple log that grows while the job runs.")],
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Watch:
+    """What is watched, how often, and what is told of it."""
+
+    log: Annotated[str, typer.Option("--log", help="Thermocouple log that grows while the job runs.")]
     within_um: Annotated[
         float | None,
         typer.Option(
             "--within-um", help="Error that a page may leave by its forecast [um]; default --max-um, or 5 without one."
         ),
-    ] = None,
-    poll: Annotated[str, typer.Option("--poll", help="How often to look: 10s.")] = "10s",
+    ] = None
+    poll: Annotated[str, typer.Option("--poll", help="How often to look: 10s.")] = "10s"
     pages: Annotated[
         str | None, typer.Option("--pages", help="CSV that the cell writes: time_s, page (0: stands), loaded.")
-    ] = None,
+    ] = None
     started: Annotated[
         str | None, typer.Option("--started", help="Without --pages: when page 1 started, on the log's clock: 0s.")
-    ] = None,
+    ] = None
     planned: Annotated[
         str, typer.Option("--planned", help="When the job was planned to start, on the log's clock: 0s.")
-    ] = "0s",
-    loaded: LoadedPages = 0,
+    ] = "0s"
+    loaded: LoadedPages = 0
     lead: Annotated[
         str, typer.Option("--lead", help="How long before the page that runs ends the next one is taken as loaded.")
-    ] = "1min",
+    ] = "1min"
+    once: Annotated[bool, typer.Option("--once", help="Look once and end; exit 1 when a page leaves the bound.")] = (
+        False
+    )
+
+    def limits(self, max_um: float | None) -> "Limits":
+        """The same as numbers; raises InputError."""
+        within_um = (max_um or WITHIN_UM) if self.within_um is None else self.within_um
+        if not 0 < within_um < 1e4:
+            raise InputError(f"--within-um {within_um:g}: outside 0 to 1e4; give micrometres, as 5")
+        pause, first = opt.duration(self.poll, "--poll"), opt.duration(self.planned, "--planned")
+        if not 0 < pause <= LONGEST_POLL:
+            raise InputError(f"--poll {self.poll}: outside 0 s to {LONGEST_POLL:g} s; give how often to look, as 10s")
+        if self.pages is not None and self.started is not None:
+            raise InputError("--pages, --started: both say when pages began; give one of them")
+        begun = opt.duration(self.started, "--started") if self.started is not None else first
+        lead = opt.duration(self.lead, "--lead")
+        return Limits(within_um=within_um, pause=pause, planned=first, started=begun, lead=lead)
+
+    def fingerprint(self) -> bytes:
+        """What tells whether a watched file has changed."""
+        facts: list[Any] = []
+        for name in (self.log, self.pages):
+            try:
+                status = Path(name).stat() if name is not None else None
+            except OSError:
+                status = None
+            facts.append(status and (status.st_size, status.st_mtime_ns, status.st_ino))
+        return repr(facts).encode()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """What a page may leave, and times [s]."""
+
+    within_um: float
+    pause: float  # between two looks
+    planned: float  # start of the job, on the log's clock
+    started: float  # start of its first page
+    lead: float  # before the end of a page in which the next one counts as loaded
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FollowedJob:
+    """A job that runs, and its pages as they were last written."""
+
+    folder: Path
+    whole: "Whole"
+    written: "WrittenJob"
+    programs: "Sequence[Program]"
+    spans: Sequence[float]  # of its pages [s]
+    anchored: "AnchoredState | None"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sight:
+    """What a look has found: the log's readings, the forecast, and the page that was worked out anew for it."""
+
+    readings: "GrowingLog | None" = None
+    look: "Look | None" = None
+    resumed: "Resumed | None" = None
+
+
+def follow(
+    folder: PagesFolder,
+    *,
+    watch: Watch,
     state: opt.StateFile = None,
-    once: Annotated[
-        bool, typer.Option("--once", help="Look once and end; exit 1 when a page leaves the bound.")
-    ] = False,
     path: JobPath = None,
     robot: opt.JobRobot = None,
     date: RecordDate = None,
     force: Annotated[bool, typer.Option("--force", help="Write pages even outside the job's own bounds.")] = False,
     max_um: opt.MaxUm = None,
-    as_json: opt.Json = False,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
-    quiet: opt.Quiet = False,
+    page: PageChoice,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Follow a running job by its log: forecast the pages to come, and write the next one anew when it is due."""
+) -> Outcome:
+    """Follow a running job by its log: forecast the pages to come, and write the next one anew when it is due.
+
+    Examples:
+        cgen follow outputs/optic_spiral --log temperatures.csv --within-um 5
+        cgen follow outputs/optic_spiral --log temperatures.csv --started 0s --once --json
+    """
     from compgen.cli.machine import use_machine
-    from compgen.cli.output_files.replace_together import finish_replacing
-    from compgen.job.anchored_start import load_state
-    from compgen.pipelines.resume.follow import durations, look_at
-    from compgen.pipelines.resume.page_times import planned_times, read_page_times
-    from compgen.pipelines.resume.pages_anew import read_written
-    from compgen.pipelines.resume.resume import require_unedited, resume
-    from compgen.pipelines.resume.whole import plan_whole
-    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
-    from compgen.thermal.temperature_log import read_growing_log
 
     bound = opt.checked_bound(max_um)
-    within_um = (max_um or WITHIN_UM) if within_um is None else within_um
-    if not 0 < within_um < 1e4:
-        raise InputError(f"--within-um {within_um:g}: outside 0 to 1e4; give micrometres, as 5")
-    pause, first, ahead = duration(poll, "--poll"), duration(planned, "--planned"), duration(lead, "--lead")
-    if not 0 < pause <= LONGEST_POLL:
-        raise InputError(f"--poll {poll}: outside 0 s to {LONGEST_POLL:g} s; give how often to look, as 10s")
-    if pages is not None and started is not None:
-        raise InputError("--pages, --started: both say when pages began; give one of them")
-    begun = duration(started, "--started") if started is not None else first
+    limits = watch.limits(max_um)
     checked_moment(date)
-    place = Path(folder)
-    options = page_options(place, assets, date)
-    finish_replacing(place)
-    written = read_written_job(place)
-    if not 0 <= loaded <= len(written.pages):
-        raise InputError(f"--loaded {loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
+    place = Place(Path(folder), page, page_options(Path(folder), page, date))
+    use_machine(workers)
+    job = _load(place.folder, watch, path=path, robot=robot, bound=bound, state=state)
+    if watch.pages is not None and not Path(watch.pages).exists():
+        print_note_once(f"--pages {watch.pages}: not there yet, so that no page counts as begun; check its name")
+    interrupts.raise_on_signal()
+    interrupts.set_outcome("the pages are as last written")
+    before, sight = b"", Sight()
+    while True:
+        seen = watch.fingerprint()
+        if seen != before or watch.once:
+            before = seen
+            sight = _look(job, watch, limits, date=date)
+            resumed = sight.resumed
+            if resumed is not None and resumed.replaced and (resumed.inside or force):
+                place.put_job(resumed)
+                job = _read_again(job)
+            if not screen.quiet or screen.as_json:
+                _say(sight, limits.within_um, as_json=screen.as_json, force=force)
+        if watch.once or (sight.look is not None and sight.look.over) or reader_has_left():
+            break
+        interrupts.raise_if_interrupted()
+        time.sleep(limits.pause)
+    return Outcome(errors=_reasons(sight, watch.log, limits.within_um, force=force) if watch.once else [])
+
+
+def _load(
+    folder: Path, watch: Watch, *, path: str | None, robot: str | None, bound: float | None, state: str | None
+) -> FollowedJob:
+    """The job of a folder of pages; raises InputError for one that cannot be followed."""
+    from compgen.cli.output_files.replace_together import finish_replacing
+    from compgen.job.anchored_start import load_state
+    from compgen.pipelines.resume.follow import durations
+    from compgen.pipelines.resume.pages_anew import read_written
+    from compgen.pipelines.resume.resume import require_unedited
+    from compgen.pipelines.resume.whole import plan_whole
+    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
+
+    finish_replacing(folder)
+    written = read_written_job(folder)
+    if not 0 <= watch.loaded <= len(written.pages):
+        raise InputError(f"--loaded {watch.loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
     require_unedited(written)
     if CORRECTED in written.record:
         raise InputError(f"{folder}: a corrected program's pages are not followed; resume them with --log or --late")
-    use_machine(workers)
-    whole = plan_whole(
-        within(job_of(written, path, robot), bound), lambda stage, share: interrupts.raise_if_interrupted()
+    whole = plan_whole(within(job_of(written, path, robot), bound), _silent)
+    return FollowedJob(
+        folder=folder,
+        whole=whole,
+        written=written,
+        programs=read_written(written, whole),
+        spans=durations(written, whole),
+        anchored=load_state(state, whole.job.cell) if state is not None else None,
     )
-    job, spans, programs = whole.job, durations(written, whole), read_written(written, whole)
-    anchored = load_state(state, job.cell) if state is not None else None
-    if pages is not None and not Path(pages).exists():
-        print_note_once(f"--pages {pages}: not there yet, so that no page counts as begun; check its name")
-    interrupts.raise_on_signal()
-    interrupts.set_outcome("the pages are as last written")
-    before, looked = b"", None
-    while True:
-        seen = _fingerprint(log, pages)
-        if seen != before or once:
-            before, looked, readings = seen, None, None
-            try:
-                times = planned_times(spans, first, begun) if pages is None else read_page_times(pages, spans, first)
-                if once or Path(log).exists():
-                    readings = read_growing_log(log, job.heat.names, job.cell.sensors)
-            except InputError as failure:  # whoever writes the files may be in the middle of it
-                if once:
-                    raise
-                print_error(str(failure), 2)
-            if readings is not None:
-                looked = look_at(
-                    written,
-                    whole,
-                    programs,
-                    log=readings,
-                    source=log,
-                    times=times,
-                    within=within_um * UM,
-                    loaded=loaded,
-                    lead=ahead,
-                    anchored=anchored,
-                )
-            resumed = None
-            if looked is not None and looked.due and looked.beginning is not None:
-                beginning = looked.beginning
-                resumed = resume(
-                    written,
-                    whole,
-                    looked.due,
-                    begin=lambda known, b=beginning: b,  # type: ignore[misc]
-                    date=checked_moment(date),
-                    progress=_silent,
-                    loaded=looked.loaded,
-                    done=max(written.done, times.last(looked.time) - bool(looked.running)),
-                )
-                if resumed.replaced and (resumed.inside or force):
-                    put_pages(place, resumed, options, figures)
-                    written = read_written_job(place)
-                    programs = read_written(written, whole)
-            if not quiet or as_json:
-                _say(looked, resumed, within_um, as_json, force)
-        if once or (looked is not None and looked.over) or reader_has_left():
-            break
-        interrupts.raise_if_interrupted()
-        time.sleep(pause)
-    if once and looked is None and readings is not None and readings.readings is None and readings.gaps:
-        message = f"{log}: none of its {readings.gaps} readings is a temperature of a cell; are they kelvin? give degC"
-        raise typer.Exit(print_error(f"{message}; the pages stay as they are", 1))
-    if once:
-        _end(looked, resumed, within_um, force, log)
 
 
-def _silent(stage: str, share: float) -> None:
+def _read_again(job: FollowedJob) -> FollowedJob:
+    """A job after some of its pages were written anew."""
+    from compgen.pipelines.resume.pages_anew import read_written
+    from compgen.pipelines.resume.written_job import read_written_job
+
+    written = read_written_job(job.folder)
+    return replace(job, written=written, programs=read_written(written, job.whole))
+
+
+def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -> Sight:
+    """The job at its log's last reading, and the page that is due then, worked out anew."""
+    from compgen.pipelines.resume.follow import look_at
+    from compgen.pipelines.resume.resume import resume
+
+    times, readings = _read(job, watch, limits)
+    if times is None or readings is None:
+        return Sight()
+    look = look_at(
+        job.written,
+        job.whole,
+        job.programs,
+        log=readings,
+        source=watch.log,
+        times=times,
+        within=limits.within_um * UM,
+        loaded=watch.loaded,
+        lead=limits.lead,
+        anchored=job.anchored,
+    )
+    if look is None or not look.due or look.beginning is None:
+        return Sight(readings=readings, look=look)
+    beginning, ran = look.beginning, times.last(look.time) - bool(look.running)
+    resumed = resume(
+        job.written,
+        job.whole,
+        look.due,
+        begin=lambda known: beginning,
+        date=checked_moment(date),
+        progress=_silent,
+        loaded=look.loaded,
+        done=max(job.written.done, ran),
+    )
+    return Sight(readings=readings, look=look, resumed=resumed)
+
+
+def _read(job: FollowedJob, watch: Watch, limits: Limits) -> "tuple[PageTimes | None, GrowingLog | None]":
+    """When pages began, and the readings of the log; None where they cannot be read now."""
+    from compgen.pipelines.resume.page_times import planned_times, read_page_times
+    from compgen.thermal.growing_log import read_growing_log
+
+    try:
+        if watch.pages is None:
+            times = planned_times(job.spans, limits.planned, limits.started)
+        else:
+            times = read_page_times(watch.pages, job.spans, limits.planned)
+        cell = job.whole.job.cell
+        if watch.once or Path(watch.log).exists():
+            return times, read_growing_log(watch.log, cell.heat.names, cell.sensors)
+    except InputError as failure:  # whoever writes the files may be in the middle of it
+        if watch.once:
+            raise
+        print_error(str(failure), ExitCode.BAD_INPUT)
+    return None, None
+
+
+def _silent(stage: object, share: float) -> None:
     interrupts.raise_if_interrupted()
 
 
-def _fingerprint(*files: str | None) -> bytes:
-    """What tells whether a file has changed."""
-    facts: list[Any] = []
-    for name in files:
-        try:
-            status = Path(name).stat() if name is not None else None
-        except OSError:
-            status = None
-        facts.append(status and (status.st_size, status.st_mtime_ns, status.st_ino))
-    return repr(facts).encode()
-
-
-def _say(looked: "Look | None", resumed: "Resumed | None", within: float, as_json: bool, force: bool) -> None:
+def _say(sight: Sight, within: float, *, as_json: bool, force: bool) -> None:
     """One line for a look."""
-    from compgen.report.resume import look_record, look_words
+    from compgen.report.follow_words import look_record, look_words
 
     if as_json:
-        sys.stdout.write(json.dumps(look_record(looked, resumed, within, force=force), allow_nan=False) + "\n")
+        line = json.dumps(look_record(sight.look, sight.resumed, within, force), allow_nan=False)
     else:
-        sys.stdout.write(look_words(looked, resumed, within, force=force) + "\n")
+        line = look_words(sight.look, sight.resumed, within, force)
+    sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 
 
-def _end(looked: "Look | None", resumed: "Resumed | None", within: float, force: bool, log: str) -> None:
-    """The exit of a single look: 1 where a page to come leaves the bound and was not mended."""
-    if looked is None:
-        return
-    if looked.doubt:
-        raise typer.Exit(print_error(f"{log}: {looked.doubt}; the pages stay as they are", 1))
-    mended = looked.due if resumed is not None and (resumed.inside or force) else 0
-    bad = [f for f in looked.forecasts if f.max > within * UM and not 0 < mended <= f.page]
-    if bad:
-        reason = "it runs" if bad[0].page == looked.running else "the controller has it"
-        if bad[0].page > looked.loaded:
-            reason = "its correction is outside the job's bounds (--force)"
-        size = beyond_text(bad[0].max / UM, within, 1)
-        message = f"page {bad[0].page}: {size} um by its forecast, --within-um {within:g}; {reason}"
-        raise typer.Exit(print_error(message, 1))
+def _reasons(sight: Sight, log: str, within: float, *, force: bool) -> list[str]:
+    """Why a single look is not inside: a page to come leaves the bound and was not mended, or the log is no log."""
+    look, resumed, readings = sight.look, sight.resumed, sight.readings
+    if look is None:
+        if readings is None or readings.readings is not None or not readings.gaps:
+            return []
+        message = f"{log}: none of its {readings.gaps} readings is a temperature of a cell; are they kelvin? give degC"
+        return [f"{message}; the pages stay as they are"]
+    if look.doubt:
+        return [f"{log}: {look.doubt}; the pages stay as they are"]
+    mended = look.due if resumed is not None and (resumed.inside or force) else 0
+    bad = next((f for f in look.forecasts if f.max > within * UM and not 0 < mended <= f.page), None)
+    if bad is None:
+        return []
+    reason = "it runs" if bad.page == look.running else "the controller has it"
+    if bad.page > look.loaded:
+        reason = "its correction is outside the job's bounds (--force)"
+    size = beyond_text(bad.max / UM, within, 1)
+    return [f"page {bad.page}: {size} um by its forecast, --within-um {within:g}; {reason}"]

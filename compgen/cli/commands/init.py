@@ -1,15 +1,16 @@
 """The command that lays down the shipped robots and paths."""
 
 import os
-import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.publish import check_writable, write_file
-from compgen.cli.screen.messages import print_record
+from compgen.cli.screen.messages import print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 
@@ -19,6 +20,7 @@ TUTORIALS = "docs/tutorials/data"
 
 def init(
     folder: Annotated[str, typer.Argument(help="Where to; default here.")] = ".",
+    *,
     urdf: Annotated[
         str | None, typer.Option("--urdf", help="Write robots/<its name>.toml from this URDF file instead.")
     ] = None,
@@ -29,19 +31,19 @@ def init(
     tutorial: Annotated[
         str | None, typer.Option("--tutorial", help="Lay down the files that this tutorial begins with, too.")
     ] = None,
-    as_json: opt.Json = False,
-    quiet: opt.Quiet = False,
-) -> None:
-    """Lay down the robots, paths and schemas that come with compgen, or a robot file from a URDF file."""
+    screen: opt.Screen,
+) -> Outcome:
+    """Lay down the robots, paths and schemas that come with compgen, or a robot file from a URDF file.
+
+    Examples:
+        cgen init my_cell
+        cgen init --urdf arm.urdf
+    """
     from compgen.core.toml import shipped
 
     if urdf is not None:
-        target = _from_urdf(Path(folder), urdf, j3 == "coupled")
-        if as_json:
-            print_record({"command": Command.INIT, "written": [str(target)], "kept": []})
-        elif not quiet:
-            sys.stdout.write(f"wrote {target}; what is [assumed] in it you know better\n")
-        return
+        target = _from_urdf(Path(folder), urdf, coupled=j3 == "coupled")
+        return _outcome([str(target)], [], [f"wrote {target}; what is [assumed] in it you know better"])
     of_tutorial = [] if tutorial is None else _of_tutorial(shipped() / TUTORIALS, tutorial)
     for kind in KINDS:
         check_writable((Path(folder) / kind).absolute())
@@ -53,13 +55,16 @@ def init(
     count = len(written)
     _lay_down(of_tutorial, Path(folder), written, kept)
     robots, paths = (Path(folder) / kind for kind in KINDS)
-    if as_json:
-        print_record({"command": Command.INIT, "written": written, "kept": kept})
-    elif not quiet:
-        sys.stdout.write(f"{count} files laid down in {robots} and {paths}; files already there are kept\n")
-        if of_tutorial:
-            names = ", ".join(file.name for file in of_tutorial)
-            sys.stdout.write(f"{len(written) - count} files of the tutorial in {folder}: {names}\n")
+    lines = [f"{count} files laid down in {robots} and {paths}; files already there are kept"]
+    if of_tutorial:
+        names = ", ".join(file.name for file in of_tutorial)
+        lines.append(f"{len(written) - count} files of the tutorial in {folder}: {names}")
+    return _outcome(written, kept, lines)
+
+
+def _outcome(written: list[str], kept: list[str], lines: list[str]) -> Outcome:
+    record = {"command": Command.INIT, "written": written, "kept": kept}
+    return Outcome(record=record, show=partial(print_lines, lines))
 
 
 def _lay_down(files: list[Path], target: Path, written: list[str], kept: list[str]) -> None:
@@ -84,7 +89,7 @@ def _of_tutorial(folder: Path, tutorial: str) -> list[Path]:
     return sorted((folder / tutorial).iterdir())
 
 
-def _from_urdf(folder: Path, urdf: str, coupled: bool) -> Path:
+def _from_urdf(folder: Path, urdf: str, *, coupled: bool) -> Path:
     """Write the robot file of a URDF file into ``robots/``; what is there is kept."""
     from compgen.pipelines.files.robot_from_urdf import robot_from_urdf
 

@@ -1,34 +1,45 @@
 """Commands that write the files of a path: generate, predict."""
 
-from typing import Annotated
+from collections.abc import Iterable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
-from compgen.cli.output_files.figure_files import FiguresOption
-from compgen.cli.screen.messages import outcome_words, print_error, print_record
+from compgen.cli.options.page_options import PageChoice, PageDate, page_date, page_files, page_options
+from compgen.cli.output_files.figure_files import Content
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, resume_files
+from compgen.cli.output_files.publish import publish
+from compgen.cli.screen.messages import outcome_words
 from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
-from compgen.core.findings import beyond_text, first_message
+from compgen.core.findings import first_message
+from compgen.core.message_text import beyond_text
+from compgen.core.stages import Progress
 from compgen.core.units import MM, UM
+
+if TYPE_CHECKING:
+    from compgen.pipelines.planned.job_results import Corrected
+
+REPORTS = ("report.html", "waypoints.csv")
 
 
 def generate(
     path: opt.PathFile,
-    robot: opt.JobRobot = None,
+    *,
+    job: opt.JobChoice,
     output: opt.OutputFolder = None,
-    overrides: opt.Overrides = None,
-    state: opt.StateFile = None,
-    state_age: opt.StateAge = None,
     date: Annotated[
         str | None,
         typer.Option("--date", help="Date, YY-MM-DD, of the header (else 26-01-01) and of the page (else none)."),
     ] = None,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
+    page: PageChoice,
     force: opt.ForceProgram = False,
     pages: Annotated[
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
@@ -39,108 +50,139 @@ def generate(
         typer.Option("--lift-all", help="Write a dry run instead: the whole program lifted by so much [mm]."),
     ] = None,
     max_um: opt.MaxUm = None,
-    as_json: opt.Json = False,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Write the corrected program and its proof."""
-    from compgen.cli.commands.job_files import check_folder, publish_job
+) -> Outcome:
+    """Write the corrected program and its proof.
+
+    Examples:
+        cgen generate paths/spiral_1300.toml -o out
+        cgen generate paths/optic_raster.toml --set path.stepover_mm=2 --set before.0.duration_h=3
+        cgen generate paths/spiral_1300.toml --lift-all 50 -o dry
+    """
     from compgen.cli.machine import use_machine
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import GENERATE, show_progress
-    from compgen.pipelines.files.path_file import load_job
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.assumed_ramps import judge_ramps
     from compgen.pipelines.planned.dry_run import lifted, naming_lift
+    from compgen.pipelines.planned.program_text import program_name_of
     from compgen.report.files import job_reports
 
     use_machine(workers)
     folder = opt.output_folder(path, output, "" if lift_all is None else "_dry")
     lift = None if lift_all is None else lift_all * MM
-    changes = opt.with_state(path, opt.with_bound(overrides, max_um), state, state_age)
-    with show_progress(quiet or as_json, GENERATE) as progress, naming_lift(lift):
-        job = load_job(path, robot, changes)
-        job = job if lift is None else lifted(job, lift)
-        check_folder(folder, Command.GENERATE, job)
-        of_page = page_options(folder, assets, date)
+    with show_progress(GENERATE, quiet=screen.is_silent) as progress, naming_lift(lift):
+        chosen = job.load(path, max_um)
+        chosen = chosen if lift is None else lifted(chosen, lift)
+        program, run = program_name_of(chosen), Run(Command.GENERATE, chosen.name)
+        own = Headed(program=f"{program}.LS", header='= "compgen ', vouches=REPORTS)
+        check_folder(folder, run, record=REPORT, others=REPORTS, headed=[own])
+        of_page = page_options(folder, page, date)
         in_header = DEFAULT_DATE if date is None else checked_date(date)
-        planned, corrected = pipeline.generate(job, progress, in_header, pages)
+        planned, corrected = pipeline.generate(chosen, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress(stages.REPORT, 0.0)
         written = corrected.is_usable or force
-        reports = page_files(folder, job_reports(planned, corrected, of_page, with_program=written), figures, of_page)
+        reports = page_files(folder, job_reports(planned, corrected, of_page, written), page, of_page)
         programs = dict(corrected.delivery.files) if written else {}
-        publish_job(folder, programs, reports, job, progress)
-    if as_json:
-        print_record(reports["report.json"])
-    elif not quiet:
-        show_job(planned, corrected, folder, [*programs, *reports])
-    if not corrected.inside:
-        program = f"{corrected.program.name}.LS"
-        ending = f"{program} not written; --force writes it"
-        if corrected.is_as_planned:
-            ending = f"{program} is written as planned"
-        elif force:
-            ending = "written all the same (--force)"
-        broken = first_message(Level.OUTSIDE, corrected.findings)
-        raise typer.Exit(print_error(f"{outcome_words(corrected.verdict)}: {broken}; {ending}", 1))
+        _publish(folder, programs, reports, program, run, progress)
+    return Outcome(
+        record=reports[REPORT],
+        show=partial(show_job, planned, corrected, folder, [*programs, *reports]),
+        errors=[] if corrected.inside else [_outside_words(corrected, force=force)],
+    )
+
+
+def _outside_words(corrected: "Corrected", *, force: bool) -> str:
+    """Why a program is not inside its bounds, and whether it was written."""
+    program = f"{corrected.program.name}.LS"
+    ending = f"{program} not written; --force writes it"
+    if corrected.is_as_planned:
+        ending = f"{program} is written as planned"
+    elif force:
+        ending = "written all the same (--force)"
+    return f"{outcome_words(corrected.verdict)}: {first_message(Level.OUTSIDE, corrected.findings)}; {ending}"
 
 
 def predict(
     path: opt.PathFile,
-    robot: opt.JobRobot = None,
+    *,
+    job: opt.JobChoice,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_predict.")
     ] = None,
-    overrides: opt.Overrides = None,
-    state: opt.StateFile = None,
-    state_age: opt.StateAge = None,
     max_um: opt.MaxUm = None,
-    as_json: opt.Json = False,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
+    page: PageChoice,
     date: PageDate = None,
     program: Annotated[
         bool, typer.Option("--program", help="Write the planned program as well, named ..._PLAN: not corrected.")
     ] = False,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Predict the error of the planned program, without correcting it."""
-    from compgen.cli.commands.job_files import check_folder, publish_job
+) -> Outcome:
+    """Predict the error of the planned program, without correcting it.
+
+    Examples:
+        cgen predict paths/spiral_1300.toml --set process.feed_mm_s=40
+        cgen predict paths/spiral_1300.toml --program --max-um 150
+    """
     from compgen.cli.machine import use_machine
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import PREDICT, show_progress
-    from compgen.pipelines.files.path_file import load_job
     from compgen.pipelines.planned import generate as pipeline
-    from compgen.pipelines.planned.planned_delivery import deliver_planned, planned_name_of
+    from compgen.pipelines.planned.planned_delivery import COMMENT, deliver_planned, planned_name_of
+    from compgen.pipelines.planned.program_text import program_name_of
     from compgen.report.files import job_reports
 
     use_machine(workers)
     folder = opt.output_folder(path, output, "_predict")
     bound = opt.checked_bound(max_um)
-    changes = opt.with_state(path, opt.with_bound(overrides, max_um), state, state_age)
-    with show_progress(quiet or as_json, PREDICT) as progress:
-        job = load_job(path, robot, changes)
-        check_folder(folder, Command.PREDICT, job)
-        of_page = page_options(folder, assets, date)
-        planned = pipeline.predict(job, progress)
+    with show_progress(PREDICT, quiet=screen.is_silent) as progress:
+        chosen = job.load(path, max_um)
+        name, run = planned_name_of(chosen), Run(Command.PREDICT, chosen.name)
+        corrected = Headed(program=f"{program_name_of(chosen)}.LS")
+        own = Headed(program=f"{name}.LS", header=f'= "{COMMENT}"')
+        check_folder(folder, run, record=REPORT, others=REPORTS, headed=[corrected, own])
+        of_page = page_options(folder, page, date)
+        planned = pipeline.predict(chosen, progress)
         programs: dict[str, bytes] = {}
         if program:
             planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
             programs = {} if first_message(Level.OUTSIDE, planned.findings) else dict(delivered.files)
         progress(stages.REPORT, 0.0)
-        reports = page_files(folder, job_reports(planned, None, of_page), figures, of_page)
-        publish_job(folder, programs, reports, job, progress, is_planned=True)
-    if as_json:
-        print_record(reports["report.json"])
-    elif not quiet:
-        show_job(planned, None, folder, [*programs, *reports])
-    if program and not programs:
-        broken = first_message(Level.OUTSIDE, planned.findings)
-        raise typer.Exit(print_error(f"{broken}; {planned_name_of(job)}.LS not written", 1))
+        reports = page_files(folder, job_reports(planned, None, of_page), page, of_page)
+        _publish(folder, programs, reports, name, run, progress)
+    errors = []
     largest = planned.deviation().on_part["total"].max
-    if bound is not None and largest > bound:
-        raise typer.Exit(
-            print_error(f"predicted: error of {beyond_text(largest / UM, bound / UM)} um, --max-um {max_um:g}", 1)
-        )
+    if program and not programs:
+        errors.append(f"{first_message(Level.OUTSIDE, planned.findings)}; {name}.LS not written")
+    elif bound is not None and largest > bound:
+        errors.append(f"predicted: error of {beyond_text(largest / UM, bound / UM)} um, --max-um {max_um:g}")
+    files = [*programs, *reports]
+    return Outcome(record=reports[REPORT], show=partial(show_job, planned, None, folder, files), errors=errors)
+
+
+def _publish(
+    folder: Path,
+    programs: Mapping[str, bytes],
+    reports: Mapping[str, Content],
+    program: str,
+    run: Run,
+    progress: Progress,
+) -> None:
+    """Put a job's files into its folder; an earlier run's program and pages go where this run writes none."""
+    from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
+
+    contents = {
+        name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))
+        for k, (name, content) in enumerate(reports.items())
+    }
+    own_names = {f"{program}.LS", *resume_files(folder)}
+    publish(folder, programs, contents, own_names, f"{program}{MANIFEST_SUFFIX}", run)
+
+
+def _with_progress(content: Content, progress: Progress, share: float) -> Iterable[bytes]:
+    for block in [content] if isinstance(content, bytes) else content:
+        progress(stages.REPORT, share)
+        yield block

@@ -1,17 +1,22 @@
 """The command for shops that do not exchange programs: the one offset to type in, and what it leaves."""
 
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_jobs
-from compgen.cli.screen.console import print_findings, stdout_console
-from compgen.cli.screen.messages import print_error, print_record
+from compgen.cli.screen.messages import print_findings, stdout_console
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.findings import beyond_text
+
+if TYPE_CHECKING:
+    from compgen.core.stages import Progress
+    from compgen.pipelines.planned.offset_kinds import Offsets
 
 
 def offsets(
@@ -21,105 +26,67 @@ def offsets(
             autocompletion=complete_jobs, help="A path file, or a FANUC program, NAME.LS", show_default=False
         ),
     ],
-    robot: opt.JobRobot = None,
-    state: opt.StateFile = None,
-    state_age: opt.StateAge = None,
+    *,
+    job: opt.JobChoice,
     log: Annotated[str | None, typer.Option("--log", help="Of a path: temperature log in place of [[before]].")] = None,
     reference: opt.LogReference = None,
-    frames: opt.FramesFile = None,
-    registers: opt.RegistersFile = None,
+    tables: opt.ProgramTables,
     before: Annotated[
         list[str] | None,
         typer.Option("--before", help="Of a program: what went before, as cgen correct takes it; repeatable."),
     ] = None,
-    overrides: opt.Overrides = None,
     max_um: opt.MaxUm = None,
-    as_json: opt.Json = False,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Find the one position register or user frame that does best in place of a corrected program."""
+) -> Outcome:
+    """Find the one position register or user frame that does best in place of a corrected program.
+
+    Examples:
+        cgen offsets paths/spiral_1300.toml --state state.toml
+        cgen offsets JOB.LS --robot m710ic50 --before 'moving 200mm/s 5h' --max-um 50
+    """
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.pipelines.files.path_file import load_job
+    from compgen.pipelines.planned.offsets import offsets_of_job
     from compgen.report.offset_record import offsets_record
 
     opt.checked_bound(max_um)
     use_cores(workers)
-    with show_progress(quiet or as_json) as progress:
-        if log is not None and state is not None:
-            raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
-        if path.lower().endswith(".ls"):
-            if log is not None:
-                raise InputError("--log: is of a path file; for a program anchor with it, and give --state")
-            result = _of_program(
-                path,
-                robot,
-                state,
-                state_age=state_age,
-                frames=frames,
-                registers=registers,
-                before=before,
-                overrides=overrides,
-                progress=progress,
-            )
-        else:
-            given = [n for n, v in (("--frames", frames), ("--registers", registers), ("--before", before)) if v]
+    with show_progress(quiet=screen.is_silent) as progress:
+        if not path.lower().endswith(".ls"):
+            options = (("--frames", tables.frames), ("--registers", tables.registers), ("--before", before))
+            given = [option for option, value in options if value]
             if given:
                 raise InputError(f"{given[0]}: is of a program (.LS); a path file says it itself; leave it out")
-            from compgen.pipelines.anchor.files import log_overrides
-            from compgen.pipelines.planned.offsets import offsets_of_job
-
-            changed = [*opt.with_state(path, overrides, state, state_age), *log_overrides(path, log, reference)]
-            result = offsets_of_job(load_job(path, robot, changed), progress)
+            result = offsets_of_job(job.load_with_log(path, log, reference), progress)
+        else:
+            if log is not None:
+                raise InputError("--log: is of a path file; for a program anchor with it, and give --state")
+            choice = opt.ProgramChoice(
+                robot=job.robot, before=before, state=job.state, state_age=job.state_age, overrides=job.overrides
+            )
+            result = _of_program(path, choice, tables, progress)
     record = offsets_record(result)
-    if as_json:
-        print_record(record)
-    elif not quiet:
-        _show(record)
     best = min((way for way in record["ways"] if way["type_in"] is not None), key=lambda way: way["leaves"]["max_um"])
     left = best["leaves"]["max_um"]
+    errors = []
     if max_um is not None and left > max_um:
-        raise typer.Exit(
-            print_error(
-                f"the best offset ({best['kind']}) leaves {beyond_text(left, max_um)} um, --max-um {max_um:g}", 1
-            )
-        )
+        size = beyond_text(left, max_um)
+        errors.append(f"the best offset ({best['kind']}) leaves {size} um, --max-um {max_um:g}")
+    return Outcome(record=record, show=partial(_show, record), errors=errors)
 
 
-def _of_program(
-    program: str,
-    robot: str | None,
-    state: str | None,
-    state_age: str | None,
-    frames: str | None,
-    registers: str | None,
-    before: list[str] | None,
-    overrides: list[str] | None,
-    progress: Any,
-) -> Any:
+def _of_program(program: str, choice: opt.ProgramChoice, tables: opt.ProgramTables, progress: "Progress") -> "Offsets":
     """Offsets of a program that exists."""
-    from compgen.job.anchored_start import begin
-    from compgen.pipelines.correct.program_file import (
-        read_frames,
-        read_program,
-        read_registers,
-        refuse_any_corrected,
-    )
+    from compgen.pipelines.correct.program_file import read_program, refuse_any_corrected
     from compgen.pipelines.correct.program_offsets import offsets_of_program
     from compgen.pipelines.correct.programs_beside import programs_beside
-    from compgen.pipelines.files.history_words import load_before
-    from compgen.pipelines.files.robot_choice import robot_of_program
-    from compgen.pipelines.files.robot_file import load_cell
 
     source, content = Path(program), read_program(program)
-    with naming_file(program):
-        robot = robot_of_program(content) if robot is None else robot
-    cell, history = begin(load_cell(robot, overrides or ()), load_before(before or ()), state, state_age)
+    cell, history = choice.begin(program, content)
     with naming_file(program):
         refuse_any_corrected(source, content, cell.robot)
-        return offsets_of_program(
-            content, cell, read_frames(frames), history, progress, programs_beside(source), read_registers(registers)
-        )
+        frames, registers = tables.read()
+        return offsets_of_program(content, cell, frames, history, progress, programs_beside(source), registers)
 
 
 def _show(record: dict[str, Any]) -> None:

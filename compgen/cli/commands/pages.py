@@ -1,24 +1,34 @@
 """The command that parts a program that exists into pages."""
 
 import json
-import sys
+import os
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.output_files.ownership import check_pages_folder
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import REPORT, check_folder, refusal
 from compgen.cli.output_files.publish import files_of_earlier_run, publish
-from compgen.cli.screen.messages import print_record
+from compgen.cli.screen.messages import print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import read_regular
+from compgen.core.units import KB
+
+if TYPE_CHECKING:
+    from compgen.fanuc import LsProgram
+    from compgen.fanuc.paging.capacity import ProgramSize
+    from compgen.fanuc.paging.split import PagedProgram
 
 
 def pages(
     program: opt.ProgramFile,
+    *,
     robot: opt.ProgramRobot = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the pages; default outputs/<program>.")
@@ -27,12 +37,14 @@ def pages(
     taken: Annotated[
         list[str] | None, typer.Option("--taken", help="A program's name that pages must not get; repeatable.")
     ] = None,
-    as_json: opt.Json = False,
-    quiet: opt.Quiet = False,
-) -> None:
-    """Part an existing program into pages that the controller holds, with a main program and a manifest."""
+    screen: opt.Screen,
+) -> Outcome:
+    """Part an existing program into pages that the controller holds, with a main program and a manifest.
+
+    Examples:
+        cgen pages JOB.LS -o out
+    """
     from compgen import fanuc
-    from compgen.cli.screen.pages_text import pages_text, unparted_text
     from compgen.core.version import __version__
     from compgen.fanuc.analysis.watermark import carries_mark
     from compgen.fanuc.editing.insertion import marking_remark
@@ -52,30 +64,47 @@ def pages(
         whole = fanuc.loads(content)
         arm = load_cell(robot if robot is not None else robot_of_program(content), overrides or ()).robot
     capacity = controller_capacity(arm)
-    if program_size(whole).within(capacity):
-        if as_json:
-            print_record({"command": Command.PAGES, "name": whole.name, "pages": []})
-        elif not quiet:
-            sys.stdout.write(unparted_text(whole))
-        return
-    marked = carries_mark(whole, arm) or provenance_beside(Path(program), content) is not None
+    size = program_size(whole)
+    if size.within(capacity):
+        line = f"{whole.name}: {_size_text(size)}: the controller holds it in one file; nothing was written"
+        record = {"command": Command.PAGES, "name": whole.name, "pages": []}
+        return Outcome(record=record, show=partial(print_lines, [line]))
+    provenance = provenance_beside(Path(program), content)
+    marked = carries_mark(whole, arm) or provenance is not None
     with naming_file(program):
         paged = split_program(whole, capacity, taken or (), common=(marking_remark(__version__),) if marked else ())
     check_join(whole, paged.main, {p.name: p.data for p in paged.pages})
-    manifest_name = f"{paged.name}{MANIFEST_SUFFIX}"
-    provenance = provenance_beside(Path(program), content)
     made = {} if provenance is None else {CORRECTED: json.loads(read_regular(provenance))}
-    manifest = manifest_json(
-        paged, capacity, {"command": Command.PAGES, "planned_sha256": sha256(content).hexdigest(), **made}
-    )
+    origin = {"command": Command.PAGES, "planned_sha256": sha256(content).hexdigest(), **made}
+    manifest_name, manifest = f"{paged.name}{MANIFEST_SUFFIX}", manifest_json(paged, capacity, origin)
     files = {manifest_name: manifest, **paged.files()}
     check_manifest(manifest, files)
     if (main := folder / f"{paged.name}.LS").exists() and main.samefile(program):
         raise InputError(f"{program}: the main program would replace it; give another folder with -o")
-    own_names = files_of_earlier_run(folder / manifest_name)
-    check_pages_folder(folder, {*files}, own_names)
-    publish(folder, files, {}, own_names, manifest_name)
-    if as_json:
-        print_record(manifest)
-    elif not quiet:
-        sys.stdout.write(pages_text(whole, paged, folder))
+    _put(folder, files, manifest_name, Run(Command.PAGES, paged.name))
+    return Outcome(record=manifest, show=partial(print_lines, _lines(whole, paged, folder)))
+
+
+def _put(folder: Path, files: dict[str, bytes], manifest: str, run: Run) -> None:
+    """Put pages into a folder, in place of those that an earlier manifest names, and of nothing else."""
+    own_names = files_of_earlier_run(folder / manifest)
+    if os.path.lexists(folder / REPORT):
+        raise refusal(folder, f"it holds the {REPORT} of another command;")
+    check_folder(folder, run, others=sorted(files.keys() - own_names))
+    publish(folder, files, {}, own_names, manifest, run)
+
+
+def _lines(program: "LsProgram", paged: "PagedProgram", folder: Path) -> list[str]:
+    """Each page, its load and what it relies on."""
+    from compgen.fanuc.paging.capacity import program_size
+
+    loads = f"{len(paged.pages)} pages in {paged.load_count} loads, in {folder}"
+    lines = [f"{program.name}: {_size_text(program_size(program))}: {loads}"]
+    for page in paged.pages:
+        lines.append(f"  {page.name}: load {page.load}, {_size_text(page.size)}")
+        lines += [f"    relies on the page before: {note}" for note in page.notes]
+    return lines
+
+
+def _size_text(size: "ProgramSize") -> str:
+    return f"{size.lines} lines, {size.positions} positions, {size.memory / KB:.1f} kB estimated"

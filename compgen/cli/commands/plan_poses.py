@@ -1,40 +1,99 @@
-"""The command that says which poses to measure."""
+"""The command that says which poses to measure: a CSV of them, what they will tell, and a program that visits them."""
 
-from typing import Annotated
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
-from compgen.cli.output_files.ownership import check_planned_poses
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import Headed, check_folder, check_unfilled
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import print_record
+from compgen.cli.screen.messages import print_findings, stdout_console
+from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.exceptions import InputError
+from compgen.core.units import DEG, MM, UM
+
+if TYPE_CHECKING:
+    from compgen.core.arrays import Array
+    from compgen.core.findings import Finding
+    from compgen.identification.model import FreeParameter
+    from compgen.identification.pose_planning import PosePlan, Site
+    from compgen.robot.robot import Robot
 
 FARTHEST_MM = 1e5  # of what stands in a cell
+NUMBERS = {"--box": 6, "--reflector": 3, "--instrument": 3}
+HEADERS = ("poses to measure", "reversal runs")  # comments of the programs
+POSES, EXPECTED, REVERSALS = "poses.csv", "expected.csv", "reversals.csv"
 
 
-def plan_poses(
-    robot: opt.RobotArgument,
-    count: Annotated[int, typer.Option("-n", help="How many poses.")] = 50,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SiteChoice:
+    """What stands in the cell, and how well it measures."""
+
     box: Annotated[
         str | None,
         typer.Option("--box", help="World box of the reflectors, 'x0 y0 z0 x1 y1 z1' in mm; default the reach."),
-    ] = None,
+    ] = None
     reflectors: Annotated[
         list[str] | None,
         typer.Option(
             "--reflector",
             help="In the flange, 'x y z' in mm, off the last axis; default '60 0 100'; repeatable.",
         ),
-    ] = None,
+    ] = None
     instrument: Annotated[
         str | None, typer.Option("--instrument", help="Where the instrument stands, World 'x y z' in mm.")
-    ] = None,
-    view: Annotated[float, typer.Option("--view", help="Widest angle at which reflectors are seen, deg.")] = 60.0,
-    noise: Annotated[float, typer.Option("--noise", help="Of one measured coordinate, um.")] = 30.0,
-    share: Annotated[float, typer.Option("--range", help="Share of each joint's range to use.")] = 0.9,
+    ] = None
+    view: Annotated[float, typer.Option("--view", help="Widest angle at which reflectors are seen, deg.")] = 60.0
+    noise: Annotated[float, typer.Option("--noise", help="Of one measured coordinate, um.")] = 30.0
+    share: Annotated[float, typer.Option("--range", help="Share of each joint's range to use.")] = 0.9
+
+    def site(self, robot: "Robot") -> "Site":
+        """The same in SI units, without a box the reach of the robot; raises InputError."""
+        import numpy as np
+
+        from compgen.identification.pose_planning import Site
+
+        reach = float(np.abs(robot.a).sum() + np.abs(robot.d).sum()) / MM
+        box = [-reach] * 3 + [reach] * 3 if self.box is None else _numbers("--box", self.box)
+        if not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
+            raise InputError(f"--box '{self.box}': each low corner must be below the high one: x0 y0 z0 x1 y1 z1")
+        opt.check_range("--noise", self.noise, 0.1, 1e4)
+        opt.check_range("--range", self.share, 0.01, 1.0)
+        opt.check_range("--view", self.view, 1, 180)
+        reflectors = [_numbers("--reflector", text) for text in self.reflectors or ["60 0 100"]]
+        stand = None if self.instrument is None else np.array(_numbers("--instrument", self.instrument)) * MM
+        return Site(
+            box=np.array([box[:3], box[3:]]) * MM,
+            reflector=np.array(reflectors) * MM,
+            instrument=stand,
+            view=self.view * DEG,
+            noise=self.noise * UM,
+            share=self.share,
+        )
+
+    def input_findings(self) -> "list[Finding]":
+        """Findings of lengths as they were typed."""
+        from compgen.core.other_units import lengths_in_other_units
+
+        given = [("--reflector", text) for text in self.reflectors or []]
+        given += [("--instrument", self.instrument)] if self.instrument else []
+        given += [("--box", self.box)] if self.box else []
+        return [f for option, text in given for f in lengths_in_other_units(option, text, _numbers(option, text))]
+
+
+def plan_poses(
+    robot: opt.RobotArgument,
+    *,
+    count: Annotated[int, typer.Option("-n", help="How many poses.")] = 50,
+    choice: SiteChoice,
     reversals: Annotated[
         bool,
         typer.Option("--reversals/--no-reversals", help="Runs of small steps that tell how far play reaches."),
@@ -42,17 +101,17 @@ def plan_poses(
     wait: Annotated[float, typer.Option("--wait", help="Seconds at each pose.")] = 3.0,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_poses.")] = None,
     date: opt.Date = DEFAULT_DATE,
-    as_json: opt.Json = False,
-    quiet: opt.Quiet = False,
+    screen: opt.Screen,
     workers: opt.Workers = 0,
-) -> None:
-    """Choose the poses that tell most of a robot's errors: a CSV, and a program that visits them."""
+) -> Outcome:
+    """Choose the poses that tell most of a robot's errors: a CSV, and a program that visits them.
+
+    Examples:
+        cgen plan-poses m710ic50 -n 60 -o poses
+    """
     import numpy as np
 
-    from compgen.cli.commands.pose_plan_files import expected_csv, pose_plan_record, poses_csv, show_pose_plan
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.core.other_units import lengths_in_other_units
-    from compgen.core.units import DEG, MM, UM
     from compgen.fanuc import program_name
     from compgen.fanuc.measuring_programs import measuring_program
     from compgen.identification import pose_planning
@@ -62,61 +121,49 @@ def plan_poses(
 
     arm = load_arm(robot)
     folder = opt.output_folder(f"{arm.robot.name}_poses", output)
-    program = program_name(f"{arm.robot.name}_poses", arm.robot.controller.name_length)
-    turning = program_name(f"{arm.robot.name}_reversals", arm.robot.controller.name_length)
-    check_planned_poses(folder, f"{program}.LS", f"{turning}.LS")
-    reach = float(np.abs(arm.robot.a).sum() + np.abs(arm.robot.d).sum()) / MM
-    box_mm = _numbers("--box", box, 6) if box is not None else [-reach] * 3 + [reach] * 3
-    low, high = np.array(box_mm[:3]), np.array(box_mm[3:])
-    if not (low < high).all():
-        raise InputError(f"--box '{box}': each low corner must be below the high one: x0 y0 z0 x1 y1 z1")
-    for name, value, smallest, largest in (
-        ("--noise", noise, 0.1, 1e4),
-        ("--range", share, 0.01, 1.0),
-        ("--view", view, 1, 180),
-    ):
-        if not smallest <= value <= largest:
-            raise InputError(f"{name} {value:g}: must be {smallest:g} to {largest:g}")
-    reflectors_mm = np.array([_numbers("--reflector", r, 3) for r in reflectors or ["60 0 100"]])
-    stand = None if instrument is None else np.array(_numbers("--instrument", instrument, 3)) * MM
-    lengths = [("--reflector", r, _numbers("--reflector", r, 3)) for r in reflectors or []]
-    lengths += [("--instrument", instrument, _numbers("--instrument", instrument, 3))] if instrument else []
-    lengths += [("--box", box, box_mm)] if box else []
-    corners, reflector = np.array([low, high]) * MM, reflectors_mm * MM
-    site = pose_planning.Site(
-        box=corners, reflector=reflector, instrument=stand, view=view * DEG, noise=noise * UM, share=share
-    )
-    parts = [
-        p
-        for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
-        if p.original.NAME != "joint_ripple"
-    ]
+    length = arm.robot.controller.name_length
+    program, turning = (program_name(f"{arm.robot.name}_{what}", length) for what in ("poses", "reversals"))
+    run = Run(Command.PLAN_POSES, arm.robot.name)
+    _check(folder, run, f"{program}.LS", f"{turning}.LS")
+    site = choice.site(arm.robot)
+    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
+    parts = [source for source in sources if source.original.NAME != "joint_ripple"]
     model = build_model(arm.robot, parts, len(arm.nodes))
     use_cores(workers)
-    with show_progress(quiet or as_json) as progress:
+    with show_progress(quiet=screen.is_silent) as progress:
         plan = pose_planning.plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
     runs = pose_planning.plan_reversals(arm.robot, model, len(arm.nodes), site, plan) if reversals else []
     pendant = np.round(arm.robot.to_pendant(plan.theta) / DEG, 3)
-    measuring = {f"{program}.LS": measuring_program(program, "poses to measure", checked_date(date), pendant, wait)}
+    day = checked_date(date)
+    programs = {f"{program}.LS": measuring_program(program, HEADERS[0], day, pendant, wait)}
     tables = {
-        "poses.csv": poses_csv(pendant, [range(len(reflectors_mm))] * count),
-        "expected.csv": expected_csv(model.parameters, plan),
+        POSES: _poses_csv(pendant, [range(len(site.reflector))] * count),
+        EXPECTED: _expected_csv(model.parameters, plan),
     }
     if runs:
         turned = np.round(arm.robot.to_pendant(np.vstack([poses for poses, _ in runs])) / DEG, 3)
-        targets = [[target] for poses, target in runs for _ in poses]
-        text = measuring_program(turning, "reversal runs", checked_date(date), turned, wait)
-        measuring[f"{turning}.LS"], tables["reversals.csv"] = text, poses_csv(turned, targets)
-    files = {**measuring, **tables}
-    publish(folder, measuring, tables, (f"{turning}.LS", "reversals.csv"))
-    input_findings = [*arm.input_findings, *(f for given in lengths for f in lengths_in_other_units(*given))]
-    if as_json:
-        print_record(pose_plan_record(model.parameters, plan, len(runs), sorted(files), input_findings))
-    elif not quiet:
-        show_pose_plan(model.parameters, plan, len(runs), folder, sorted(files), input_findings)
+        programs[f"{turning}.LS"] = measuring_program(turning, HEADERS[1], day, turned, wait)
+        tables[REVERSALS] = _poses_csv(turned, [[target] for poses, target in runs for _ in poses])
+    publish(folder, programs, tables, (f"{turning}.LS", REVERSALS), run=run)
+    record = _record(
+        model.parameters, plan, len(runs), sorted([*programs, *tables]), [*arm.input_findings, *choice.input_findings()]
+    )
+    return Outcome(record=record, show=partial(_show, record, folder))
 
 
-def _numbers(option: str, text: str, count: int) -> list[float]:
+def _check(folder: Path, run: Run, program: str, turning: str) -> None:
+    """Raises InputError when poses that are planned anew would replace another robot's, or measurements."""
+    headed = [
+        Headed(program=program, header=f'= "{HEADERS[0]}"', vouches=[POSES, EXPECTED]),
+        Headed(program=turning, header=f'= "{HEADERS[1]}"', vouches=[REVERSALS]),
+    ]
+    check_folder(folder, run, others=[POSES, EXPECTED, REVERSALS], headed=headed)
+    for table in (POSES, REVERSALS):
+        check_unfilled(folder, table, "measurements", lambda row: row.endswith(b",,,"))
+
+
+def _numbers(option: str, text: str) -> list[float]:
+    count = NUMBERS[option]
     try:
         numbers = [float(v) for v in text.replace(",", " ").split()]
     except ValueError:
@@ -124,3 +171,56 @@ def _numbers(option: str, text: str, count: int) -> list[float]:
     if len(numbers) != count or not all(abs(v) <= FARTHEST_MM for v in numbers):
         raise InputError(f"{option} '{text}': expected {count} numbers in mm, none beyond {FARTHEST_MM:g}")
     return numbers
+
+
+def _poses_csv(pendant: "Array", targets: Sequence[Sequence[int]]) -> bytes:
+    """The poses (K, 6) [deg] and the reflectors to measure at each, from 0, as identify reads them, to be filled in."""
+    lines = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
+    for n, row in enumerate(pendant):
+        joints = ",".join(f"{v:.3f}" for v in row)
+        lines += [f"{n},r{r + 1},{joints},,," for r in targets[n]]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _expected_csv(terms: "Sequence[FreeParameter]", plan: "PosePlan") -> bytes:
+    """Each parameter's uncertainty before and after the measurement."""
+    from compgen.core.csv_table import text_cell
+
+    lines = ["parameter,prior_sigma,expected_sigma"]
+    for term, prior, sigma in zip(terms, plan.prior, plan.sigma, strict=True):
+        name = text_cell(term.name)
+        name = f'"{name}"' if "," in name else name
+        lines.append(f"{name},{prior / term.unit:.6g},{sigma / term.unit:.6g}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _record(
+    terms: "Sequence[FreeParameter]", plan: "PosePlan", runs: int, files: list[str], findings: "Sequence[Finding]"
+) -> dict[str, Any]:
+    """How well each parameter will be known, the reversal runs, findings, and the files."""
+    return {
+        "command": Command.PLAN_POSES,
+        "poses": len(plan.theta),
+        "reversal_runs": runs,
+        "parameters": [
+            {"name": t.name, "prior_sigma": prior / t.unit, "expected_sigma": sigma / t.unit}
+            for t, prior, sigma in zip(terms, plan.prior.tolist(), plan.sigma.tolist(), strict=True)
+        ],
+        "findings": [f.record() for f in findings],
+        "files": files,
+    }
+
+
+def _show(record: dict[str, Any], folder: Path) -> None:
+    """Print how well each parameter will be known, findings, and the files."""
+    from rich.table import Table
+
+    console = stdout_console()
+    table = Table("parameter", "sigma before", "expected after", "known")
+    for term in record["parameters"]:
+        prior, sigma = term["prior_sigma"], term["expected_sigma"]
+        table.add_row(term["name"], f"{prior:.4g}", f"{sigma:.4g}", f"{100 * (1 - (sigma / prior) ** 2):.0f} %")
+    console.print(table)
+    print_findings(console, record["findings"])
+    reversals = f", then reversal runs of {record['reversal_runs']} joints" if record["reversal_runs"] else ""
+    console.print(f"{record['poses']} poses{reversals}; wrote {', '.join(record['files'])} to {folder}")

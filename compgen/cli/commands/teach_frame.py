@@ -1,17 +1,17 @@
 """Command teach-frame: where a part stands, from spheres that the identified, warm arm has touched."""
 
-import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from compgen.cli.commands.identify import ReferenceOption, Temperatures, UserFrames
+from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import check_names, publish
-from compgen.cli.screen.console import finding_lines
-from compgen.cli.screen.messages import print_record
+from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
@@ -19,6 +19,7 @@ from compgen.core.json_text import json_text
 
 def teach_frame(
     robot: opt.RobotArgument,
+    *,
     touches: opt.TouchesFile = None,
     artefact: opt.ArtefactFile = None,
     temperatures: Temperatures = None,
@@ -30,10 +31,13 @@ def teach_frame(
         str | None,
         typer.Option("-o", "--output", help="The frame's file; default outputs/frames/<robot>_<number>.toml."),
     ] = None,
-    as_json: opt.Json = False,
-    quiet: opt.Quiet = False,
-) -> None:
-    """Compute a part's user frame from spheres that the identified, warm arm has touched."""
+    screen: opt.Screen,
+) -> Outcome:
+    """Compute a part's user frame from spheres that the identified, warm arm has touched.
+
+    Examples:
+        cgen teach-frame mine.toml --touches touches.csv --artefact artefact.toml
+    """
     from compgen.fanuc.frames import default_frames, load_frames
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure import teach_frame as teaching
@@ -46,7 +50,7 @@ def teach_frame(
     target = opt.toml_file(output, Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml", "frame's")
     report = target.with_suffix(".json")
     check_names(target.parent, [report.name])
-    check_own_file("-o", str(target), b"as cgen teach-frame wrote it", Command.TEACH_FRAME)
+    check_own_file("-o", str(target), "as cgen teach-frame wrote it", Command.TEACH_FRAME)
     check_own_file("-o", str(report), None, Command.TEACH_FRAME)
     uframes = (load_frames(frames) if frames else default_frames()).uframe
     taught = teaching.teach_frame(
@@ -62,10 +66,8 @@ def teach_frame(
     record = teaching.frame_record(taught, arm.robot.controller.decimals)
     reports = {report.name: json_text(record)}
     publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports)
-    if as_json:
-        print_record(reports[report.name])
-    elif not quiet:
-        sys.stdout.write("\n".join([*_lines(record), f"wrote {target}, {report}"]) + "\n")
+    lines = [*_lines(record), f"wrote {target}, {report}"]
+    return Outcome(record=reports[report.name], show=partial(print_lines, lines))
 
 
 def _lines(record: dict[str, Any]) -> list[str]:

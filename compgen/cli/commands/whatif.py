@@ -1,126 +1,229 @@
 """The command that varies anything, and answers what people ask of a path's warmth."""
 
 import sys
-from typing import Annotated, Any
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_keys, complete_paths, complete_questions
-from compgen.cli.options.page_options import Assets, AssetsOption, PageDate, page_files, page_options
-from compgen.cli.output_files import study_journal
-from compgen.cli.output_files.figure_files import FiguresOption
+from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.output_files import study_files as files_of_study
+from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.publish import publish
-from compgen.cli.output_files.study_folder import QUESTIONS, RECORD, own_files, study_folder
-from compgen.cli.screen.console import finding_lines
-from compgen.cli.screen.messages import print_error, print_record
-from compgen.core.findings import beyond_text
+from compgen.cli.output_files.study_files import QUESTIONS, RECORD, own_files, study_folder
+from compgen.cli.screen.messages import finding_lines, print_lines
+from compgen.core import interrupts
+from compgen.core.commands import Command
+from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.message_text import beyond_text
+from compgen.core.units import UM
+
+if TYPE_CHECKING:
+    from compgen.pipelines.study import Row, Study
+    from compgen.report.live import LiveSection
+
+MOST_FAILED = 10  # scenarios that are named
 
 
-def whatif(
-    path: opt.PathFile,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Questions:
+    """What is asked of a path's warmth."""
+
+    asked: Annotated[
+        list[str] | None,
+        typer.Option("--ask", autocompletion=complete_questions, help=f"{', '.join(QUESTIONS)}; repeatable."),
+    ] = None
+    within_um: Annotated[float, typer.Option("--within-um", help="The X of the questions [um].")] = 5.0
+    pass_paths: Annotated[
+        list[str] | None,
+        typer.Option("--pass", autocompletion=complete_paths, help="Path files, for passes."),
+    ] = None
+    feeds: Annotated[str | None, typer.Option("--feeds", help="Feeds for passes, mm/s: 20,100,200.")] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenarios:
+    """What is varied, and how it is computed."""
+
     vary: Annotated[
         list[str] | None,
         typer.Option(
             "--vary", autocompletion=complete_keys, help="KEY=V1,V2,... or KEY=FROM:TO:COUNT; repeat for a grid."
         ),
-    ] = None,
-    scenario_list: Annotated[
-        str | None, typer.Option("--list", help="CSV with keys as header, a scenario a row.")
-    ] = None,
-    correct: Annotated[bool, typer.Option("--correct", help="Correct and prove each scenario as well.")] = False,
-    questions: Annotated[
-        list[str] | None,
-        typer.Option("--ask", autocompletion=complete_questions, help=f"{', '.join(QUESTIONS)}; repeatable."),
-    ] = None,
-    within_um: Annotated[float, typer.Option("--within-um", help="The X of the questions [um].")] = 5.0,
-    pass_paths: Annotated[
-        list[str] | None,
-        typer.Option("--pass", autocompletion=complete_paths, help="Path files, for passes."),
-    ] = None,
-    feeds: Annotated[str | None, typer.Option("--feeds", help="Feeds for passes, mm/s: 20,100,200.")] = None,
+    ] = None
+    listed: Annotated[str | None, typer.Option("--list", help="CSV with keys as header, a scenario a row.")] = None
+    correct: Annotated[bool, typer.Option("--correct", help="Correct and prove each scenario as well.")] = False
     cluster: Annotated[
         str | None,
         typer.Option(
             "--cluster",
             help="A Dask scheduler's address; it is trusted (pickles go both ways); tls:// by Dask's settings.",
         ),
-    ] = None,
+    ] = None
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished scenarios of an earlier run.")] = False
+    workers: opt.Workers = 0
+
+
+def whatif(
+    path: opt.PathFile,
+    *,
+    scenarios: Scenarios,
+    questions: Questions,
     live: Annotated[
         bool, typer.Option("--live/--no-live", help="Sliders on the page; they take one corrected program.")
     ] = True,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished scenarios of an earlier run.")] = False,
-    robot: opt.JobRobot = None,
+    job: opt.JobChoice,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_whatif.")
     ] = None,
-    overrides: opt.Overrides = None,
-    state: opt.StateFile = None,
-    state_age: opt.StateAge = None,
     max_um: opt.MaxUm = None,
-    as_json: opt.Json = False,
-    assets: AssetsOption = Assets.INLINE,
-    figures: FiguresOption = None,
+    page: PageChoice,
     date: PageDate = None,
-    quiet: opt.Quiet = False,
-    workers: opt.Workers = 0,
-) -> None:
-    """Move the day with sliders; vary any key, predict (and correct) every scenario, answer questions."""
-    from compgen.cli.commands.live import sliders
-    from compgen.cli.commands.study_run import run_scenarios
-    from compgen.core.exceptions import InputError
-    from compgen.core.units import UM
+    screen: opt.Screen,
+) -> Outcome:
+    """Move the day with sliders; vary any key, predict (and correct) every scenario, answer questions.
+
+    Examples:
+        cgen whatif paths/spiral_1300.toml --vary process.feed_mm_s=20:200:7 -o out
+        cgen whatif paths/spiral_1300.toml --vary before.0.duty=0.25,0.5,1 --correct --max-um 5
+        cgen whatif paths/spiral_1300.toml --ask warmup --ask validity --within-um 5
+    """
     from compgen.pipelines.study import build
-    from compgen.pipelines.study.questions import answer_questions, base_job, check_study
+    from compgen.pipelines.study.answers import answer_questions, base_job, check_study
     from compgen.report.files import study_files, study_sentences
     from compgen.report.live import NONE
 
-    overrides = opt.with_state(path, opt.with_bound(overrides, max_um if correct else None), state, state_age)
+    robot, vary, listed, asked = job.robot, scenarios.vary or (), scenarios.listed, questions.asked or []
+    changes = job.changes(path, max_um if scenarios.correct else None)
     opt.checked_bound(max_um)
-    if max_um is not None and not (vary or scenario_list):
+    varied = bool(vary or listed)
+    if max_um is not None and not varied:
         raise InputError(f"--max-um {max_um:g}: no scenario to judge; give --vary KEY=V1,V2 or --list FILE.csv")
-    check_study(questions or [], within_um, varied=bool(vary or scenario_list) or live)
-    study = build(path, robot, overrides, vary or (), scenario_list, correct=correct) if vary or scenario_list else None
-    folder = opt.output_folder(path, output, "_whatif")
-    identity = study.identity if study else None
-    folder = study_folder(folder, path, identity, set(questions or []), output is not None, fresh)
-    of_page = page_options(folder, assets, date)
-    answers = answer_questions(path, robot, overrides, questions or [], within_um * UM, pass_paths or [], feeds)
-    rows = run_scenarios(study, folder, workers, cluster, fresh, quiet or as_json) if study else []
-    living = sliders(path, robot, overrides, quiet or as_json, study is None and not answers) if live else NONE
-    journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
-    base = base_job(path, robot, overrides)
-    files = study_files(
-        path, overrides, study, rows=rows, answers=answers, base=base, options=of_page, live=living, max_um=max_um
+    check_study(asked, questions.within_um, varied or live)
+    study = build(path, robot, changes, vary, listed, scenarios.correct) if varied else None
+    folder, identity = opt.output_folder(path, output, "_whatif"), study.identity if study else None
+    folder = study_folder(folder, path, identity, {*asked}, is_chosen=output is not None, fresh=scenarios.fresh)
+    of_page = page_options(folder, page, date)
+    answers = answer_questions(
+        path, robot, changes, asked, questions.within_um * UM, questions.pass_paths or [], questions.feeds
     )
-    reports = page_files(folder, files, figures, of_page)
-    publish(folder, journal, reports, own_files() if fresh else ())
-    if as_json:
-        print_record(files[RECORD])
-    elif not quiet:
-        sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
-        sys.stdout.write(f"{living.sentence}\n" if living.sentence else "")
-        for line in finding_lines(base.input_findings if base is not None else ()):
-            sys.stdout.write(f"{line}\n")
-        for row in [row for row in rows if row["state"] == "failed"][:10]:
-            sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")
-        sys.stdout.write(f"wrote {', '.join(sorted([*journal, *files]))} to {folder}\n")
-    if rows and all(row["state"] == "failed" for row in rows):
-        raise typer.Exit(print_error(f"every scenario failed: {rows[0]['reason']}", 1))
-    if max_um is not None and rows:
-        _judge(rows, max_um)
+    rows = _run_scenarios(study, folder, scenarios, silent=screen.is_silent) if study else []
+    alone = study is None and not answers
+    living = _sliders(path, robot, changes, silent=screen.is_silent, alone=alone) if live else NONE
+    journal = {files_of_study.JOURNAL: files_of_study.journal_text(study.identity, rows)} if study else {}
+    base = base_job(path, robot, changes)
+    files = study_files(
+        path, changes, study, rows=rows, answers=answers, base=base, options=of_page, live=living, max_um=max_um
+    )
+    reports, run = page_files(folder, files, page, of_page), Run(Command.WHATIF, Path(path).stem)
+    publish(folder, journal, reports, own_files() if scenarios.fresh else (), run=run)
+    failed = [row for row in rows if row["state"] == "failed"]
+    lines = [
+        *study_sentences(study, rows, answers),
+        *([living.sentence] if living.sentence else []),
+        *finding_lines(base.input_findings if base is not None else ()),
+        *(f"failed: scenario {row['index']}: {row['reason']}" for row in failed[:MOST_FAILED]),
+        f"wrote {', '.join(sorted([*journal, *files]))} to {folder}",
+    ]
+    return Outcome(record=files[RECORD], show=partial(print_lines, lines), errors=_reasons(rows, max_um))
 
 
-def _judge(rows: list[dict[str, Any]], max_um: float) -> None:
-    """Exit 1 where a scenario's error is beyond the bound, corrected where it was, or is not known."""
-    failed = next((row for row in rows if row["state"] == "failed"), None)
-    if failed is not None:
-        raise typer.Exit(print_error(f"scenario {failed['index']} failed: {failed['reason']}", 1))
+def _reasons(rows: "list[Row]", max_um: float | None) -> list[str]:
+    """Why scenarios are not inside: all failed, one did, or its error, corrected where it was, is too large."""
+    failed = [row for row in rows if row["state"] == "failed"]
+    if failed and len(failed) == len(rows):
+        return [f"every scenario failed: {rows[0]['reason']}"]
+    if max_um is None or not rows:
+        return []
+    if failed:
+        return [f"scenario {failed[0]['index']} failed: {failed[0]['reason']}"]
     outside = next((row for row in rows if not row.get("inside", True)), None)
     if outside is not None:
-        raise typer.Exit(print_error(f"scenario {outside['index']}: {outside['reason']}", 1))
+        return [f"scenario {outside['index']}: {outside['reason']}"]
     worst = max(rows, key=lambda row: row["before_on_part_max_um"])
-    if "inside" not in worst and worst["before_on_part_max_um"] > max_um:
-        size = beyond_text(worst["before_on_part_max_um"], max_um)
-        message = f"scenario {worst['index']}: {size} um uncorrected, --max-um {max_um:g}"
-        raise typer.Exit(print_error(message, 1))
+    if "inside" in worst or worst["before_on_part_max_um"] <= max_um:
+        return []
+    size = beyond_text(worst["before_on_part_max_um"], max_um)
+    return [f"scenario {worst['index']}: {size} um uncorrected, --max-um {max_um:g}"]
+
+
+def _sliders(path: str, robot: str | None, overrides: Sequence[str], *, silent: bool, alone: bool) -> "LiveSection":
+    """The living section of a path's page, checked against the full computation; or what a path without one misses.
+
+    Args:
+        path: The path file.
+        robot: Robot name or file; None for what the path file says.
+        overrides: Of both files.
+        silent: No progress.
+        alone: Whether nothing else is on the page.
+
+    Raises:
+        CompgenError: The path cannot be read, driven or corrected, and there is nothing else on the page.
+    """
+    from compgen.cli.screen.progress_bar import GENERATE, show_progress
+    from compgen.pipelines.study.live_build import build_live
+    from compgen.pipelines.study.live_check import check
+    from compgen.report.live import live_section, without_sliders
+
+    try:
+        with show_progress(GENERATE, quiet=silent) as progress:
+            live_job = build_live(path, robot, overrides, progress)
+            agreement = check(live_job)
+    except CompgenError as failure:
+        if alone:
+            raise
+        return without_sliders(" ".join(str(failure).split()))
+    section = live_section(live_job, agreement, path, robot, overrides)
+    if section.warning:
+        sys.stderr.write(f"warning: {section.warning}\n")
+    return section
+
+
+def _run_scenarios(study: "Study", folder: Path, choice: Scenarios, *, silent: bool) -> "list[Row]":
+    """The rows of all scenarios, kept on disk as they come; those of an earlier run are taken, unless ``fresh``."""
+    from compgen.pipelines.study import run
+
+    rows: list[dict[str, Any]] = [] if choice.fresh else files_of_study.read_finished(folder, study.identity)
+    rows = [row for row in rows if row["index"] < len(study.scenarios)]
+    if len(rows) < len(study.scenarios):
+        interrupts.raise_on_signal()
+        journal = files_of_study.Journal(folder, study.identity, rows)
+        interrupts.set_outcome("finished scenarios are kept")
+        try:
+            with _scenario_bar(len(study.scenarios), len(rows), silent=silent) as advance:
+
+                def keep(new: "list[Row]") -> None:
+                    journal.add(new)
+                    rows.extend(new)
+                    advance(len(new))
+
+                run(study, {row["index"] for row in rows}, keep, choice.workers, choice.cluster)
+        except CompgenError:
+            journal.discard_empty()
+            raise
+        finally:
+            journal.close()
+    return sorted(rows, key=lambda row: row["index"])
+
+
+@contextmanager
+def _scenario_bar(total: int, done: int, *, silent: bool) -> Iterator[Callable[[int], None]]:
+    """Scenarios done and the time left, on a terminal only."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True, force_terminal=sys.stderr.isatty())
+    if silent or not console.is_terminal:  # a bar that is disabled still ends its line before rich 14.3
+        yield lambda count: None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("scenarios", total=total, completed=done)
+        yield lambda count: bar.advance(task, count)

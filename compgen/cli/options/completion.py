@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from compgen.cli.output_files.study_folder import QUESTIONS
+from compgen.cli.output_files.study_files import QUESTIONS
 
 SHIPPED = Path(__file__).parents[2]  # the package
 DEEPEST = 4  # levels of tables

@@ -1,7 +1,9 @@
-"""Arguments and options that several commands share, and the checks of their values."""
+"""Arguments and options that several commands share, alone and in groups, and the checks of their values."""
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,9 +14,15 @@ from compgen.cli.options.completion import (
     complete_references,
     complete_robots,
 )
-from compgen.cli.output_files import publish
-from compgen.core.exceptions import InputError
-from compgen.core.units import UM
+from compgen.cli.output_files import marker, publish
+from compgen.core.exceptions import InputError, naming_file
+from compgen.core.units import HOUR, MINUTE, UM
+
+if TYPE_CHECKING:
+    from compgen.fanuc.frames import Frames
+    from compgen.fanuc.registers import Register
+    from compgen.job.job import Cell, Job
+    from compgen.thermal import Duty
 
 PathFile = Annotated[
     str,
@@ -45,11 +53,18 @@ ProgramRobot = Annotated[
 OutputFolder = Annotated[
     str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>.")
 ]
+ProgramFolder = Annotated[
+    str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>.")
+]
 Overrides = Annotated[
     list[str] | None,
     typer.Option(
         "--set", autocompletion=complete_keys, help="Override a key of the path or robot file, key=value; repeatable."
     ),
+]
+Before = Annotated[
+    list[str] | None,
+    typer.Option("--before", help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml; repeatable."),
 ]
 StateFile = Annotated[
     str | None, typer.Option("--state", help="What cgen anchor wrote: the robot's state, in place of history.")
@@ -106,10 +121,87 @@ InWorld = Annotated[
 ]
 
 
-def with_bound(overrides: list[str] | None, max_um: float | None) -> list[str]:
-    """The overrides of a path file, with the bound of ``--max-um`` in place of the file's own; raises InputError."""
-    bound = [] if checked_bound(max_um) is None else [f"bounds.max_um={max_um!r}"]
-    return [*(overrides or ()), *bound]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Screen:
+    """What a command prints: its record alone, errors only, or what a reader wants."""
+
+    as_json: Json = False
+    quiet: Quiet = False
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether no progress is shown."""
+        return self.as_json or self.quiet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobChoice:
+    """What a path file's job is made with in place of what the file says: robot, keys, state."""
+
+    robot: JobRobot = None
+    overrides: Overrides = None
+    state: StateFile = None
+    state_age: StateAge = None
+
+    def changes(self, path: str, max_um: float | None = None) -> list[str]:
+        """The overrides of a path file, with the bound of ``--max-um`` and those that a state comes to."""
+        from compgen.job.anchored_start import seconds_of_age, state_overrides
+
+        bound = [] if checked_bound(max_um) is None else [f"bounds.max_um={max_um!r}"]
+        age = seconds_of_age(self.state_age) if self.state_age is not None else 0.0
+        return [*(self.overrides or ()), *bound, *state_overrides(path, self.state, age)]
+
+    def load(self, path: str, max_um: float | None = None) -> "Job":
+        """The job of a path file."""
+        from compgen.pipelines.files.path_file import load_job
+
+        return load_job(path, self.robot, self.changes(path, max_um))
+
+    def load_with_log(self, path: str, log: str | None, reference: str | None) -> "Job":
+        """The job of a path file, with a temperature log in place of its history."""
+        from compgen.pipelines.anchor.files import log_overrides
+        from compgen.pipelines.files.path_file import load_job
+
+        if log is not None and self.state is not None:
+            raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
+        return load_job(path, self.robot, [*self.changes(path), *log_overrides(path, log, reference)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramChoice:
+    """The robot that a program which exists is run on, and what that robot did before."""
+
+    robot: ProgramRobot = None
+    before: Before = None
+    state: StateFile = None
+    state_age: StateAge = None
+    overrides: Overrides = None
+
+    def begin(self, program: str, content: bytes) -> "tuple[Cell, tuple[Duty, ...]]":
+        """The cell of a program that exists, by default with the robot that it names, and what went before."""
+        from compgen.job.anchored_start import begin
+        from compgen.pipelines.files.history_words import load_before
+        from compgen.pipelines.files.robot_choice import robot_of_program
+        from compgen.pipelines.files.robot_file import load_cell
+
+        with naming_file(program):
+            robot = robot_of_program(content) if self.robot is None else self.robot
+        cell = load_cell(robot, self.overrides or ())
+        return begin(cell, load_before(self.before or ()), self.state, self.state_age)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramTables:
+    """What the numbers in a program mean on its controller."""
+
+    frames: FramesFile = None
+    registers: RegistersFile = None
+
+    def read(self) -> "tuple[Frames, dict[int, Register]]":
+        """Frames, and position registers when the program starts."""
+        from compgen.pipelines.correct.program_file import read_frames, read_registers
+
+        return read_frames(self.frames), read_registers(self.registers)
 
 
 def checked_bound(max_um: float | None) -> float | None:
@@ -128,19 +220,13 @@ def position_log(log: str | None) -> str:
     return log
 
 
-def with_state(path: str, overrides: list[str] | None, state: str | None, age: str | None) -> list[str]:
-    """The overrides of a path file, with those that a state comes to."""
-    from compgen.job.anchored_start import seconds_of_age, state_overrides
-
-    return [*(overrides or ()), *state_overrides(path, state, seconds_of_age(age) if age is not None else 0.0)]
-
-
 def output_folder(path: str, output: str | None, suffix: str = "") -> Path:
     """Where results go, by default outputs/<name><suffix>; refused before any work when they cannot go there."""
     if output == "":
         raise InputError("-o: an empty name; give a folder")
     folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}{suffix}"
     publish.check_writable(folder.absolute())
+    marker.runs_in(folder)
     return folder
 
 
@@ -151,3 +237,30 @@ def toml_file(output: str | None, default: Path, whose: str) -> Path:
         raise InputError(f"-o {target}: not the name of a {whose} file; give one that ends in .toml")
     publish.check_writable(target.absolute().parent)
     return target
+
+
+_PART = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(h|min|s)")
+_UNITS = {"h": HOUR, "min": MINUTE, "s": 1.0}
+
+
+def duration(text: str, option: str) -> float:
+    """Seconds.
+
+    Args:
+        text: Numbers with h, min or s, the largest unit first.
+        option: That it stands behind, for the message.
+
+    Raises:
+        InputError: Another text.
+    """
+    parts = _PART.findall(text.strip())
+    units = [unit for _, unit in parts]
+    if not parts or _PART.sub("", text).strip() or units != sorted(set(units), key=list(_UNITS).index):
+        raise InputError(f"{option} {text!r:.60}: not a duration; write it as 35min, 1h30min or 90s")
+    return float(sum(float(number) * _UNITS[unit] for number, unit in parts))
+
+
+def check_range(option: str, value: float, least: float, most: float) -> None:
+    """Raises InputError for an option's number that is out of its range."""
+    if not least <= value <= most:
+        raise InputError(f"{option} {value:g}: must be {least:g} to {most:g}")

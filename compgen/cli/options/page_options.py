@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from compgen.cli.output_files.figure_files import Content, FigureFormat, with_figures
+from compgen.cli.output_files.figure_files import Content, FiguresOption, with_figures
 from compgen.cli.output_files.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
@@ -33,12 +34,20 @@ AssetsOption = Annotated[
 PageDate = Annotated[str | None, typer.Option("--date", help="Date on the page, YYYY-MM-DD; none unless given.")]
 
 
-def page_options(folder: Path, assets: Assets, date: str | None = None) -> "PageOptions":
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PageChoice:
+    """What every command that writes a page takes for it."""
+
+    assets: AssetsOption = Assets.INLINE
+    figures: FiguresOption = None
+
+
+def page_options(folder: Path, page: PageChoice, date: str | None = None) -> "PageOptions":
     """What a page is made with; refused before any work where the script cannot lie above its folder.
 
     Args:
         folder: Of the page.
-        assets: Where plotly.js lies.
+        page: Where plotly.js lies.
         date: As typed: YYYY-MM-DD or YY-MM-DD.
 
     Raises:
@@ -47,7 +56,7 @@ def page_options(folder: Path, assets: Assets, date: str | None = None) -> "Page
     from compgen.report.page import PageOptions
 
     shown = "" if date is None else page_date(date)
-    if assets is Assets.INLINE:
+    if page.assets is Assets.INLINE:
         return PageOptions(shown)
     script = _script_above(folder)
     check_writable(script.parent)
@@ -56,10 +65,10 @@ def page_options(folder: Path, assets: Assets, date: str | None = None) -> "Page
 
 
 def page_files(
-    folder: Path, files: Mapping[str, Content], figures: FigureFormat | None, options: "PageOptions"
+    folder: Path, files: Mapping[str, Content], page: PageChoice, options: "PageOptions"
 ) -> dict[str, Content]:
     """The files of a run, a page among them, with its figures' files; the script that it shares is put above it."""
-    reports = with_figures(folder, files, figures)
+    reports = with_figures(folder, files, page.figures)
     share_script(folder, options)
     return reports
 

@@ -3,8 +3,9 @@
 A run's files are written into a hidden folder first. When the target is new, or holds only an earlier run's files,
 the hidden folder takes its place in one step of the file system. A target that holds anything else is never moved: the
 earlier reports go, the program takes the place of its predecessor in one step, and the new reports follow, so that a
-program is never lost and never stands beside a report that does not prove it. Runs on the same folder put their files
-there one after the other. What is not ours is never copied, moved or deleted. Used by the command line only.
+program is never lost and never stands beside a report that does not prove it; the folder's marker goes first and comes
+last. Runs on the same folder put their files there one after the other: the operating system holds the lock, and a
+process that is killed gives it free. What is not ours is never copied, moved or deleted. Used by the command line only.
 """
 
 import ctypes
@@ -12,16 +13,21 @@ import errno
 import json
 import os
 import sys
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 
-from compgen.cli.output_files.figure_files import earlier_figures
-from compgen.cli.output_files.folder_lock import alone_in
+from compgen.cli.output_files import marker
+from compgen.cli.output_files.figure_files import Content, earlier_figures
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 _AT_FDCWD, _EXCHANGE = -100, 2
 MARK = ".compgen-"
@@ -54,10 +60,11 @@ def _exists(path: Path) -> bool:
 
 def publish(
     folder: Path,
-    programs: Mapping[str, bytes | Iterable[bytes]],
-    reports: Mapping[str, bytes | Iterable[bytes]],
+    programs: Mapping[str, Content],
+    reports: Mapping[str, Content],
     own_names: Iterable[str] = (),
     manifest: str = "",
+    run: marker.Run | None = None,
 ) -> None:
     """Put files into a folder, while no other run puts files there.
 
@@ -70,6 +77,7 @@ def publish(
         own_names: Names that belong to this run beside these, and beside the figures that an earlier page of its name
             names: they vanish, everything else in the folder stays.
         manifest: Name of the manifest of an earlier run's pages: what it names belongs to this run too.
+        run: Named in the folder's marker; None where the user named a file, and not a folder.
 
     Raises:
         InputError: The folder cannot be written; nothing has changed.
@@ -86,8 +94,9 @@ def publish(
             own = {*programs, *reports}.union(own_names, *map(earlier_figures, pages))
             if manifest:
                 own |= files_of_earlier_run(target / manifest)
+            own |= {marker.NAME} if run else set()
             check_names(folder, own)
-            _put(target, programs, reports, own, bool(manifest))
+            _put(target, programs, reports, own, run=run, paged=bool(manifest))
     except OSError as failure:
         raise refusal(folder, failure.strerror or str(failure)) from failure
     finally:
@@ -98,9 +107,11 @@ def publish(
 
 def _put(
     target: Path,
-    programs: Mapping[str, bytes | Iterable[bytes]],
-    reports: Mapping[str, bytes | Iterable[bytes]],
+    programs: Mapping[str, Content],
+    reports: Mapping[str, Content],
     own_names: set[str],
+    *,
+    run: marker.Run | None,
     paged: bool,
 ) -> None:
     """Write files into a hidden folder, and put them in their places."""
@@ -109,28 +120,53 @@ def _put(
     try:
         remove_leftovers(target.parent, f".{target.name}{MARK}")
         remove_leftovers(target, MARK)
-        beside = new or _replaceable(target, own_names)
+        beside = new or (can_move(target) and all(entry.name in own_names for entry in target.iterdir()))
         parent, prefix = (target.parent, f".{target.name}{MARK}") if beside else (target, MARK)
         stage = parent / interrupts.temporary_name(prefix)  # named before it is made: always removed
         stage.mkdir(0o700)
-        for name, content in {**reports, **programs}.items():
-            with (stage / name).open("wb") as file:
-                file.writelines([content] if isinstance(content, bytes) else content)
-                file.flush()
-                os.fsync(file.fileno())
+        write_files(stage, {**reports, **programs}, target, run, own_names)
         interrupts.block_interrupts()
         if new:
             stage.chmod(0o777 & ~_umask())
             _rename_to_new(stage, target)
-        elif beside:
+            return
+        if beside:
             stage.chmod(target.stat().st_mode & 0o7777)
-            if not exchange(stage, target):
-                replace_files(stage, target, list(programs), list(reports), own_names, paged)
-        else:
-            replace_files(stage, target, list(programs), list(reports), own_names, paged)
+        if not (beside and exchange(stage, target)):
+            last = [marker.NAME] if run else []
+            replace_files(stage, target, list(programs), [*reports, *last], own_names, paged=paged)
     finally:
         if stage is not None:
             remove_stage(stage)
+
+
+def write_files(
+    stage: Path, files: Mapping[str, Content], target: Path, run: marker.Run | None, gone: Collection[str]
+) -> None:
+    """Write files into a folder, down to the disk, and after them the marker that the target shall have.
+
+    Args:
+        stage: The folder.
+        files: Name to content.
+        target: Where they go from there.
+        run: That writes them; None: the target gets no marker.
+        gone: Files of the target that are replaced or removed.
+    """
+    hashes = {name: _write(stage / name, content) for name, content in files.items()}
+    if run is not None:
+        _write(stage / marker.NAME, marker.marker_text(target, run, hashes, {*gone, *files}))
+
+
+def _write(path: Path, content: Content) -> str:
+    """Write a file down to the disk; returns the hash of what it holds."""
+    digest = sha256()
+    with path.open("wb") as file:
+        for block in [content] if isinstance(content, bytes) else content:
+            digest.update(block)
+            file.write(block)
+        file.flush()
+        os.fsync(file.fileno())
+    return digest.hexdigest()
 
 
 def check_names(folder: Path, names: Iterable[str]) -> None:
@@ -188,7 +224,7 @@ def _rename_to_new(stage: Path, target: Path) -> None:
 
 
 def replace_files(
-    stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str], paged: bool
+    stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str], *, paged: bool
 ) -> None:
     """Rename the files in: old reports go, programs take the place of the old ones, new reports follow.
 
@@ -206,10 +242,10 @@ def replace_files(
         (stage / name).replace(target / name)
 
 
-def _replaceable(target: Path, own_names: set[str]) -> bool:
-    """Whether the folder holds nothing but our files, and nobody stands in it or mounts on it."""
+def can_move(target: Path) -> bool:
+    """Whether a folder holds plain files alone, and nobody stands in it or mounts on it."""
     current = Path.cwd()
-    plain = all(entry.name in own_names and entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
+    plain = all(entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
     occupied = target == current or target in current.parents
     return plain and not occupied and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
 
@@ -254,3 +290,44 @@ def exchange(a: Path, b: Path) -> bool:
 def refusal(folder: Path, reason: str) -> InputError:
     """That a folder cannot take files, and the mend."""
     return InputError(f"output folder {folder}: cannot be written: {reason}; give another with -o")
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Wait until no other run is in this context with the same folder.
+
+    Nothing is waited for where the folder does not exist, or where the system or its file system has no locks.
+    """
+    handle = _locked(folder)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
+def _locked(folder: Path) -> int | None:
+    """The folder, open and locked; None where it does not exist or cannot be opened."""
+    while True:
+        try:
+            handle = os.open(folder, os.O_RDONLY)
+        except OSError:
+            return None
+        try:
+            if fcntl is not None:
+                with suppress(OSError):
+                    fcntl.flock(handle, fcntl.LOCK_EX)
+            if _has_name(handle, folder):
+                return handle
+        except BaseException:  # a signal, while it waits
+            os.close(handle)
+            raise
+        os.close(handle)
+
+
+def _has_name(handle: int, folder: Path) -> bool:
+    """Whether an open folder still has its name: another run may have put its own in its place."""
+    try:
+        return os.path.samestat(os.fstat(handle), folder.stat())
+    except FileNotFoundError:
+        return False

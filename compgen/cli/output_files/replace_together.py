@@ -12,16 +12,25 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from compgen.cli.output_files import marker
 from compgen.cli.output_files.figure_files import Content, earlier_figures
-from compgen.cli.output_files.folder_lock import alone_in
-from compgen.cli.output_files.publish import MARK, exchange, refusal, remove_leftovers, remove_stage
+from compgen.cli.output_files.publish import (
+    MARK,
+    alone_in,
+    can_move,
+    exchange,
+    refusal,
+    remove_leftovers,
+    remove_stage,
+    write_files,
+)
 from compgen.core import interrupts
 
 COMPLETE = f"{MARK}resumed"  # holds files that are complete, and shall take their places
 
 
-def replace_together(folder: Path, files: Mapping[str, Content]) -> None:
-    """Put files into a folder that exists, in place of those of their names.
+def replace_together(folder: Path, files: Mapping[str, Content], run: marker.Run) -> None:
+    """Put a run's files into a folder that exists, in place of those of their names, and say so in its marker.
 
     Raises:
         InputError: The folder cannot be written; nothing has changed.
@@ -33,8 +42,8 @@ def replace_together(folder: Path, files: Mapping[str, Content]) -> None:
             _clear_up(target)
             beside = target.parent / interrupts.temporary_name(f".{target.name}{MARK}")
             with interrupts.raise_later():
-                if not (_can_move(target) and _exchanged(target, beside, files)):
-                    _one_by_one(target, files)
+                if not (can_move(target) and _exchanged(target, beside, files, run)):
+                    _one_by_one(target, files, run)
     except OSError as failure:
         raise refusal(folder, failure.strerror or str(failure)) from failure
 
@@ -55,18 +64,10 @@ def finish_replacing(folder: Path) -> None:
         raise refusal(folder, failure.strerror or str(failure)) from failure
 
 
-def _can_move(target: Path) -> bool:
-    """Whether the folder holds plain files alone, and nobody stands in it or mounts on it."""
-    current = Path.cwd()
-    plain = all(entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
-    occupied = target == current or target in current.parents
-    return plain and not occupied and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
-
-
-def _exchanged(target: Path, stage: Path, files: Mapping[str, Content]) -> bool:
+def _exchanged(target: Path, stage: Path, files: Mapping[str, Content], run: marker.Run) -> bool:
     """Whether a folder with the new files has taken the place of the old one."""
     linked: dict[str, tuple[int, int]] = {}
-    replaced = {*files} | _old_figures(target, files)
+    replaced = {*files, marker.NAME} | _old_figures(target, files)
     done = False
     try:
         stage.mkdir(0o700)
@@ -74,7 +75,7 @@ def _exchanged(target: Path, stage: Path, files: Mapping[str, Content]) -> bool:
             if entry.name not in replaced:
                 os.link(entry, stage / entry.name)
                 linked[entry.name] = _inode(entry)
-        _write(stage, files)
+        write_files(stage, files, target, run, replaced)
         stage.chmod(target.stat().st_mode & 0o7777)
         done = exchange(stage, target)
     except OSError:  # no hard links here, no permission beside the folder
@@ -99,11 +100,11 @@ def _inode(file: Path) -> tuple[int, int]:
     return facts.st_dev, facts.st_ino
 
 
-def _one_by_one(target: Path, files: Mapping[str, Content]) -> None:
+def _one_by_one(target: Path, files: Mapping[str, Content], run: marker.Run) -> None:
     stage = target / interrupts.temporary_name(MARK)
     try:
         stage.mkdir(0o700)
-        _write(stage, files)
+        write_files(stage, files, target, run, _old_figures(target, files))
         stage.rename(target / COMPLETE)  # from here on the new files stand, whoever puts them into their places
     finally:
         remove_stage(stage)
@@ -120,7 +121,7 @@ def _finish(target: Path) -> None:
     complete = target / COMPLETE
     if not complete.is_dir():
         return
-    entries = sorted(complete.iterdir())
+    entries = sorted(complete.iterdir(), key=lambda entry: (entry.name == marker.NAME, entry.name))
     for name in _old_figures(target, {entry.name for entry in entries}):
         (target / name).unlink(missing_ok=True)
     for entry in entries:
@@ -131,11 +132,3 @@ def _finish(target: Path) -> None:
 def _old_figures(target: Path, names: Collection[str]) -> set[str]:
     """Figures of pages that are replaced, which no new figure replaces."""
     return {figure for name in names if name.endswith(".html") for figure in earlier_figures(target / name)} - {*names}
-
-
-def _write(stage: Path, files: Mapping[str, Content]) -> None:
-    for name, content in files.items():
-        with (stage / name).open("wb") as file:
-            file.writelines([content] if isinstance(content, bytes) else content)
-            file.flush()
-            os.fsync(file.fileno())

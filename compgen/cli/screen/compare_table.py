@@ -2,7 +2,7 @@
 
 from rich.table import Table
 
-from compgen.cli.screen.console import print_table, stdout_console
+from compgen.cli.screen.messages import print_table, stdout_console
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.report.compare_words import (
     MOST_ROWS,

@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.table import Table
 
-from compgen.cli.screen.console import print_findings, stdout_console
+from compgen.cli.screen.messages import print_findings, stdout_console
 from compgen.identification.identify import Identification
 from compgen.report.identification import identification_summary, ladder_cells, limits_sentence
 

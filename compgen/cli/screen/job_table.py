@@ -11,6 +11,9 @@ from rich.text import Text
 
 from compgen.cli.screen.console import print_findings, print_table, sizes_table, stdout_console
 from compgen.cli.screen.junit import KINDS, Outcome
+from compgen.cli.screen.junit import JudgedPath
+from compgen.cli.screen.messages import print_findings, print_table, stdout_console
+from compgen.core.exit_codes import ExitCode
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report import job_summary
 from compgen.report.band_words import guaranteed_text, headline
@@ -61,7 +64,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         console.print(f"wrote {name_list(files)} to {folder}")
 
 
-def show_outcomes(outcomes: Sequence[Outcome]) -> None:
+def show_outcomes(outcomes: Sequence[JudgedPath]) -> None:
     """Print what became of each of several paths, and how many are inside."""
     console = stdout_console()
     table = Table("path", "outcome", "before max, um", "after max, um", "bound, um", "s")
@@ -69,7 +72,8 @@ def show_outcomes(outcomes: Sequence[Outcome]) -> None:
         column.justify = "right"
     for outcome in outcomes:
         report = outcome.summary
-        words = KINDS.get(outcome.code or 0, "") if report is None else report["verdict"]
+        kind = "" if outcome.code is None else ExitCode(outcome.code).kind
+        words = kind if report is None else report["verdict"]
         sizes = ["", "", ""]
         if report is not None:
             bound = report["bounds"].get("max_um")

@@ -7,17 +7,14 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from compgen.cli.screen.messages import CRASHED
 from compgen.core.codes import Level
+from compgen.core.exit_codes import ExitCode
 
-INTERRUPTED = 130  # exit code beside 0 inside, 1 outside, 2 bad input, 3 cannot be done
-#: what an exit code without a report means
-KINDS = {2: "bad input", 3: "cannot be done", CRASHED: "crash", INTERRUPTED: "interrupted"}
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # no reader takes them, escaped or not
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class JudgedPath:
     """What became of one path file."""
 
     path: str
@@ -37,7 +34,7 @@ class Outcome:
         return {f["code"]: f["message"] for f in findings if f["level"] == Level.OUTSIDE}
 
 
-def junit_xml(outcomes: Sequence[Outcome]) -> bytes:
+def junit_xml(outcomes: Sequence[JudgedPath]) -> bytes:
     """Of one path a suite with a case for each bound; of several a suite with a case for each path.
 
     Args:
@@ -57,7 +54,7 @@ def junit_xml(outcomes: Sequence[Outcome]) -> bytes:
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
 
-def _bounds_suite(outcome: Outcome) -> Element:
+def _bounds_suite(outcome: JudgedPath) -> Element:
     """A case for each bound, failed by its finding; the band as properties and in words."""
     summary, name = outcome.summary, f"compgen.{outcome.name}"
     suite = Element("testsuite", name=_text(name))
@@ -82,16 +79,16 @@ def _bounds_suite(outcome: Outcome) -> Element:
     return _counted(suite)
 
 
-def _fill(case: Element, outcome: Outcome) -> None:
+def _fill(case: Element, outcome: JudgedPath) -> None:
     """What a path's case says."""
     if outcome.code is None:
         SubElement(case, "skipped", message="not begun")
-    elif outcome.code == 1:
+    elif outcome.code == ExitCode.OUTSIDE:
         kind = "outside" if outcome.summary is None else outcome.summary["verdict"]
         failure = SubElement(case, "failure", type=kind, message=_text(outcome.message))
         failure.text = _text("\n".join(f"{code}: {message}" for code, message in outcome.broken().items()))
     elif outcome.code:
-        error = SubElement(case, "error", type=KINDS[outcome.code], message=_text(outcome.message))
+        error = SubElement(case, "error", type=ExitCode(outcome.code).kind, message=_text(outcome.message))
         error.text = f"exit code {outcome.code}"
     if outcome.summary is not None:
         from compgen.report.band_words import headline

@@ -1,15 +1,26 @@
-"""What a command says: one-line messages on the error stream, its record on the output."""
+"""What a command says: one-line messages on the error stream; on the output its record, or tables and sentences.
+
+These are as wide as the terminal; into a pipe or a file nothing is wrapped.
+"""
 
 import json
 import sys
 import traceback
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
 from compgen.core.findings import one_line
+from compgen.core.exit_codes import ExitCode
+from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
 
-CRASHED = 70  # exit code of a fault of compgen
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+UNWRAPPED = 100_000  # columns
 _NAME = "cgen: "  # before what stderr says
 _printed_notes: set[str] = set()
 
@@ -20,15 +31,15 @@ def print_error(message: str, code: int) -> int:
     return code
 
 
-def reason_of(failure: Exception) -> tuple[int, str]:
+def reason_of(failure: Exception) -> tuple[ExitCode, str]:
     """The exit code and the message of what ended a run; of a fault of compgen the trace is printed."""
     if isinstance(failure, CompgenError):
         return failure.exit_code, str(failure)
     if isinstance(failure, MemoryError):
-        return 2, "not enough memory; make the path smaller, or raise process.chord_um"
+        return ExitCode.BAD_INPUT, "not enough memory; make the path smaller, or raise process.chord_um"
     interrupts.raise_if_interrupted()
     traceback.print_exception(failure, file=sys.stderr)
-    return CRASHED, f"a fault of compgen: {type(failure).__name__}: {failure}"
+    return ExitCode.CRASHED, f"a fault of compgen: {type(failure).__name__}: {failure}"
 
 
 def outcome_words(verdict: str) -> str:
@@ -60,3 +71,37 @@ def print_note_once(note: str) -> None:
     if note not in _printed_notes and not interrupts.pending_interrupt():
         _printed_notes.add(note)
         sys.stderr.write(f"{one_line(f'cgen: note: {note}')}\n")
+
+
+def stdout_console() -> "Console":
+    """Of the output stream, without markup or colours of its own in texts."""
+    from rich.console import Console
+
+    terminal = sys.stdout.isatty()
+    width = None if terminal else UNWRAPPED
+    return Console(width=width, highlight=False, markup=False, force_terminal=terminal)  # whatever FORCE_COLOR says
+
+
+def finding_lines(findings: Iterable[Finding | Mapping[str, str]]) -> list[str]:
+    """Findings, or their records, as a reader sees them: how much each weighs, and what it says."""
+    records = (finding.record() if isinstance(finding, Finding) else finding for finding in findings)
+    return [f"{record['level']}: {record['message']}" for record in records]
+
+
+def print_lines(lines: Iterable[str]) -> None:
+    """Print sentences, a line each, as long as they are."""
+    sys.stdout.write("".join(f"{line}\n" for line in lines))
+
+
+def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str, str]]) -> None:
+    """Print findings, a line each."""
+    for line in finding_lines(findings):
+        console.print(line)
+
+
+def print_table(console: "Console", title: str, table: "Table") -> None:
+    """Print a table under its title, which may be wider: rich would wrap a title of the table's own, and fill it up."""
+    from rich.text import Text
+
+    console.print(Text(" ".join(title.split()), style="bold"))
+    console.print(table)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from compgen.cli.screen.console import stdout_console
+from compgen.cli.screen.messages import stdout_console
 
 #: Where a program says that compgen has corrected it.
 MARKS = {

@@ -35,13 +35,14 @@ LEAST_SHARE = 0.03  # from which on the time left is more than a guess
 
 @contextmanager
 def show_progress(
-    quiet: bool, weights: Mapping[RunStage, float] | None = None, delay: float = DELAY
+    weights: Mapping[RunStage, float] | None = None, delay: float = DELAY, *, quiet: bool
 ) -> Iterator[Progress]:
     """A bar for the whole run, on a terminal only; errors come after it has gone.
 
     Args:
-        quiet: No bar at all.
         weights: The stages in their order and what each takes of the whole; None where shares are of the whole run.
+        delay: Before it is shown [s].
+        quiet: No bar at all.
     """
     interrupts.raise_on_signal()
     console = Console(stderr=True, force_terminal=sys.stderr.isatty())

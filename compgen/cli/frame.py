@@ -1,0 +1,56 @@
+"""What all commands have in common: how their options are grouped, where their result goes, how they end.
+
+A command is a function of its options that returns an ``Outcome``. A parameter that is a record stands for a group of
+options: each of its fields is one. ``screen`` is one of them that every command has.
+"""
+
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, is_dataclass
+from functools import wraps
+from typing import Any
+
+import typer
+
+from compgen.cli.screen.messages import print_error, print_record
+from compgen.core.exit_codes import ExitCode
+
+
+def show_nothing() -> None:
+    """What a command shows that has nothing to say."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What a command has come to; its files are written."""
+
+    record: object = None  # what --json prints; None: it is printed already
+    show: Callable[[], None] = show_nothing  # prints what a reader sees
+    errors: Sequence[str] = ()  # why it is not inside
+    code: int = ExitCode.OUTSIDE  # that it ends with where there are errors
+
+
+def framed(run: Callable[..., Outcome]) -> Callable[..., None]:
+    """A command as the parser calls it: all options one by one, the result printed, the exit code set."""
+    own = inspect.signature(run).parameters.values()
+    groups: dict[str, Any] = {each.name: each.annotation for each in own if is_dataclass(each.annotation)}
+    fields = {name: inspect.signature(group).parameters for name, group in groups.items()}
+    options = [option for each in own for option in fields.get(each.name, {each.name: each}).values()]
+
+    @wraps(run)
+    def command(**given: Any) -> None:
+        records = {name: groups[name](**{key: given.pop(key) for key in keys}) for name, keys in fields.items()}
+        screen = records["screen"]
+        outcome = run(**given, **records)
+        if not screen.as_json and not screen.quiet:
+            outcome.show()
+        if screen.as_json and outcome.record is not None:
+            print_record(outcome.record)
+        for error in outcome.errors:
+            print_error(error, outcome.code)
+        if outcome.errors:
+            raise typer.Exit(outcome.code)
+
+    parameters = [option.replace(kind=inspect.Parameter.KEYWORD_ONLY) for option in options]
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return command
