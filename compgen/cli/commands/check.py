@@ -169,7 +169,7 @@ def judge_all(paths: list[str], judge: Judge, junit: str | None) -> list[JudgedP
     try:
         for path in paths:
             begun = time.monotonic()
-            judged.append(_judged(path, judge, begun))
+            judged.append(_judge_one(path, judge, begun))
             interrupts.raise_if_interrupted()
     except (interrupts.Interrupted, KeyboardInterrupt):
         _write(junit, _stopped(judged, paths, time.monotonic() - begun))
@@ -193,7 +193,7 @@ def _stopped(judged: list[JudgedPath], paths: list[str], seconds: float) -> list
     return [*judged, *at_work, *(JudgedPath(path, None, 0.0) for path in left[1:])]
 
 
-def _judged(path: str, judge: Judge, begun: float) -> JudgedPath:
+def _judge_one(path: str, judge: Judge, begun: float) -> JudgedPath:
     """What becomes of a path; what one of them does wrong stops no other."""
     from compgen.core.evaluation import stop_background
 
