@@ -127,11 +127,13 @@ def run(line: list[str], world: Path, stop: Stop) -> End:
     """A command in a world, in a forked process or one of its own."""
     start = time.monotonic()
     stderr, steps = world / "stderr", world / "steps"
+    process = None
     if stop.process:
         with stderr.open("wb") as error:
             command = [sys.executable, "-m", "compgen", *line]
             environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-            child = subprocess.Popen(command, cwd=world / "in", stderr=error, stdout=error, env=environment).pid
+            process = subprocess.Popen(command, cwd=world / "in", stderr=error, stdout=error, env=environment)
+            child = process.pid
     else:
         child = os.fork()
         if not child:
@@ -140,6 +142,8 @@ def run(line: list[str], world: Path, stop: Stop) -> End:
         time.sleep(stop.seconds)
         os.kill(child, SIGNALS[stop.what])
     code = os.waitstatus_to_exitcode(waited(child))
+    if process is not None:
+        process.returncode = code  # it was waited for here
     events = steps.read_text().splitlines() if steps.exists() else []
     steps.unlink(missing_ok=True)
     return End(code, stderr.read_text(errors="replace"), events, time.monotonic() - start)

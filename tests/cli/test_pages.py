@@ -8,7 +8,7 @@ from command_line import refused, run
 from long_program import move, text
 from ls_text import at, program
 
-BASE = {"report.json", "report.html", "waypoints.csv", "LINE_Y.LS"}
+BASE = {"compgen.json", "report.json", "report.html", "waypoints.csv", "LINE_Y.LS"}
 PAGES = {"LINE_Y.pages.json", "LINE_Y_01.LS", "LINE_Y_02.LS", "LINE_Y_03.LS"}
 ARM = ("--robot", "m710ic50")
 SMALL = ("--set", "robot.controller.max_lines=60", "--set", "process.page_stops=anywhere")
