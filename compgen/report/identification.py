@@ -13,7 +13,7 @@ from compgen.identification.cross_validation import CrossValidation
 from compgen.identification.fit_limits import fit_limits_record
 from compgen.identification.identifiability import correlations, largest_moves
 from compgen.identification.identify import Identification
-from compgen.identification.measurements import KINDS
+from compgen.identification.measurements import KINDS, Measurements
 from compgen.identification.validation import Validation, statistics
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows
 from compgen.report.figure import COOL, GREY, RED_TO_BLUE, WARM, Figure, Trace, axis, figure, rows_to_draw, spans, trace
@@ -231,13 +231,18 @@ def identification_figures(identification: Identification) -> dict[str, Figure]:
 
     Correlations are for a wide screen: the page has the largest of them as a table.
     """
-    has_places = bool((identification.data.numbers == 3).any())  # a distance has no place to be drawn at
+    has_places = bool(_is_place(identification.data).any())
     return {
         **({"space": _residuals_in_space(identification)} if has_places else {}),
         "time": _residuals_over_time(identification),
         "joints": _residuals_over_joints(identification),
         "correlation": _correlation_map(identification),
     }
+
+
+def _is_place(data: Measurements) -> BoolArray:
+    """Which rows can be drawn: a distance has no place, and a line may lack a coordinate."""
+    return (data.numbers == 3) & np.isfinite(data.position).all(axis=1)
 
 
 def _alike(identification: Identification) -> list[tuple[str, str, float]]:
@@ -252,7 +257,7 @@ def _alike(identification: Identification) -> list[tuple[str, str, float]]:
 def _residuals_in_space(identification: Identification) -> Figure:
     """Residuals as lines from where they were measured, before and after, each as long as can be seen."""
     data, fit = identification.data, identification.selected.fit
-    located = np.flatnonzero((data.numbers == 3) & ~fit.outlier)
+    located = np.flatnonzero(_is_place(data) & ~fit.outlier)
     rows = located[rows_to_draw(np.linalg.norm(fit.residual[located], axis=1))]
     places = fit.frames.far_ends(data, *identification.model.pose(data, fit.p))[rows]
     paths, ends = [], [places]

@@ -12,10 +12,8 @@ from command_line import run
 from shipped import path_file
 
 from compgen.cli.app import options_of_commands
-from compgen.cli.output_files import figure_files, render
-from compgen.report.figure import figures_of_page
 from compgen.cli.output_files import figure_files
-from compgen.report.page_figures import figures_of_page
+from compgen.report.figure import figures_of_page
 
 KEYS = {"time", "budget", "space", "band", "heat", "joints"}
 IN_SPACE = {"space", "band"}

@@ -119,7 +119,7 @@ def _judge_written(
     from compgen.pipelines.correct.program_file import read_program
     from compgen.pipelines.correct.programs_beside import programs_beside
     from compgen.pipelines.planned.written_program import fly_written
-    from compgen.report.written_summary import written_summary
+    from compgen.report.job_summary import written_summary
     from compgen.verification.verdict import verdict_of
 
     job = choice.load(path, max_um)
@@ -134,8 +134,7 @@ def _judge_written(
 def _show_written(summary: dict[str, Any]) -> None:
     """Print what the program leaves, and the findings."""
     from compgen.cli.screen.messages import print_findings, stdout_console
-    from compgen.report.band_words import headline
-    from compgen.report.guaranteed import guaranteed_text
+    from compgen.report.band_words import guaranteed_text, headline
 
     console, written = stdout_console(), summary["written"]
     before, after = (summary["on_part"][side]["total"] for side in ("before", "after"))

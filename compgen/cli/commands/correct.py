@@ -151,7 +151,7 @@ def _publish(
     from compgen.report.files import correction_files
 
     written = correction.is_usable or force
-    files = correction_files(correction, file, written, of_page)
+    files = correction_files(correction, file, of_page, with_program=written)
     own = (Path(file).stem + PROVENANCE, file)
     programs = {name: files[name] for name in own if name in files}
     reports = {name: files[name] for name in (REPORT, *REPORTS)}

@@ -27,7 +27,7 @@ from compgen.cli.screen.streams import reader_has_left
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
 from compgen.core.exit_codes import ExitCode
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text
 from compgen.core.units import UM
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from compgen.pipelines.resume.result import Resumed
     from compgen.pipelines.resume.whole import Whole
     from compgen.pipelines.resume.written_job import WrittenJob
-    from compgen.thermal.growing_log import GrowingLog
+    from compgen.thermal.temperature_log import GrowingLog
 
 LONGEST_POLL = 3600.0  # s
 WITHIN_UM = 5.0  # that a page may leave where nobody says
@@ -260,7 +260,7 @@ def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -
 def _read(job: FollowedJob, watch: Watch, limits: Limits) -> "tuple[PageTimes | None, GrowingLog | None]":
     """When pages began, and the readings of the log; None where they cannot be read now."""
     from compgen.pipelines.resume.page_times import planned_times, read_page_times
-    from compgen.thermal.growing_log import read_growing_log
+    from compgen.thermal.temperature_log import read_growing_log
 
     try:
         if watch.pages is None:
@@ -283,12 +283,12 @@ def _silent(stage: object, share: float) -> None:
 
 def _say(sight: Sight, within: float, *, as_json: bool, force: bool) -> None:
     """One line for a look."""
-    from compgen.report.follow_words import look_record, look_words
+    from compgen.report.resume import look_record, look_words
 
     if as_json:
-        line = json.dumps(look_record(sight.look, sight.resumed, within, force), allow_nan=False)
+        line = json.dumps(look_record(sight.look, sight.resumed, within, force=force), allow_nan=False)
     else:
-        line = look_words(sight.look, sight.resumed, within, force)
+        line = look_words(sight.look, sight.resumed, within, force=force)
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 

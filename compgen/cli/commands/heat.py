@@ -12,12 +12,9 @@ from compgen.cli.options.page_options import PageChoice, PageDate, page_files, p
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.console import finding_lines
-from compgen.cli.screen.messages import print_error, print_record
-from compgen.core.findings import beyond_text
 from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core.commands import Command
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text
 from compgen.core.units import UM
 
 RECORD, TABLES = "heat.json", ("heat.csv", "heat.html", "runs.csv")

@@ -120,10 +120,16 @@ def identify(
     check_robot_files(target, Command.IDENTIFY, IDENTIFIED)
     use_cores(workers)
     options = page_options(target.parent, page, date)
-    measurements, of_log = pipeline.read_measurements(arm, files, force, measured.reference)
+    measurements, of_log = pipeline.read_measurements(arm, files, force=force, reference=measured.reference)
     with show_progress(quiet=screen.is_silent) as progress:
         identified = identification.identify(
-            arm.robot, arm.known, measurements, len(arm.nodes), files.log is not None, progress, arm.facts
+            arm.robot,
+            arm.known,
+            measurements,
+            len(arm.nodes),
+            progress,
+            temperatures=files.log is not None,
+            facts=arm.facts,
         )
     findings = (*identified.findings, *of_log, *pipeline.log_findings(arm, identified), *arm.input_findings)
     identified = replace(identified, findings=findings)
@@ -142,8 +148,7 @@ def _publish(
 ) -> Outcome:
     """Write the robot file, unless the fit is refused, and its reports."""
     from compgen.pipelines.measure import identification_files as pipeline
-    from compgen.report.identification_page import identification_html
-    from compgen.report.identification_summary import identification_summary
+    from compgen.report.identification import identification_html, identification_summary
     from compgen.report.inputs import measured_inputs
 
     is_written = not identified.refused or force
@@ -218,7 +223,7 @@ def validate(
     from compgen.identification import validation
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure.identification_files import identified_frames, read_measurements
-    from compgen.report.identification_summary import validation_summary
+    from compgen.report.identification import validation_summary
 
     files = measured.files(hot)
     bound = opt.checked_bound(max_um)

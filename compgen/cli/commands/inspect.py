@@ -76,7 +76,7 @@ def inspect_robot(
     """
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.files.robot_sheet import robot_sheet
-    from compgen.report.robot_sheet import sheet_record, zero_svg
+    from compgen.report.robot_files import sheet_record, zero_svg
 
     arm = load_arm(robot)
     folder = opt.output_folder(f"{arm.robot.name}_inspect", output)

@@ -19,8 +19,7 @@ from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
-from compgen.core.findings import first_message
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text, first_message
 from compgen.core.stages import Progress
 from compgen.core.units import MM, UM
 
@@ -84,7 +83,7 @@ def generate(
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress(stages.REPORT, 0.0)
         written = corrected.is_usable or force
-        reports = page_files(folder, job_reports(planned, corrected, of_page, written), page, of_page)
+        reports = page_files(folder, job_reports(planned, corrected, of_page, with_program=written), page, of_page)
         programs = dict(corrected.delivery.files) if written else {}
         _publish(folder, programs, reports, program, run, progress)
     return Outcome(

@@ -87,9 +87,8 @@ def plan_touches(
     from compgen.fanuc import program_name
     from compgen.identification.touch_candidates import Search
     from compgen.identification.touches import read_artefact
-    from compgen.pipelines.anchor.touch_plan import plan_path_touches
-    from compgen.pipelines.anchor.touch_targets import frame_of_artefact
-    from compgen.pipelines.anchor.touch_text import positions_of, write_touches
+    from compgen.pipelines.anchor.touch_model import frame_of_artefact
+    from compgen.pipelines.anchor.touch_plan import plan_path_touches, positions_of, write_touches
     from compgen.report.touch_plan import touch_record, touches_csv
 
     if artefact is None:
@@ -104,7 +103,7 @@ def plan_touches(
     spheres = read_artefact(artefact)
     frame = frame_of_artefact(spheres, chosen.frame, frames)
     use_cores(workers)
-    search = Search(choice.clearance * MM, choice.beyond * MM)
+    search = Search(choice.clearance * MM, choice.beyond * MM, centres=choice.centres)
     with show_progress(quiet=screen.is_silent) as progress:
         planned = plan_path_touches(
             chosen,
@@ -113,13 +112,12 @@ def plan_touches(
             count=count,
             sigma=choice.sigma * UM,
             search=search,
-            centres=choice.centres,
             progress=progress,
         )
     program = write_touches(planned, name, checked_date(date), choice.utool, signal)
-    touches = positions_of(planned, choice.utool, signal is None)
+    touches = positions_of(planned, choice.utool, stops=signal is None)
     record = touch_record(planned, touches, signal)
-    reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, signal is None)}
+    reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, stops=signal is None)}
     publish(folder, {f"{name}.LS": program}, reports, run=run)
     return Outcome(record=reports[RECORD], show=partial(_show, record, folder, [f"{name}.LS", *reports]))
 

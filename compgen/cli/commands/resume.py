@@ -126,8 +126,7 @@ class Place:
 
     def put_job(self, resumed: "Resumed") -> None:
         """Put the new pages of a job, the manifest and the report into the folder, all of them or none."""
-        from compgen.report.resume_page import resume_html
-        from compgen.report.resume_summary import resume_summary
+        from compgen.report.resume import resume_html, resume_summary
 
         self.put(resumed, json_text(resume_summary(resumed)), resume_html(resumed, self.options))
 
@@ -180,7 +179,7 @@ def resume(
     from compgen.pipelines.resume.resume import resume as pipeline
     from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
-    from compgen.report.resume_summary import resume_summary
+    from compgen.report.resume import resume_summary
 
     cause.check()
     when = checked_moment(date)
@@ -208,7 +207,9 @@ def resume(
         ending = "written all the same (--force)" if force else "nothing was written; --force writes the pages"
         errors.append(f"{resumed.verdict}: {broken}; {ending}")
     return Outcome(
-        record=resume_summary(resumed), show=partial(show_resumed, resumed, place.folder, is_written), errors=errors
+        record=resume_summary(resumed),
+        show=partial(show_resumed, resumed, place.folder, is_written=is_written),
+        errors=errors,
     )
 
 
@@ -226,7 +227,7 @@ def _resume_corrected(
     """Write the remaining pages of a corrected program anew."""
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
     from compgen.pipelines.resume.corrected import resume_corrected
-    from compgen.report.resume_program import program_html, program_summary
+    from compgen.report.resume import program_html, program_summary
 
     begin = cause.begin_corrected(job)
     with show_progress(CORRECT, quiet=silent) as progress:

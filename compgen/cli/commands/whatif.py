@@ -22,7 +22,7 @@ from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core import interrupts
 from compgen.core.commands import Command
 from compgen.core.exceptions import CompgenError, InputError
-from compgen.core.message_text import beyond_text
+from compgen.core.findings import beyond_text
 from compgen.core.units import UM
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def whatif(
         cgen whatif paths/spiral_1300.toml --ask warmup --ask validity --within-um 5
     """
     from compgen.pipelines.study import build
-    from compgen.pipelines.study.answers import answer_questions, base_job, check_study
+    from compgen.pipelines.study.questions import answer_questions, base_job, check_study
     from compgen.report.files import study_files, study_sentences
     from compgen.report.live import NONE
 
@@ -106,8 +106,8 @@ def whatif(
     varied = bool(vary or listed)
     if max_um is not None and not varied:
         raise InputError(f"--max-um {max_um:g}: no scenario to judge; give --vary KEY=V1,V2 or --list FILE.csv")
-    check_study(asked, questions.within_um, varied or live)
-    study = build(path, robot, changes, vary, listed, scenarios.correct) if varied else None
+    check_study(asked, questions.within_um, varied=varied or live)
+    study = build(path, robot, changes, vary, listed, correct=scenarios.correct) if varied else None
     folder, identity = opt.output_folder(path, output, "_whatif"), study.identity if study else None
     folder = study_folder(folder, path, identity, {*asked}, is_chosen=output is not None, fresh=scenarios.fresh)
     of_page = page_options(folder, page, date)
@@ -168,8 +168,7 @@ def _sliders(path: str, robot: str | None, overrides: Sequence[str], *, silent: 
         CompgenError: The path cannot be read, driven or corrected, and there is nothing else on the page.
     """
     from compgen.cli.screen.progress_bar import GENERATE, show_progress
-    from compgen.pipelines.study.live_build import build_live
-    from compgen.pipelines.study.live_check import check
+    from compgen.pipelines.study.live_build import build_live, check
     from compgen.report.live import live_section, without_sliders
 
     try:

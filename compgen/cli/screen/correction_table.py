@@ -3,10 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from compgen.cli.screen.console import print_findings, print_table, sizes_table, stdout_console
-from rich.table import Table
-
-from compgen.cli.screen.messages import print_findings, print_table, stdout_console
+from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
 from compgen.pipelines.correct import Correction
 from compgen.report.band_words import headline
 from compgen.report.correction import correction_summary

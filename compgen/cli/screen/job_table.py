@@ -9,10 +9,8 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from compgen.cli.screen.console import print_findings, print_table, sizes_table, stdout_console
-from compgen.cli.screen.junit import KINDS, Outcome
 from compgen.cli.screen.junit import JudgedPath
-from compgen.cli.screen.messages import print_findings, print_table, stdout_console
+from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
 from compgen.core.exit_codes import ExitCode
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report import job_summary

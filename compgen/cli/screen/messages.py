@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
-from compgen.core.findings import one_line
 from compgen.core.exit_codes import ExitCode
-from compgen.core.findings import Finding
+from compgen.core.findings import Finding, one_line
 from compgen.core.json_text import json_text
 
 if TYPE_CHECKING:
@@ -105,3 +104,16 @@ def print_table(console: "Console", title: str, table: "Table") -> None:
 
     console.print(Text(" ".join(title.split()), style="bold"))
     console.print(table)
+
+
+def sizes_table(first: str, sides: Iterable[str], *more: str) -> "Table":
+    """A table whose columns are largest, 99th percentile and rms of each side of an error, and more to their right."""
+    from rich.table import Table
+
+    from compgen.report.page import statistics_head
+
+    table = Table()
+    table.add_column(first, no_wrap=True)
+    for name in (*statistics_head(sides), *more):
+        table.add_column(name, justify="right")
+    return table

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from compgen.cli.screen.console import finding_lines, print_table, sizes_table, stdout_console
-from compgen.cli.screen.messages import finding_lines, print_table, stdout_console
+from compgen.cli.screen.messages import finding_lines, print_table, sizes_table, stdout_console
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import PageResult, Resumed
 from compgen.report.band_words import band_sentence
