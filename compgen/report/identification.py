@@ -242,7 +242,7 @@ def identification_figures(identification: Identification) -> dict[str, Figure]:
 
 def _is_place(data: Measurements) -> BoolArray:
     """Which rows can be drawn: a distance has no place, and a line may lack a coordinate."""
-    return (data.numbers == 3) & np.isfinite(data.position).all(axis=1)
+    return np.asarray((data.numbers == 3) & np.isfinite(data.position).all(axis=1))
 
 
 def _alike(identification: Identification) -> list[tuple[str, str, float]]:
