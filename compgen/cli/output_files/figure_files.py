@@ -92,7 +92,6 @@ def earlier_figures(page: Path) -> set[str]:
 
 def _drawn(page: bytes, kind: FigureFormat) -> dict[str, bytes]:
     """Content by the figure's key, of those that can be drawn."""
-    from compgen.cli.output_files.render import NoRenderer, render
     from compgen.report.figure import figures_of_page
     from compgen.report.still import side_by_side
 
