@@ -118,8 +118,8 @@ def answers_falsified(monkeypatch, number, falsify):
         def __init__(self, degrees_of_freedom):
             self.ruckig = ruckig.Ruckig(degrees_of_freedom)
 
-        def validate_input(self, *arguments):
-            return self.ruckig.validate_input(*arguments)
+        def validate_input(self, *arguments, **options):
+            return self.ruckig.validate_input(*arguments, **options)
 
         def calculate(self, question, answer):
             true = ruckig.Trajectory(1)
