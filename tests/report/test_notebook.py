@@ -61,7 +61,8 @@ r_deg = 0.0
 
 
 def files_in(folder):
-    return {p.name: p.read_bytes() for p in folder.iterdir() if p.name != "scenarios.jsonl"}
+    """What a run wrote beside its journal and the folder's marker, which say what happened there."""
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.name not in ("scenarios.jsonl", "compgen.json")}
 
 
 @pytest.fixture(scope="module")
