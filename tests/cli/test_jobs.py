@@ -81,6 +81,8 @@ def test_without_a_compiler_only_the_last_digits_of_the_report_differ(tmp_path, 
         assert run("generate", "paths/circle_1300.toml", "-q", "-o", tmp_path / name).returncode == 0
     with_c, without = content(tmp_path / "c"), content(tmp_path / "numpy")
     reports = [json.loads(files.pop("report.json")) for files in (with_c, without)]
+    hashes = [json.loads(files.pop("compgen.json"))["runs"][0]["files"].items() for files in (with_c, without)]
+    assert {name for name, _ in hashes[0] ^ hashes[1]} == {"report.json"}
     assert with_c == without
     numbers = [list(plain_numbers(report)) for report in reports]
     assert len(numbers[0]) > 60
