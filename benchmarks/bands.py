@@ -11,7 +11,7 @@ from compgen.core.evaluation import BLOCK
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.uncertainty.band import DrivenProgram, band_along
+from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
 from compgen.pipelines.uncertainty.draws import fly_draws
 from compgen.report.waypoints_csv import csv_lines
 from compgen.verification.twin import prepare

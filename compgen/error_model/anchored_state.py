@@ -185,19 +185,19 @@ def state_text(state: AnchoredState) -> str:
         ),
         "air_K": _number(state.air),
     }
-    rise = {"node": list(state.nodes), "K": _numbers(state.rise), "sigma_K": _numbers(sigma[:K])}
+    rise = {"node": list(state.nodes), "K": _number_list(state.rise), "sigma_K": _number_list(sigma[:K])}
     file["correlation"] = correlation
     file["state"] = {**values, "heat_model": state.model}
     file["rise"] = rise if state.modal is None else {**rise, "modal": state.modal.tolist()}
     base = {
-        "shift_um": _numbers(state.base[:3] / UM),
-        "turn_mdeg": _numbers(state.base[3:] / MDEG),
-        "sigma_um": _numbers(sigma[K : K + 3] / UM),
-        "sigma_mdeg": _numbers(sigma[K + 3 : K + BASE] / MDEG),
+        "shift_um": _number_list(state.base[:3] / UM),
+        "turn_mdeg": _number_list(state.base[3:] / MDEG),
+        "sigma_um": _number_list(sigma[K : K + 3] / UM),
+        "sigma_mdeg": _number_list(sigma[K + 3 : K + BASE] / MDEG),
     }
     file["base"] = _remarked(base, "how far the arm stands in World from where its robot file has it")
     if state.drifting:
-        changes = zip(state.drifting, _numbers(state.drift), _numbers(sigma[K + BASE :]), strict=True)
+        changes = zip(state.drifting, _number_list(state.drift), _number_list(sigma[K + BASE :]), strict=True)
         file["drifting"] = [{"parameter": name, "change": change, "sigma": s} for name, change, s in changes]
     file["made_from"] = _remarked(state.made_from, "sha256")
     return tomlkit.dumps(file)
@@ -212,5 +212,5 @@ def _number(value: float) -> float:
     return float(f"{value:.9g}") + 0.0
 
 
-def _numbers(values: Array) -> list[float]:
+def _number_list(values: Array) -> list[float]:
     return [_number(v) for v in values.tolist()]

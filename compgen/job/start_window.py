@@ -19,7 +19,7 @@ TOGETHER = 64  # windows at a time
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Course:
+class PromptMotion:
     """A program as it is driven when nobody waits."""
 
     time: Array  # (N,) [s]
@@ -29,7 +29,7 @@ class Course:
 
 
 def windows(
-    job: Job, model: ErrorModel, course: Course, first: IntArray, state: Array, together: int = TOGETHER
+    job: Job, model: ErrorModel, course: PromptMotion, first: IntArray, state: Array, together: int = TOGETHER
 ) -> Array:
     """How long the robot may wait at waypoints before that adds more than ``job.start_drift`` anywhere behind them.
 
@@ -51,7 +51,7 @@ def windows(
     return np.concatenate([_windows(job, model, course, first[part], state[part]) for part in parts])
 
 
-def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state: Array) -> Array:
+def _windows(job: Job, model: ErrorModel, course: PromptMotion, first: IntArray, state: Array) -> Array:
     """``windows`` for a few places, by bisection of all at once."""
     samples = np.array([np.linspace(n, len(course.time) - 1, SAMPLES).astype(int) for n in first])  # (P, SAMPLES)
     rows = samples.ravel()

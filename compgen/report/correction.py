@@ -10,7 +10,7 @@ from compgen.core.commands import Command
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.findings.motion_findings import with_motion
-from compgen.pipelines.uncertainty.band import not_known
+from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.averaged import served_figure, served_record
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
 from compgen.report.band_words import band_record

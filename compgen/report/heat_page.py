@@ -12,7 +12,7 @@ from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.averaging_findings import ensemble_words
 from compgen.pipelines.study import Timeline
-from compgen.pipelines.uncertainty.band import not_known
+from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.band_page import LEFT_OPEN, band_facts
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, line_of

@@ -16,7 +16,7 @@ from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.planned.written_program import WrittenFlight
-from compgen.pipelines.uncertainty.band import not_known
+from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory
 from compgen.report.averaged import averaged_record, ensemble_record

@@ -79,12 +79,15 @@ def _context(around: ProgramContext) -> dict[str, Any]:
     frames = around.frames
     return {
         "frames": {
-            **{kind: {str(n): _numbers(pose) for n, pose in getattr(frames, kind).items() if n} for kind in FRAMES},
+            **{
+                kind: {str(n): _typed_numbers(pose) for n, pose in getattr(frames, kind).items() if n}
+                for kind in FRAMES
+            },
             "extended": {
                 name: {
                     "kind": axis.kind,
                     "unit": axis.unit,
-                    "base": [[at, *_numbers(pose)] for at, pose in axis.base],
+                    "base": [[at, *_typed_numbers(pose)] for at, pose in axis.base],
                 }
                 for name, axis in frames.extended.items()
             },
@@ -93,7 +96,7 @@ def _context(around: ProgramContext) -> dict[str, Any]:
     }
 
 
-def _numbers(pose: Pose) -> list[float]:
+def _typed_numbers(pose: Pose) -> list[float]:
     """X, Y, Z [mm] and W, P, R [deg]."""
     angles = (float(a) / DEG for a in to_wpr(pose.rotation))
     return [round(v, 9) for v in (*(pose.position / MM).tolist(), *angles)]

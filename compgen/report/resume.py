@@ -14,7 +14,7 @@ from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.resume.corrected import ResumedProgram, words_of
 from compgen.pipelines.resume.follow import Look
 from compgen.pipelines.resume.result import Resumed
-from compgen.pipelines.uncertainty.band import not_known
+from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.band_words import band_record
 from compgen.report.curves import Row, course, figure_in_rows
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace

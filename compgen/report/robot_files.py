@@ -156,10 +156,10 @@ def urdf_text(robot: Robot, chain: RigidChain, words: tuple[str, ...]) -> str:
     for i in range(6):
         rows += [
             f'  <joint name="joint_{i + 1}" type="revolute">',
-            f'    <origin xyz="{_numbers(chain.point[i] - before)}" rpy="0 0 0"/>',
+            f'    <origin xyz="{_row_of_numbers(chain.point[i] - before)}" rpy="0 0 0"/>',
             f'    <parent link="{links[i]}"/>',
             f'    <child link="{links[i + 1]}"/>',
-            f'    <axis xyz="{_numbers(chain.line[i])}"/>',
+            f'    <axis xyz="{_row_of_numbers(chain.line[i])}"/>',
             f'    <limit lower="{low[i]:.15g}" upper="{high[i]:.15g}" effort="0" velocity="{robot.speed[i]:.15g}"/>',
             "  </joint>",
         ]
@@ -167,7 +167,7 @@ def urdf_text(robot: Robot, chain: RigidChain, words: tuple[str, ...]) -> str:
     angles = np.array([a[0] for a in to_wpr(chain.flange.rotation[None])])
     rows += [
         '  <joint name="joint_6-tool0" type="fixed">',
-        f'    <origin xyz="{_numbers(chain.flange.position - before)}" rpy="{_numbers(angles)}"/>',
+        f'    <origin xyz="{_row_of_numbers(chain.flange.position - before)}" rpy="{_row_of_numbers(angles)}"/>',
         '    <parent link="link_6"/>',
         '    <child link="tool0"/>',
         "  </joint>",
@@ -211,5 +211,5 @@ def _range(robot: Robot) -> tuple[Array, Array]:
     return robot.lower - zero, robot.upper - zero
 
 
-def _numbers(values: Array) -> str:
+def _row_of_numbers(values: Array) -> str:
     return " ".join(f"{0.0 if abs(v) < NOTHING else v:.15g}" for v in values)

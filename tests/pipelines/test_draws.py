@@ -20,7 +20,7 @@ from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty import draws as flown
-from compgen.pipelines.uncertainty.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
+from compgen.pipelines.uncertainty.band_columns import DrivenProgram, columns_along, rows_of_band, uncertainty_of
 from compgen.verification.band import directed_moment
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare

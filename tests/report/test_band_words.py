@@ -18,7 +18,7 @@ from compgen.error_model.unknown import NOT_KNOWN, Unknown, remaining_unknown
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
-from compgen.pipelines.uncertainty.band import assumed_findings
+from compgen.pipelines.uncertainty.band_columns import assumed_findings
 from compgen.report.band_page import band_facts
 from compgen.report.band_words import band_record, band_sentence, headline
 from compgen.report.files import job_reports

@@ -62,14 +62,14 @@ class SiteChoice:
         from compgen.identification.pose_planning import Site
 
         reach = float(np.abs(robot.a).sum() + np.abs(robot.d).sum()) / MM
-        box = [-reach] * 3 + [reach] * 3 if self.box is None else _numbers("--box", self.box)
+        box = [-reach] * 3 + [reach] * 3 if self.box is None else _typed_numbers("--box", self.box)
         if not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
             raise InputError(f"--box '{self.box}': each low corner must be below the high one: x0 y0 z0 x1 y1 z1")
         opt.check_range("--noise", self.noise, 0.1, 1e4)
         opt.check_range("--range", self.share, 0.01, 1.0)
         opt.check_range("--view", self.view, 1, 180)
-        reflectors = [_numbers("--reflector", text) for text in self.reflectors or ["60 0 100"]]
-        stand = None if self.instrument is None else np.array(_numbers("--instrument", self.instrument)) * MM
+        reflectors = [_typed_numbers("--reflector", text) for text in self.reflectors or ["60 0 100"]]
+        stand = None if self.instrument is None else np.array(_typed_numbers("--instrument", self.instrument)) * MM
         return Site(
             box=np.array([box[:3], box[3:]]) * MM,
             reflector=np.array(reflectors) * MM,
@@ -86,7 +86,7 @@ class SiteChoice:
         given = [("--reflector", text) for text in self.reflectors or []]
         given += [("--instrument", self.instrument)] if self.instrument else []
         given += [("--box", self.box)] if self.box else []
-        return [f for option, text in given for f in lengths_in_other_units(option, text, _numbers(option, text))]
+        return [f for option, text in given for f in lengths_in_other_units(option, text, _typed_numbers(option, text))]
 
 
 def plan_poses(
@@ -162,7 +162,7 @@ def _check(folder: Path, run: Run, program: str, turning: str) -> None:
         check_unfilled(folder, table, "measurements", lambda row: row.endswith(b",,,"))
 
 
-def _numbers(option: str, text: str) -> list[float]:
+def _typed_numbers(option: str, text: str) -> list[float]:
     count = NUMBERS[option]
     try:
         numbers = [float(v) for v in text.replace(",", " ").split()]

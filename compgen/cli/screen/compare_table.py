@@ -32,8 +32,8 @@ def show_comparison(comparison: Comparison, files: str = "") -> None:
             console.print(f"and {len(comparison.inputs) - MOST_ROWS} more: --json has all")
     else:
         console.print(NOT_KNOWN if comparison.inputs is None else "inputs: no key changed")
-    print_table(console, "error", _numbers(comparison.error))
-    print_table(console, "time and size", _numbers((*comparison.time, *comparison.program)))
+    print_table(console, "error", _number_table(comparison.error))
+    print_table(console, "time and size", _number_table((*comparison.time, *comparison.program)))
     console.print(f"no change: {SAME}")
     findings = comparison.findings
     for words, group in (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)):
@@ -52,7 +52,7 @@ def _inputs(pairs: tuple[Pair, ...]) -> Table:
     return table
 
 
-def _numbers(pairs: tuple[Pair, ...]) -> Table:
+def _number_table(pairs: tuple[Pair, ...]) -> Table:
     table = _table("")
     table.add_column("change", justify="right")
     table.add_column("unit")

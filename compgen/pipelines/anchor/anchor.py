@@ -13,7 +13,7 @@ from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.model import build_error_model
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
-from compgen.job.start_window import Course, windows
+from compgen.job.start_window import PromptMotion, windows
 from compgen.pipelines.anchor.estimate import (
     Compared,
     Estimate,
@@ -178,6 +178,6 @@ def _window(job: Job, forecast: Forecast, path: PathPlaces) -> float:
     begun = replace(job, cell=cell, history=forecast.history, start_drift=TRUSTED * job.start_drift, ensemble=None)
     model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), job.tool.pose)
     rise = np.broadcast_to(forecast.rise, (len(path.theta), len(forecast.rise)))
-    course = Course(path.time, path.theta, rise, NO_DIRECTION)
+    course = PromptMotion(path.time, path.theta, rise, NO_DIRECTION)
     window = float(windows(begun, model, course, np.zeros(1, dtype=np.int64), forecast.state[None])[0])
     return round(min(max(window, SHORTEST), LONGEST))

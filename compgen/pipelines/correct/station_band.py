@@ -9,7 +9,7 @@ from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.correct.result import CorrectionPlan
-from compgen.pipelines.uncertainty.band import Places, columns_at
+from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.program.directions import station_directions
 from compgen.thermal import Duty
 from compgen.thermal.history import History

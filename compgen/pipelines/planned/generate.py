@@ -26,7 +26,7 @@ from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion
 from compgen.job.moves_in_arcs import flown_at_waypoints
 from compgen.job.part_frame import frame_findings
-from compgen.job.start_window import Course, windows
+from compgen.job.start_window import PromptMotion, windows
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.findings import arc_findings, job_findings
 from compgen.pipelines.findings.lead_findings import lead_findings
@@ -42,7 +42,7 @@ from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.planned.kept_waypoints import at_waypoints
 from compgen.pipelines.planned.program_text import compose_program, planned_program, printed_in_world
 from compgen.pipelines.uncertainty import model_form
-from compgen.pipelines.uncertainty.band import assumed_findings, band_along
+from compgen.pipelines.uncertainty.band_columns import assumed_findings, band_along
 from compgen.pipelines.uncertainty.draws import fly_draws
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion as Driven
@@ -338,7 +338,7 @@ def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
     job, trajectory = planned.job, planned.trajectory
     driven = Driven(trajectory.time, planned.theta, trajectory.driven_speed)
     state = states_at(job.heat, job.state(), driven, first, job.history.air, job.clock)
-    course = Course(trajectory.time, theta, planned.rise, planned.motion)
+    course = PromptMotion(trajectory.time, theta, planned.rise, planned.motion)
     return windows(job, planned.model, course, first, state)
 
 

@@ -14,7 +14,7 @@ from compgen.fanuc.paging.stops import PageStops
 from compgen.job.job import Job
 from compgen.pipelines.planned.averaging import Averaged
 from compgen.pipelines.planned.delivery import Delivery
-from compgen.pipelines.uncertainty.band import DrivenProgram, band_along
+from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory

@@ -21,7 +21,7 @@ from compgen.pipelines.findings.own_file_findings import own_file_findings
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.assumed_ramps import ramp_findings
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.uncertainty.band import DrivenProgram
+from compgen.pipelines.uncertainty.band_columns import DrivenProgram
 from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program

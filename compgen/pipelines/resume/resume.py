@@ -40,7 +40,7 @@ from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_e
 from compgen.pipelines.resume.result import Join, PageResult, Resumed, size_of
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
-from compgen.pipelines.uncertainty.band import band_along
+from compgen.pipelines.uncertainty.band_columns import band_along
 from compgen.planning import retiming
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.model import extrapolations

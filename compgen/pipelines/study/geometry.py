@@ -14,7 +14,7 @@ from compgen.job.uncertainty import JobUncertainty, quantities_of
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
-from compgen.pipelines.uncertainty.band import Places, columns_at
+from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion
 from compgen.thermal.history import History

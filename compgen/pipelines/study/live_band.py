@@ -1,6 +1,6 @@
 r"""The band of a living page: what the files leave open, in whatever state the sliders stand at.
 
-As ``pipelines/uncertainty/band`` has it, with the columns of the quantities parted by what the day moves:
+As ``pipelines/uncertainty/band_columns`` has it, with the columns of the quantities parted by what the day moves:
 
     c_q(n) = A_q(n) + (cte / cte_0)^{g_q} A'_q(n) r(t_n) + B(n) h_q(t_n)
     h_q = G_q Y(t) + S_q e^{-(T_0 + tau + d + t) / lag} + air_q a(t) + (r_{m+} - r_{m-}) / (2 step)
@@ -24,7 +24,7 @@ from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
-from compgen.pipelines.uncertainty.band import MISSING, by_source, least_missing
+from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing
 from compgen.thermal import NodeModel
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import (

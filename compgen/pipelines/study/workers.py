@@ -76,7 +76,7 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
         geometry = shared.of(scenario, job)
         execution = execute_with(job, geometry)
         before = deviation_from_path(geometry.path, [execution], len(execution.time))
-        row |= {"state": "done"} | _numbers("before", before)
+        row |= {"state": "done"} | _statistics("before", before)
         row |= {
             "duration_s": _round(float(execution.time[-1])),
             "waypoints": len(geometry.path.arc),
@@ -87,7 +87,7 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
             row["sensor_um"] = _round(band.hidden / UM)
         if study.correct:
             _, corrected = generate.generate(job, lambda stage, share: None)
-            row |= _numbers("after", corrected.deviation)
+            row |= _statistics("after", corrected.deviation)
             row |= {"inside": corrected.inside, "start_window_s": _round(corrected.start_window)}
             if not corrected.inside:
                 row["reason"] = first_message(Level.OUTSIDE, corrected.findings)
@@ -96,7 +96,7 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
     return row
 
 
-def _numbers(side: str, deviation: Deviation) -> Row:
+def _statistics(side: str, deviation: Deviation) -> Row:
     table = statistics(deviation)
     row = {f"{side}_{k}": _round(v) for k, v in table["total"].items()}
     row[f"{side}_normal_max_um"] = _round(table["normal"]["max_um"])

@@ -24,7 +24,7 @@ from compgen.job.bounds import Guarantee
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, amounts, changed_job
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.uncertainty.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
+from compgen.pipelines.uncertainty.band_columns import DrivenProgram, columns_along, rows_of_band, uncertainty_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.ensemble import Ensemble, Start, duties_before
 from compgen.verification.band import Columns, directed_moment, radius_of

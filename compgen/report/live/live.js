@@ -1,4 +1,4 @@
-// The sliders of a what-if page, in closed form: what the package has in thermal/ and pipelines/uncertainty/band.py, here
+// The sliders of a what-if page, in closed form: what the package has in thermal/ and pipelines/uncertainty/band_columns.py, here
 // for a browser. Places and samples: pipelines/study/live_places.py; the band's quantities: live_band.py, with the same
 // letters. With the day's state z_0 by its stages, tau when the run begins, w what a robot that stands still tends to, C
 // what the cycle adds until then, T how long it is since the first stage, and a u what air does to modes since then,

@@ -11,7 +11,7 @@ from compgen.pipelines.study.live_band import LiveBand, LiveQuantity
 from compgen.pipelines.study.live_build import LiveJob
 from compgen.pipelines.study.live_day import ONE_START, Slider, Stage
 from compgen.pipelines.study.live_places import Live, LivePlaces
-from compgen.pipelines.uncertainty.band import MISSING
+from compgen.pipelines.uncertainty.band_columns import MISSING
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.thermal import NodeModel
 from compgen.verification.band import ONE_SIDED, quantiles

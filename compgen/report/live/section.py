@@ -19,7 +19,7 @@ from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import BOUND, Agreement, LiveJob
 from compgen.pipelines.study.live_day import Slider, planned_setting
 from compgen.pipelines.study.live_places import LivePlaces, at
-from compgen.pipelines.uncertainty.band import not_known
+from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.live.record import live_record, sources_of

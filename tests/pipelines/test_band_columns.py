@@ -16,8 +16,8 @@ from compgen.error_model.quantities import combined
 from compgen.job.uncertainty import amounts, changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import predict
-from compgen.pipelines.uncertainty import band as band_module
-from compgen.pipelines.uncertainty.band import (
+from compgen.pipelines.uncertainty import band_columns as band_module
+from compgen.pipelines.uncertainty.band_columns import (
     DrivenProgram,
     assumed_findings,
     band_along,
