@@ -80,14 +80,14 @@ def _context(around: ProgramContext) -> dict[str, Any]:
     return {
         "frames": {
             **{
-                kind: {str(n): _typed_numbers(pose) for n, pose in getattr(frames, kind).items() if n}
+                kind: {str(n): _xyzwpr(pose) for n, pose in getattr(frames, kind).items() if n}
                 for kind in FRAMES
             },
             "extended": {
                 name: {
                     "kind": axis.kind,
                     "unit": axis.unit,
-                    "base": [[at, *_typed_numbers(pose)] for at, pose in axis.base],
+                    "base": [[at, *_xyzwpr(pose)] for at, pose in axis.base],
                 }
                 for name, axis in frames.extended.items()
             },
@@ -96,7 +96,7 @@ def _context(around: ProgramContext) -> dict[str, Any]:
     }
 
 
-def _typed_numbers(pose: Pose) -> list[float]:
+def _xyzwpr(pose: Pose) -> list[float]:
     """X, Y, Z [mm] and W, P, R [deg]."""
     angles = (float(a) / DEG for a in to_wpr(pose.rotation))
     return [round(v, 9) for v in (*(pose.position / MM).tolist(), *angles)]

@@ -6,8 +6,8 @@ python tests/campaigns/coverage.py --seeds 0:60 --table     only the table of wh
 Each arm of ``arms.py`` is measured and identified; the robot file with its posterior is read as a user's is. Along the
 circle and the spiral of 1.3 m, tool down, cold, after 2 h and 6 h of another program and 2 h of cooling, the true place
 of the tool (with its repeatability) is compared with the predicted one: that is what a corrected program leaves. The
-band is the package's own (``pipelines/uncertainty/band_columns.py``), of what was identified: the rises are given, as sensors
-give them. Whole paths: the largest of 59 drawn paths is what 95 % of arms stay within with 95 % confidence.
+band is the package's own (``pipelines/uncertainty/band_columns.py``), of what was identified: the rises are given, as
+sensors give them. Whole paths: the largest of 59 drawn paths is what 95 % of arms stay within with 95 % confidence.
 """
 
 import argparse
