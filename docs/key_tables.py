@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from compgen.pipelines.files.json_schema import path_schema, robot_schema
+from compgen.pipelines.files.schema import path_schema, robot_schema
 
 Schema = dict[str, Any]
 

@@ -9,7 +9,7 @@ from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.job.job import Cell, Job
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.planned.averaging_findings import ensemble_words
+from compgen.pipelines.planned.averaging import ensemble_words
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient
 

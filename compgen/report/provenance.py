@@ -79,10 +79,7 @@ def _context(around: ProgramContext) -> dict[str, Any]:
     frames = around.frames
     return {
         "frames": {
-            **{
-                kind: {str(n): _xyzwpr(pose) for n, pose in getattr(frames, kind).items() if n}
-                for kind in FRAMES
-            },
+            **{kind: {str(n): _xyzwpr(pose) for n, pose in getattr(frames, kind).items() if n} for kind in FRAMES},
             "extended": {
                 name: {
                     "kind": axis.kind,

@@ -10,7 +10,7 @@ from shipped import path_file, quiet
 
 from compgen.core.codes import Level
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.findings.lead_findings import LEAST, Reach, reach_of, short_leads
+from compgen.pipelines.findings.motion_findings import LEAST, Reach, reach_of, short_leads
 from compgen.pipelines.planned import generate
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.controller.smoothing import smooth

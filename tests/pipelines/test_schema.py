@@ -13,8 +13,7 @@ import pytest
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 from compgen.core.toml import check
-from compgen.pipelines.files.json_schema import SCHEMA_FILES, path_schema, robot_schema, unit_of
-from compgen.pipelines.files.schema import PathFile, RobotFile
+from compgen.pipelines.files.schema import SCHEMA_FILES, PathFile, RobotFile, path_schema, robot_schema, unit_of
 
 ROOT = Path(__file__).parents[2]
 SHAPES = ("line", "circle", "spiral", "raster", "iso9283")

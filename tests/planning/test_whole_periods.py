@@ -14,7 +14,7 @@ from shipped import path_file, quiet
 from compgen import fanuc
 from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.findings.period_findings import over_periods
+from compgen.pipelines.findings.job_findings import over_periods
 from compgen.pipelines.planned import generate
 from compgen.planning.whole_periods import STRETCH, Cells, Periods, lay_out
 

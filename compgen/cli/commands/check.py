@@ -116,8 +116,7 @@ def _judge_written(
     from compgen.cli.screen.progress_bar import PREDICT, show_progress
     from compgen.core.codes import Level
     from compgen.core.findings import first_message
-    from compgen.pipelines.correct.program_file import read_program
-    from compgen.pipelines.correct.programs_beside import programs_beside
+    from compgen.pipelines.correct.program_file import programs_beside, read_program
     from compgen.pipelines.planned.written_program import fly_written
     from compgen.report.job_summary import written_summary
     from compgen.verification.verdict import verdict_of

@@ -104,8 +104,7 @@ def correct(
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
     from compgen.fanuc.editing.lift import DRY, renamed
     from compgen.pipelines import correct as pipeline
-    from compgen.pipelines.correct.program_file import read_program, refuse_corrected
-    from compgen.pipelines.correct.programs_beside import programs_beside
+    from compgen.pipelines.correct.program_file import programs_beside, read_program, refuse_corrected
 
     use_cores(workers)
     options = wishes.options()

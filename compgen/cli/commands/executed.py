@@ -52,11 +52,9 @@ def executed(
     Examples:
         cgen executed out/SPIRAL_1300.LS --log run.csv --max-um 200
     """
-    from compgen.pipelines.correct.program_file import read_program
-    from compgen.pipelines.correct.programs_beside import programs_beside
+    from compgen.pipelines.correct.program_file import programs_beside, read_program
     from compgen.pipelines.executed.executed import Situation, judge_log, read_text
-    from compgen.pipelines.files.robot_choice import robot_of_program
-    from compgen.pipelines.files.robot_file import find_robot, load_robot
+    from compgen.pipelines.files.robot_file import find_robot, load_robot, robot_of_program
     from compgen.report.executed import executed_csv, executed_html, executed_summary
     from compgen.report.inputs import measured_inputs
     from compgen.verification.executed.position_log import read_position_log

@@ -48,11 +48,9 @@ def identify_motion(
         cgen identify-motion out/SPIRAL_1300.LS --log run.csv --robot mine.toml -o smooth.toml
     """
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.pipelines.correct.program_file import read_program
-    from compgen.pipelines.correct.programs_beside import programs_beside
+    from compgen.pipelines.correct.program_file import programs_beside, read_program
     from compgen.pipelines.executed.executed import Situation, read_text
-    from compgen.pipelines.files.robot_choice import robot_of_program
-    from compgen.pipelines.files.robot_file import load_arm, load_robot
+    from compgen.pipelines.files.robot_file import load_arm, load_robot, robot_of_program
     from compgen.pipelines.measure import identify_motion as identification
     from compgen.report import motion_report
     from compgen.report.inputs import measured_inputs

@@ -44,10 +44,8 @@ def inspect(
     from compgen.cli.screen.program_table import show_program
     from compgen.fanuc.analysis import inspection
     from compgen.fanuc.analysis.watermark import Mark
-    from compgen.pipelines.correct.program_file import provenance_beside, read_program
-    from compgen.pipelines.correct.programs_beside import programs_beside
-    from compgen.pipelines.files.robot_choice import robot_named
-    from compgen.pipelines.files.robot_file import load_robot
+    from compgen.pipelines.correct.program_file import programs_beside, provenance_beside, read_program
+    from compgen.pipelines.files.robot_file import load_robot, robot_named
 
     frames, registers = tables.read()
     content = read_program(program)

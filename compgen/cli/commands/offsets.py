@@ -77,9 +77,8 @@ def offsets(
 
 def _of_program(program: str, choice: opt.ProgramChoice, tables: opt.ProgramTables, progress: "Progress") -> "Offsets":
     """Offsets of a program that exists."""
-    from compgen.pipelines.correct.program_file import read_program, refuse_any_corrected
+    from compgen.pipelines.correct.program_file import programs_beside, read_program, refuse_any_corrected
     from compgen.pipelines.correct.program_offsets import offsets_of_program
-    from compgen.pipelines.correct.programs_beside import programs_beside
 
     source, content = Path(program), read_program(program)
     cell, history = choice.begin(program, content)

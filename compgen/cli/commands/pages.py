@@ -54,8 +54,7 @@ def pages(
     from compgen.fanuc.paging.split import split_program
     from compgen.fanuc.paging.stops import controller_capacity
     from compgen.pipelines.correct.program_file import provenance_beside, read_program
-    from compgen.pipelines.files.robot_choice import robot_of_program
-    from compgen.pipelines.files.robot_file import load_cell
+    from compgen.pipelines.files.robot_file import load_cell, robot_of_program
     from compgen.pipelines.resume.written_job import CORRECTED
 
     folder = opt.output_folder(program, output)

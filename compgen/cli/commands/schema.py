@@ -25,7 +25,7 @@ def schema(
         cgen schema path -o path.schema.json
         cgen schema robot
     """
-    from compgen.pipelines.files.json_schema import path_schema, robot_schema
+    from compgen.pipelines.files.schema import path_schema, robot_schema
 
     if output is not None:
         check_own_file("-o", output, '"$schema"', "schema")

@@ -20,7 +20,7 @@ from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.motion_findings import motion_of_a_listing
-from compgen.pipelines.planned.averaging_findings import WIDE, ensemble_words, start_words
+from compgen.pipelines.planned.averaging import WIDE, ensemble_words, start_words
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.ways import chains

@@ -1,6 +1,7 @@
 """A program that exists: its file, what lies beside it, and the frames and registers that its positions are told in."""
 
 import json
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from compgen.fanuc.analysis.watermark import carries_mark
 from compgen.fanuc.frames import Frames, default_frames, load_frames
 from compgen.fanuc.registers import Register, load_registers
 from compgen.robot.robot import Robot
+
+LARGEST = 10_000_000  # bytes
 
 
 def read_program(program: str) -> bytes:
@@ -69,3 +72,25 @@ def refuse_any_corrected(source: Path, content: bytes, robot: Robot) -> None:
             f"it is corrected already ({where}): an offset on top would correct it twice; take the planned program "
             "(cgen correct --restore gives it back)"
         )
+
+
+def programs_beside(path: Path) -> Callable[[str], bytes | None]:
+    """The listing of a program by its name, whatever its case, in the folder of a program file; None when not there."""
+    files: dict[str, list[Path]] = {}
+    try:
+        for file in sorted(path.resolve().parent.iterdir()):
+            if file.suffix.upper() == ".LS" and file.is_file() and file.stat().st_size <= LARGEST:
+                files.setdefault(file.stem.upper(), []).append(file)
+    except OSError:
+        files = {}
+
+    def find(name: str) -> bytes | None:
+        candidates = files.get(name.upper(), [])
+        if len(candidates) != 1:
+            return None
+        try:
+            return candidates[0].read_bytes()
+        except OSError:
+            return None
+
+    return find

@@ -1,4 +1,8 @@
-"""What the user must know of a run beside its bounds: limits that bind, speeds below feed, clocks that differ."""
+"""What the user must know of a run beside its bounds: limits that bind, speeds below feed, clocks that differ.
+
+What is not sure of arcs, what a text comes to on a controller that takes whole interpolation periods for every line,
+and how far the flown tool is from the user's own file as the judge reads it, with whether that is explained.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,23 +11,32 @@ import numpy as np
 
 from compgen import fanuc
 from compgen.compensation.problem import Settings, Solution, Solver, Status
-from compgen.core.arrays import row_norms
+from compgen.core.arrays import norm, row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding
-from compgen.core.units import MM, MS, UM
+from compgen.core.rotations import interpolate_rotation, rotation_vector
+from compgen.core.units import MDEG, MM, MS, UM
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unknown import OF_WARMTH
 from compgen.fanuc import Program
 from compgen.job.job import Cell, Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.robot.robot import SAME_PERIOD, Controller
+from compgen.verification.deviation import Deviation
+from compgen.verification.own_file.distance import distance_from_file
 from compgen.verification.written_motion import WrittenMotion
 
 SAME_USE = 1e-4  # of a joint's limit: what the digits of a written speed come to
 CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
 SAME_FEED = 1e-3  # difference of the wanted feed and the written one, above which it is a finding
 FEED_ERROR = 0.01  # of a written speed, above which it is a finding
+SAME_TURN = 1 * MDEG  # a digit of W, P and R
+AT_FEED = 1e-9  # relative
+TIMES_APART = 0.005  # relative: from where the two clocks' times are told
+ALLOWED = 1 * UM  # of the chords that stand for arcs here, and of a program's digits
+ROUNDING = 1e-9  # m of arc length
 
 
 @contextmanager
@@ -172,3 +185,95 @@ def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Fin
         "lower process.feed_mm_s"
     )
     return [Finding(Level.WARNING, Code.TIMING_JOINT_USE, message)]
+
+
+def orientation_on_arcs(job: Job, program: Program) -> list[Finding]:
+    """How far the tool is turned at vias if the controller turns it evenly from start to end and ignores the via's."""
+    via = np.flatnonzero(program.via)
+    if not len(via):
+        return []
+    length, rotation = program.lengths(), program.rotation
+    share = length[via - 1] / (length[via - 1] + length[via])
+    even = interpolate_rotation(rotation[via - 1], rotation[via + 1], share)
+    off = norm(rotation_vector(np.swapaxes(even, 1, 2) @ rotation[via]))
+    if off.max() <= SAME_TURN:
+        return []
+    bound = job.bounds.axis
+    message = (
+        f"at P[{int(via[np.argmax(off)]) + 1}] the tool is {off.max() / MDEG:.1f} mdeg off if the controller ignores "
+        "the orientation of an arc's via, which is not published; here it turns through it"
+    )
+    level = Level.WARNING if bound is not None and off.max() > bound else Level.NOTE
+    return [Finding(level, Code.PATH_ARCS_ORIENTATION, message)]
+
+
+def times_apart(controller: Controller, written: WrittenMotion) -> list[Finding]:
+    """The duration as written and on a controller that rounds up, where they differ."""
+    longer = written.rounded_up / written.as_written - 1
+    if longer <= TIMES_APART:
+        return []
+    message = (
+        f"the text takes {written.as_written:.2f} s as written, and {written.rounded_up:.2f} s ({100 * longer:+.1f} %) "
+        f"on a controller that rounds every line up to whole periods of {controller.period / MS:g} ms; times and heat "
+        f"here are {'the second' if controller.rounds_up_to_period else 'the first'}: controller.rounds_up_to_period"
+    )
+    return [Finding(Level.NOTE, Code.TIMING_WHOLE_PERIODS, message)]
+
+
+def over_periods(controller: Controller, path: ToolPath, program: Program, feed: float) -> list[Finding]:
+    """Lines of a text that last longer at feed than the whole periods that they were laid out for.
+
+    Args:
+        controller: Its period.
+        path: As planned, N waypoints.
+        program: As its text says it, N positions.
+        feed: Wanted along the path [m/s].
+    """
+    feeds = feed * path.pace
+    lines = ~(path.via[:-1] | path.via[1:]) & (program.speed >= feeds * (1 - AT_FEED))
+    planned = controller.whole_periods(np.diff(path.arc) / feeds)
+    lasts = program.lengths() / program.speed / controller.period
+    over = np.flatnonzero(lines & (lasts > planned * (1 + SAME_PERIOD)))
+    if not len(over):
+        return []
+    worst = over[int(np.argmax(lasts[over] - planned[over]))]
+    share = program.lengths()[over].sum() / program.lengths().sum()
+    message = (
+        f"{len(over)} lines at feed ({100 * share:.1f} % of the length) last longer than the whole interpolation "
+        f"periods that they were laid out for: that to P[{worst + 2}] {lasts[worst]:.4f}, not {planned[worst]:.0f}; a "
+        "controller that rounds up takes one more for each"
+    )
+    return [Finding(Level.WARNING, Code.TIMING_OVER_PERIODS, message)]
+
+
+def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Finding]:
+    """One finding of a path of own points: the distance from its file, and that it is beyond what explains it.
+
+    The tool may leave the file by the path's own tolerance and the error that is left. More says: it is another path.
+    """
+    file = job.own_file
+    if file is None:
+        return []
+    segment = np.clip(np.searchsorted(path.arc, deviation.arc, side="right") - 1, 0, len(path.piece) - 1)
+    fraction = (deviation.arc - path.arc[segment]) / np.diff(path.arc)[segment]
+    place = path.exact.in_frame(path.at(segment, np.clip(fraction, 0, 1)).pose).position
+    error = deviation.error if path.exact.frame is None else deviation.error @ path.exact.frame.rotation
+    # approach and retract, the first and the last piece, are not the file's
+    led = 1 if job.plan.process.lift > 0 else 0
+    own = np.flatnonzero((path.piece >= led) & (path.piece < len(path.exact.curve.poly) - led))
+    begin, end = path.arc[own[0]], path.arc[own[-1] + 1]
+    rows = (deviation.arc >= begin - ROUNDING) & (deviation.arc <= end + ROUNDING)
+    distance = distance_from_file(file, (place + error)[rows])
+    allowed = job.plan.path.tolerance + deviation.extents["total"].max + ALLOWED
+    off, line = max((distance.off, distance.off_line), (distance.missed, distance.missed_line))
+    lines = f"its lines are kept to {distance.off / UM:.2g} um, " if file.joined else ""
+    if off <= allowed:
+        message = (
+            f"judged by {file.source} itself, read a second time: {lines}its places to {distance.missed / UM:.2g} um"
+        )
+        return [Finding(Level.NOTE, Code.PATH_FILE, message)]
+    message = (
+        f"{file.source}: line {line}: read a second time, the tool is {off / UM:.0f} um off it, where the path's "
+        f"tolerance and the error that is left explain {allowed / UM:.3g}: the path is not this file's"
+    )
+    return [Finding(Level.OUTSIDE, Code.PATH_FILE, message)]

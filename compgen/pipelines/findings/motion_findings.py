@@ -1,23 +1,45 @@
-"""What a job says of the controller's motion: how far it leads the tool off the path, and what is commanded for it."""
+r"""What a job says of the controller's motion: how far it leads the tool off the path, and what is commanded for it.
 
-from collections.abc import Sequence
+And where smoothing of a bend off the part reaches the part: the way between them is too short (``lead_findings``).
+Smoothed motion at a place p of the path is a mean of commands around it. With the delay D of the weights and the time
+S after which all has come to rest, none of them is farther at speed v than
+
+    v D ahead of p,      v (S - D) behind it
+
+so a bend after the part's edge wants v D of way to it, and one before the edge v (S - D) from it on. A stop holds all
+of this back: the command waits there until all is at rest. A path that goes on past the edge as it bends on the part
+has no bend there.
+
+What a bend does is how much farther the tool is led off within that reach of the edge than in as much of the part
+next to it. The edge is the last waypoint in contact.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import BoolArray
+from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
 from compgen.job.bounds import Bounds
+from compgen.job.job import Job
+from compgen.planning.tables import MAX_LEAD
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.motion_effect import HALF, MotionEffect
+from compgen.verification.twin.controller.smoothing import moments, settling_time
 
 WHAT = "the controller's motion"  # as a robot file's [[unknown]] calls it
 LEAST = 0.05 * UM  # below, the words say nothing
 QUARTER = HALF**2  # of the pull is left at half the override
+DIGIT = 1.0 * UM  # a digit of the text, which alone bends a straight line by as much
+TURN = 3e-3  # [rad] of the direction of travel: a bend, and no ripple of a curve through points
+SAME_BEND = 1.5  # times as sharp as on the part is no other bend
+STRETCHES = 200  # of the part that are looked at: those where the tool is led off farthest
 
 
 def touching_segments(path: ToolPath) -> BoolArray:
@@ -115,3 +137,141 @@ def motion_words(motion: ControllerMotion) -> str:
 
 def _um(value: float) -> str:
     return f"{value / UM:.0f}" if value >= 9.95 * UM else f"{value / UM:.1f}"
+
+
+class Reach(NamedTuple):
+    """How far from a place commands have a share in it, in time."""
+
+    ahead: float  # [s]
+    behind: float  # [s]
+
+
+class ShortLead(NamedTuple):
+    """A way between the part's edge and a bend, shorter than the smoothing reaches."""
+
+    bend: float  # [m] arc length where it begins
+    length: float  # [m] from there to the edge
+    needed: float  # [m]
+    speed: float  # [m/s]
+    caused: float  # [m] off the path on the part
+
+
+def reach_of(motion: ControllerMotion, period: float) -> Reach:
+    """Of a controller's smoothing; a lag, which delays all alike, has none."""
+    delay = moments(motion, period).delay - motion.lag
+    return Reach(delay, settling_time(motion) - motion.lag - delay)
+
+
+def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: Array | None = None) -> list[Finding]:
+    """At most one finding: the way to a bend that is shortest of what it should be.
+
+    Args:
+        effect: Of the controller's motion on the written text.
+        path: That it was made from, N waypoints.
+        job: Its feed, controller and bounds; what breaks the smallest is a warning where the motion is known.
+        error: On each segment, (N - 1,) [m], of a program commanded against its motion: its text is not its path.
+    """
+    if effect is None:
+        return []
+    bounds, off = job.bounds, effect.off if error is None else error
+    reach = reach_of(effect.motion, job.robot.controller.period)
+    short = list(short_leads(path, off, job.feed * path.pace, reach))
+    if not short:
+        return []
+    worst = max(short, key=lambda lead: lead.needed - lead.length)
+    caused = max(lead.caused for lead in short)
+    given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
+    beyond = effect.known and bool(given) and caused > min(given)
+    leads = " lead" if effect.known else ", as may be, would lead"
+    raised = worst.needed <= MAX_LEAD * MM
+    message = (
+        f"{motion_words(effect.motion)}{leads} the tool {_um(caused)} um off on the part by a bend {worst.bend:.3f} m "
+        f"along: {worst.length / MM:.1f} mm lie between it and the edge, {np.ceil(worst.needed / MM):.0f} are needed "
+        f"at {worst.speed / MM:.4g} mm/s (such places: {len(short)}); "
+        f"{'raise path.lead_mm to that' if raised else 'lower process.feed_mm_s'}, or stop at the bend: "
+        'path.turn = "square", or stop = 1 in points of your own'
+    )
+    return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_LEAD, message)]
+
+
+def short_leads(path: ToolPath, off: Array, speed: Array, reach: Reach) -> Iterator[ShortLead]:
+    """Ways off the part that are too short, in no order.
+
+    Args:
+        path: N waypoints.
+        off: How far the tool is led off each segment, (N - 1,) [m].
+        speed: Wanted on each, (N - 1,) [m/s]: what binds below it may let go where the way is longer.
+        reach: Of the smoothing.
+    """
+    on_part = path.contact[:-1] & path.contact[1:] & path.exact.curve.working[path.piece]
+    change = np.diff(on_part.astype(np.int8), prepend=0, append=0)
+    first, end = np.flatnonzero(change > 0), np.flatnonzero(change < 0)
+    largest = np.array([off[a:b].max() for a, b in zip(first, end, strict=True)])
+    likely = np.argsort(-largest, kind="stable")[:STRETCHES]
+    stops = np.flatnonzero(path.stop)
+    for k in likely[largest[likely] > DIGIT]:
+        stretch = np.arange(first[k], end[k])
+        for outwards, time in ((False, reach.behind), (True, reach.ahead)):
+            edge = int(end[k] if outwards else first[k])
+            run = np.clip(np.searchsorted(stops, edge), 1, len(stops) - 1)
+            fastest = float(speed[stops[run - 1] : stops[run]].max())
+            yield from _short_lead(path, off, stretch[::-1] if outwards else stretch, edge, (fastest, time))
+
+
+def _short_lead(
+    path: ToolPath, off: Array, stretch: IntArray, edge: int, reach: tuple[float, float]
+) -> Iterator[ShortLead]:
+    """The way out of the part at one end of a stretch of it, where it is too short.
+
+    Args:
+        path: N waypoints.
+        off: (N - 1,) [m].
+        stretch: Segments on the part, from the edge inwards.
+        edge: The waypoint there.
+        reach: The highest speed [m/s] and the time that the smoothing reaches over [s].
+    """
+    speed, time = reach
+    needed = speed * time
+    middle = np.abs((path.arc[stretch] + path.arc[stretch + 1]) / 2 - path.arc[edge])
+    near, next_to_it = middle < needed, (middle >= needed) & (middle < 2 * needed)
+    near[0] = True
+    caused = float(off[stretch[near]].max() - off[stretch[next_to_it]].max(initial=0.0))
+    if caused <= DIGIT:
+        return
+    bend = _bend(path, stretch[near], edge, needed)
+    if bend is not None:
+        yield ShortLead(bend, abs(bend - float(path.arc[edge])), needed, speed, caused)
+
+
+def _bend(path: ToolPath, stretch: IntArray, edge: int, within: float) -> float | None:
+    """Arc length where the path past an edge begins to bend, and not as it does on the part [m]; None before a stop.
+
+    Args:
+        path: N waypoints.
+        stretch: Segments on the part, from the edge inwards: they tell how it bends there.
+        edge: The waypoint.
+        within: Length past the edge that is looked at [m].
+    """
+    place, ahead = float(path.arc[edge]), int(stretch[0] < edge)  # 1: the part is left there
+    if ahead:
+        outside = np.arange(edge, min(int(np.searchsorted(path.arc, place + within)), len(path.piece)))
+    else:
+        outside = np.arange(max(int(np.searchsorted(path.arc, place - within)) - 1, 0), edge)[::-1]
+    begin, end = outside + 1 - ahead, outside + ahead  # waypoints, outwards
+    passed = np.logical_or.accumulate(path.stop[begin])
+    outside, begin, end = outside[~passed], begin[~passed], end[~passed]
+    if not len(outside):
+        return None
+
+    def travel(segments: IntArray, fraction: int) -> Array:
+        return path.at(segments, np.full(len(segments), float(fraction))).travel
+
+    outer, inner = travel(stretch[:1], ahead), travel(stretch[-1:], 1 - ahead)
+    depth = abs(float(path.arc[stretch[-1] + 1 - ahead]) - place)
+    rate = SAME_BEND * float(row_norms(outer - inner)[0]) / depth
+
+    def bends(at: IntArray, direction: Array) -> BoolArray:
+        return np.asarray(row_norms(direction - outer) > TURN + rate * np.abs(path.arc[at] - place))
+
+    bent = bends(begin, travel(outside, 1 - ahead)) | bends(end, travel(outside, ahead))
+    return float(path.arc[begin[int(np.argmax(bent))]]) if bent.any() else None

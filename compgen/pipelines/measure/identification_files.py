@@ -36,8 +36,8 @@ from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.job.tables import IdentifiedTable
-from compgen.pipelines.files.json_schema import SCHEMA_FILES, robot_schema
 from compgen.pipelines.files.robot_file import Arm, arm_of
+from compgen.pipelines.files.schema import SCHEMA_FILES, robot_schema
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 

@@ -28,14 +28,11 @@ from compgen.job.moves_in_arcs import flown_at_waypoints
 from compgen.job.part_frame import frame_findings
 from compgen.job.start_window import PromptMotion, windows
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.findings import arc_findings, job_findings
-from compgen.pipelines.findings.lead_findings import lead_findings
-from compgen.pipelines.findings.motion_findings import motion_findings, touching_segments
-from compgen.pipelines.findings.own_file_findings import own_file_findings
-from compgen.pipelines.findings.period_findings import over_periods, times_apart
+from compgen.pipelines.findings import job_findings
+from compgen.pipelines.findings.job_findings import over_periods, own_file_findings, times_apart
+from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
 from compgen.pipelines.planned import arc_moves, averaging, delivery, motion_predistortion
-from compgen.pipelines.planned.averaging import WrittenFile
-from compgen.pipelines.planned.averaging_findings import averaging_findings
+from compgen.pipelines.planned.averaging import WrittenFile, averaging_findings
 from compgen.pipelines.planned.delivery import Delivery, PageStart
 from compgen.pipelines.planned.dry_run import dry_run_findings
 from compgen.pipelines.planned.job_results import Corrected, Planned
@@ -201,7 +198,7 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
         *times_apart(job.robot.controller, written),
         *over_periods(job.robot.controller, path, text, planned.feed),
         *job_findings.joints_asked(job, text, written),
-        *arc_findings.orientation_on_arcs(job, text),
+        *job_findings.orientation_on_arcs(job, text),
         *(averaging_findings(averaged) if averaged is not None else ()),
         *form_findings,
         *planned.findings,

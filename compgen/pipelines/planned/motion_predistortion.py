@@ -9,8 +9,7 @@ from compgen.compensation.problem import Problem, Solution
 from compgen.core.arrays import frozen, row_norms
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.pipelines.findings.lead_findings import lead_findings
-from compgen.pipelines.findings.motion_findings import motion_findings, touching_segments
+from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
 from compgen.pipelines.planned.job_results import Planned
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import Deviation

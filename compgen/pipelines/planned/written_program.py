@@ -17,7 +17,7 @@ from compgen.core.units import MM
 from compgen.job.job import Job
 from compgen.pipelines.files.program_course import canonical_program
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.findings.own_file_findings import own_file_findings
+from compgen.pipelines.findings.job_findings import own_file_findings
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.assumed_ramps import ramp_findings
 from compgen.pipelines.planned.job_results import Planned
