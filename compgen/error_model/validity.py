@@ -1,6 +1,7 @@
 """Findings where a program leaves the range in which the error sources were measured."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -97,15 +98,19 @@ def settling(sources: Sequence[Source], model: ErrorModel, theta: Array) -> tupl
     return turn * depth[:6], float((travel * depth[6:]).max())
 
 
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class DrivenPoses:
+    """N poses in the order driven, and what the error hangs on there."""
+
+    theta: Array  # (N, 6) [rad]
+    position: Array  # (N, 3) [m] of the TCP
+    rise: Array  # (N, K) [K]
+    directions: DirectionState
+    contact: BoolArray  # (N,) on the part; none counts as all
+
+
 def unknown_start_findings(
-    robot: Robot,
-    sources: Sequence[Source],
-    model: ErrorModel,
-    theta: Array,
-    position: Array,
-    rise: Array,
-    directions: DirectionState,
-    contact: BoolArray,
+    robot: Robot, sources: Sequence[Source], model: ErrorModel, driven: DrivenPoses
 ) -> list[Finding]:
     """How much hysteresis is unknown where the part begins, since the motion before the first waypoint is unknown.
 
@@ -113,21 +118,17 @@ def unknown_start_findings(
         robot: For the names of its joints.
         sources: Of its error.
         model: The error model.
-        theta: Joints in the order driven, (N, 6) [rad].
-        position: TCP, (N, 3) [m].
-        rise: (N, K) [K].
-        directions: Of motion.
-        contact: Waypoints on the part, (N,); none counts as all.
+        driven: From the first waypoint on.
     """
     widths = reversal_widths(sources)
     if widths is None:
         return []
-    n = int(np.argmax(contact))
-    share = unknown_share(widths, theta, position).at(np.array([n]))
-    assumed = directions.at(np.array([n]))
+    n = int(np.argmax(driven.contact))
+    share = unknown_share(widths, driven.theta, driven.position).at(np.array([n]))
+    assumed = driven.directions.at(np.array([n]))
     changes = np.diag(np.concatenate([share.direction[0], share.travel[0]]))  # one joint or axis a row
     changed = DirectionState(assumed.direction + changes[:, :6], assumed.travel + changes[:, 6:])
-    q, r = np.tile(theta[n], (9, 1)), np.tile(rise[n], (9, 1))
+    q, r = np.tile(driven.theta[n], (9, 1)), np.tile(driven.rise[n], (9, 1))
     displacement = model.actual_pose(q, r, changed).position - model.actual_pose(q, r, assumed).position
     distance = np.linalg.norm(displacement, axis=1)
     if distance.sum() <= NEGLIGIBLE:

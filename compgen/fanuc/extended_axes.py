@@ -86,6 +86,11 @@ def _axis(name: str, table: Any, path: str) -> ExtendedAxis:
         return ExtendedAxis(kind)
     if not bases:
         raise InputError(f"{path}: {key}.base: missing; give [[{key}.base]] with at_mm or at_deg and the base's pose")
+    return _rail(bases, key, path)
+
+
+def _rail(bases: list[Any], key: str, path: str) -> ExtendedAxis:
+    """An axis that carries the arm, from the bases that were measured along it."""
     placed = [_base(table, f"{key}.base[{i}]", path) for i, table in enumerate(bases, 1)]
     unit = placed[0][0]
     for i, (other, value, _) in enumerate(placed, 1):
@@ -93,7 +98,7 @@ def _axis(name: str, table: Any, path: str) -> ExtendedAxis:
             raise InputError(f"{path}: {key}.base[{i}]: at_{other} beside at_{unit}; an axis has one unit")
         if any(abs(value - before) <= 2 * SAME_VALUE for _, before, _ in placed[: i - 1]):
             raise InputError(f"{path}: {key}.base[{i}].at_{unit}: {value:g} {unit} is told twice; remove one")
-    return ExtendedAxis(kind, unit, tuple((value, pose) for _, value, pose in placed))
+    return ExtendedAxis("rail", unit, tuple((value, pose) for _, value, pose in placed))
 
 
 def _base(table: Any, key: str, path: str) -> tuple[str, float, Pose]:
@@ -150,7 +155,7 @@ def read_arm_bases(program: LsProgram, row: IntArray, extended: Mapping[str, Ext
             elif axis.kind == "rail":
                 pose = axis.base_at(value, u) if has else None
                 if pose is None:
-                    reason = reason or _no_base(name, axis, value, u, has)
+                    reason = reason or _no_base(name, axis, value, u, has=has)
                 else:
                     if id(pose) not in places:
                         places[id(pose)] = len(table)
@@ -165,7 +170,7 @@ def _unknown(name: str) -> str:
     return f"extended axis {name} moves the base or the part: say which with [extended.{name}] in --frames"
 
 
-def _no_base(name: str, axis: ExtendedAxis, value: float, unit: str, has: bool) -> str:
+def _no_base(name: str, axis: ExtendedAxis, value: float, unit: str, *, has: bool) -> str:
     if not has:
         return f"the arm stands on extended axis {name}, and the position does not say where"
     if np.isnan(value):

@@ -22,6 +22,7 @@ from compgen.job.part_frame import PartFrame
 from compgen.job.tables import Drifting, FitLimits
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.exact_path import ExactPath
 from compgen.planning.surfaces import Quadric
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
@@ -80,6 +81,10 @@ class PathPlan:
     frame: PartFrame | None = None  # that the path is given in; None: World
     raised: float = 0.0  # [m] along z of that frame: a dry run
     tolerance: float = 0.0  # [m] by which the pattern may leave the user's own points or lines
+
+    def exact(self, spin: float) -> ExactPath:
+        """The pattern on its surface, for a tool whose x axis is turned by ``spin`` [rad]."""
+        return ExactPath(curve=self.pattern, surface=self.surface, boundary=self.boundary, spin=spin, frame=self.place)
 
     @property
     def place(self) -> Pose | None:

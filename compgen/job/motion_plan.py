@@ -56,7 +56,7 @@ class MotionPlan:
         return JointMotion(self.trajectory.time, self.theta, self.trajectory.driven_speed)
 
 
-def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progress, pages: bool = True) -> MotionPlan:
+def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progress, *, pages: bool = True) -> MotionPlan:
     """Lay a program's path, find its joints and time it.
 
     Args:
@@ -77,25 +77,18 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     layout = _layout(process, robot, feed)
     with naming_file(program.source):
         path = toolpath.plan_tool_path(
-            program.path.pattern,
-            program.path.surface,
-            program.path.boundary,
-            spin=tool.spin,
-            chord=layout.chord,
-            lift=process.lift,
-            spacing=layout.spacing,
-            periods=layout.periods,
-            lead_in=_lead_in(program, cell, model),
-            frame=program.path.place,
+            program.path.exact(tool.spin), layout, lift=process.lift, lead_in=_lead_in(program, cell, model)
         )
         arm = ErringArm(robot=robot, posture=program.posture, tool=tool.pose, sources=cell.sources, model=model)
         path, theta = refine(arm, path, feed, layout)
         progress(RunStage(stages.PATH, waypoints=len(theta)), 1.0)
         page_stops, payload = None, tool.payload is not None
         if pages and process.arcs:
-            page_stops = page_stops_of_arcs(robot, process, path, theta, feed, nodes, payload)
+            page_stops = page_stops_of_arcs(robot, process, path, theta, feed, nodes, payload=payload)
         elif pages:
-            page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part, payload)
+            page_stops = place_page_stops(
+                robot, path, theta, nodes, on_the_part=process.stop_on_the_part, payload=payload
+            )
         if page_stops is not None:
             path = replace(path, stop=page_stops.stop)
         progress(stages.TIMING, 0.0)
@@ -154,10 +147,7 @@ def run_in_length(program: ProgramPlan, cell: Cell, rate: float) -> float:
 
 def coarse_motion(program: ProgramPlan, robot: Robot) -> tuple[ToolPath, Array] | None:
     """The pattern with as few waypoints as show its joints, and these, (N, 6) [rad]; None where the arm cannot."""
-    plan = program.path
-    path = toolpath.plan_tool_path(
-        plan.pattern, plan.surface, plan.boundary, spin=program.tool.spin, chord=COARSE, lift=0.0, frame=plan.place
-    )
+    path = toolpath.plan_tool_path(program.path.exact(program.tool.spin), LayoutSettings(COARSE))
     try:
         return path, _joints(program, robot, path.target)
     except ImpossibleError:
@@ -169,15 +159,9 @@ def _lead_in(program: ProgramPlan, cell: Cell, model: ErrorModel) -> LeadIn | No
     plan, process, robot = program.path, program.process, cell.robot
     if process.lift == 0 or not leads_in(process, cell):
         return None
+    first = plan.pattern.subset(np.arange(min(FIRST_PIECES, len(plan.pattern.poly))))
     beginning = toolpath.plan_tool_path(
-        plan.pattern.subset(np.arange(min(FIRST_PIECES, len(plan.pattern.poly)))),
-        plan.surface,
-        plan.boundary,
-        spin=program.tool.spin,
-        chord=process.chord,
-        lift=0.0,
-        spacing=process.spacing,
-        frame=plan.place,
+        replace(plan, pattern=first).exact(program.tool.spin), LayoutSettings(process.chord, process.spacing)
     )
 
     def tcp(theta: Array) -> Pose:

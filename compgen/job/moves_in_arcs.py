@@ -110,7 +110,7 @@ def flown_at_waypoints(arc: Array, printed: Pose, moves: FittedMoves) -> Pose:
 
 
 def page_stops_of_arcs(
-    robot: Robot, process: Process, path: ToolPath, theta: Array, feed: float, nodes: int, payload: bool
+    robot: Robot, process: Process, path: ToolPath, theta: Array, feed: float, nodes: int, *, payload: bool
 ) -> PageStops | None:
     """The stops of a path whose program of arcs and lines is more than one file holds; None for any other.
 
@@ -126,7 +126,7 @@ def page_stops_of_arcs(
     printed = fanuc.printed_poses(path.target, robot.controller.decimals)
     rows, via = fit_planned_moves(process, robot, path, path.target, printed, theta, feed * path.pace)
     some, on_the_part = path.subset(rows, via), process.stop_on_the_part
-    stops = place_page_stops(robot, some, theta[rows], nodes, on_the_part, payload, GROWTH)
+    stops = place_page_stops(robot, some, theta[rows], nodes, on_the_part=on_the_part, payload=payload, growth=GROWTH)
     if stops is None:
         return None
     stop, added = path.stop.copy(), np.zeros(len(path.arc), dtype=bool)

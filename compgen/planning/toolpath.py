@@ -17,11 +17,8 @@ from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, numbere
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.planning import curves
-from compgen.planning.boundaries import Boundary
-from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath, PathPoses
 from compgen.planning.lead_in import LeadIn
-from compgen.planning.surfaces import Quadric
 from compgen.planning.whole_periods import STRETCH, Cells, Layout, Periods, lay_out
 
 CELLS = 48  # a piece, for its curvature
@@ -121,38 +118,22 @@ class LayoutSettings:
 
 
 def plan_tool_path(
-    pattern: PiecewiseCurve,
-    surface: Quadric,
-    boundary: Boundary,
-    *,
-    spin: float,
-    chord: float,
-    lift: float,
-    spacing: float = MAX_SPACING,
-    periods: Periods | None = None,
-    lead_in: LeadIn | None = None,
-    frame: Pose | None = None,
+    bare: ExactPath, layout: LayoutSettings, *, lift: float = 0.0, lead_in: LeadIn | None = None
 ) -> ToolPath:
     """Waypoints of a pattern on a surface, with an approach and a retract along the tool axis.
 
     Args:
-        pattern: The curve in the surface's local plane.
-        surface: What it lies on.
-        boundary: The part's edge; waypoints outside are not in contact.
-        spin: The tool's x axis against base x [rad].
-        chord: Largest distance between the path and a line [m].
+        bare: The pattern on its surface; waypoints beyond its boundary are not in contact.
+        layout: How far apart waypoints are.
         lift: Length of approach and retract [m]; 0 leaves them out.
-        spacing: Largest distance of two waypoints [m].
-        periods: Of the controller, which lines last a whole number of; None: as chord and spacing ask.
         lead_in: The approach, where it is not along the tool axis.
-        frame: That the surface stands in; None: World.
 
     Raises:
         InputError: The path has no length, needs too many waypoints, or leaves the surface.
     """
+    pattern = bare.curve
     pieces = np.arange(len(pattern.poly))
     zeros = np.zeros(len(pieces))
-    bare = ExactPath(curve=pattern, surface=surface, boundary=boundary, spin=spin, frame=frame)
     if bare.length(pieces, zeros, zeros + 1).sum() < MIN_LENGTH:
         raise InputError("path: it has zero length; give it a size")
     if lift > 0:
@@ -162,8 +143,7 @@ def plan_tool_path(
         down = curves.tilted(down, tilt if lead_in is None else lead_in.tilt, tilt)
         up = curves.line(end, bare.above(len(pattern.poly) - 1, 1.0, lift), stop=True, working=False)
         pattern = curves.join(down, pattern, curves.tilted(up, tilt_end, tilt_end))
-    exact = ExactPath(curve=pattern, surface=surface, boundary=boundary, spin=spin, frame=frame)
-    layout = LayoutSettings(chord, spacing, periods)
+    exact = replace(bare, curve=pattern)
     return _laid(exact, _cells(exact, layout), layout)
 
 

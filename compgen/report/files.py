@@ -8,10 +8,8 @@ from pathlib import PurePath
 
 from compgen.core.files import PROVENANCE
 from compgen.core.json_text import json_text
-from compgen.job.job import Job
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.correction import correction_csv, correction_html, correction_summary
 from compgen.report.job_page import job_html
 from compgen.report.job_summary import job_summary
@@ -19,7 +17,7 @@ from compgen.report.live import NONE, LiveSection
 from compgen.report.page import PLAIN, PageOptions
 from compgen.report.provenance import provenance_json
 from compgen.report.study_page import study_html
-from compgen.report.study_tables import answer_csv, band_caveat, headline, study_csv, study_json
+from compgen.report.study_tables import StudyOutcome, answer_csv, band_caveat, headline, study_csv, study_json
 from compgen.report.waypoints_csv import waypoints_blocks
 
 
@@ -66,38 +64,23 @@ def correction_files(
 def study_files(
     path: str,
     overrides: Sequence[str],
-    study: Study | None,
-    rows: list[Row],
-    answers: list[Answer],
-    base: Job | None,
+    outcome: StudyOutcome,
     options: PageOptions = PLAIN,
     live: LiveSection = NONE,
-    max_um: float | None = None,
 ) -> dict[str, bytes]:
-    """The tables and the page of a study of a path file, and of the answers to its questions.
-
-    ``base`` is the job that all scenarios share, None where none can be read without their values; ``max_um`` is the
-    largest error allowed [um], where the command line says one.
-    """
-    sentences = study_sentences(study, rows, answers)
+    """The tables and the page of a study of a path file, and of the answers to its questions."""
+    study, rows = outcome.study, outcome.rows
+    sentences = study_sentences(outcome)
     return {
-        "whatif.json": study_json(path, overrides, study, rows, sentences, base, live.record),
+        "whatif.json": study_json(path, overrides, study, rows, sentences, outcome.base, live.record),
         **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
-        **{f"{answer.key}.csv": answer_csv(answer) for answer in answers},
-        "whatif.html": study_html(
-            f"What if: {PurePath(path).stem}",
-            study,
-            rows,
-            answers,
-            base=base,
-            options=options,
-            live=live.html,
-            max_um=max_um,
-        ),
+        **{f"{answer.key}.csv": answer_csv(answer) for answer in outcome.answers},
+        "whatif.html": study_html(f"What if: {PurePath(path).stem}", outcome, options=options, live=live.html),
     }
 
 
-def study_sentences(study: Study | None, rows: list[Row], answers: list[Answer]) -> list[str]:
+def study_sentences(outcome: StudyOutcome) -> list[str]:
     """What a study comes to: a headline, a sentence for each question, and what none of the numbers says."""
-    sentences = [*([headline(study, rows)] if study is not None else []), *(answer.sentence for answer in answers)]
-    return [*sentences, band_caveat(rows)]
+    study, rows = outcome.study, outcome.rows
+    of_scenarios = [headline(study, rows)] if study is not None else []
+    return [*of_scenarios, *(answer.sentence for answer in outcome.answers), band_caveat(rows)]

@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from compgen.core.units import UM
 from compgen.job.job import Job
-from compgen.pipelines.study import Answer, Row, Study
+from compgen.pipelines.study import Row, Study
 from compgen.report.answer_figures import TITLES, answer_figure, passes_rows
 from compgen.report.band_words import rounded
 from compgen.report.figure import Figure, Limit
@@ -14,42 +14,29 @@ from compgen.report.inputs import Inputs, job_inputs
 from compgen.report.key_words import capital, title_of, unit_of, words_of
 from compgen.report.page import PLAIN, PageOptions, page
 from compgen.report.study_figures import curves, error_map
-from compgen.report.study_tables import Grid, band_caveat, column_names, grid_of, headline, plain
+from compgen.report.study_tables import Grid, StudyOutcome, band_caveat, column_names, grid_of, headline, plain
 
 MOST_ROWS = 500  # of the table on the page; the CSV file has all
 #: columns that the page leaves to the CSV file
 ONLY_IN_CSV = ("before_max_um", "after_max_um", "before_normal_max_um", "after_normal_max_um", "waypoints")
 
 
-def study_html(
-    title: str,
-    study: Study | None,
-    rows: list[Row],
-    answers: list[Answer],
-    *,
-    base: Job | None = None,
-    options: PageOptions = PLAIN,
-    live: str = "",
-    max_um: float | None = None,
-) -> bytes:
+def study_html(title: str, outcome: StudyOutcome, *, options: PageOptions = PLAIN, live: str = "") -> bytes:
     """One page, the same bytes for the same inputs.
 
     Args:
         title: Its name.
-        study: None where only questions were asked.
-        rows: Of its scenarios.
-        answers: To the questions.
-        base: The job that all scenarios share; None where none can be read without their values.
+        outcome: Of the study.
         options: Of the page.
         live: The part of the page that lives, as HTML.
-        max_um: The largest error allowed [um], where the command line says one.
     """
+    study, rows, answers, base = outcome.study, outcome.rows, outcome.answers, outcome.base
     sentences, inputs = [answer.sentence for answer in answers], None if base is None else job_inputs(base)
     shown: dict[str, Any] = {"grid": None, "figures": []}
     if study is not None and study.scenarios:
         sentences.insert(0, headline(study, rows))
         grid = grid_of(study.keys, rows)
-        figures = _figures(grid, study, _limit(study, base, max_um))
+        figures = _figures(grid, study, _limit(study, base, outcome.max_um))
         shown = {"grid": grid, "figures": figures, **_scenarios(study, grid, rows)}
         inputs = (inputs or Inputs()).with_rows(("varied", _varied(grid)))
     return page(

@@ -21,6 +21,17 @@ from compgen.report.key_words import ascii_units, unit_of, words_of
 Value = float | str
 
 
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class StudyOutcome:
+    """What a study of a path file came to, and the answers to its questions."""
+
+    study: Study | None  # None where only questions were asked
+    rows: list[Row]
+    answers: list[Answer]
+    base: Job | None = None  # that all scenarios share; None where none can be read without their values
+    max_um: float | None = None  # the largest error allowed, where the command line says one
+
+
 @dataclass(frozen=True, slots=True)
 class Grid:
     """Rows of a study, and the values of what was varied."""

@@ -173,7 +173,7 @@ def percentile99(values: Array, weight: Array) -> float:
     return float(values[order[min(int(np.searchsorted(cumulated, goal)), len(order) - 1)]])
 
 
-def statistics(deviation: Deviation, on_part: bool = False) -> dict[str, dict[str, float]]:
+def statistics(deviation: Deviation, *, on_part: bool = False) -> dict[str, dict[str, float]]:
     """Largest, 99th percentile and rms of each component: total, feed, cross, normal [um], axis angle [mdeg]."""
     table = {}
     for name, extent in (deviation.on_part if on_part else deviation.extents).items():

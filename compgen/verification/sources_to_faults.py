@@ -21,7 +21,7 @@ from compgen.error_model.sources.thermal_shift import ThermalShift
 from compgen.verification.twin.faults import AxisDeviation, Faults, ThermalDistortion
 
 
-def faults_of(sources: Sequence[Source]) -> Faults | None:
+def faults_of(sources: Sequence[Source]) -> Faults | None:  # noqa: C901 - one case for each kind of source
     """What a twin must know of some sources beside thermal growth; None when there is nothing.
 
     Raises:

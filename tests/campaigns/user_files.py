@@ -160,7 +160,7 @@ def urdf(rng, folder):
     (folder / "arm.urdf").write_text(text)
 
     def judge():
-        _, written = robot_from_urdf(str(folder / "arm.urdf"), False)
+        _, written = robot_from_urdf(str(folder / "arm.urdf"), coupled=False)
         way, chain = naive.urdf(text)
         limits = np.array([joint["limits"] for joint in chain])
         if not (limits[:, 0] < limits[:, 1]).all():

@@ -8,7 +8,7 @@ import pytest
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.source import ReversalWidths
-from compgen.error_model.validity import unknown_start_findings
+from compgen.error_model.validity import DrivenPoses, unknown_start_findings
 
 
 class CurvedError:
@@ -32,7 +32,12 @@ def test_what_is_unknown_of_a_direction_is_added_to_what_is_assumed(lash):
     robot = SimpleNamespace(joint_names=tuple(f"J{i}" for i in range(1, 7)))
     directions = DirectionState(np.full((2, 6), 0.5), np.full((2, 3), 0.25))
     still = np.zeros((2, 6))
-    (finding,) = unknown_start_findings(
-        robot, (), CurvedError(), still, still[:, :3], still[:, :5], directions, np.array([True, True])
+    driven = DrivenPoses(
+        theta=still,
+        position=still[:, :3],
+        rise=still[:, :5],
+        directions=directions,
+        contact=np.array([True, True]),
     )
+    (finding,) = unknown_start_findings(robot, (), CurvedError(), driven)
     assert "begins, J1 2000.0 um, y 1500.0 um of half-width" in finding.message

@@ -455,4 +455,4 @@ def test_a_planned_program_agrees_with_generate():
 )
 def test_a_number_is_written_as_the_program_writes_its_own(old, value, extra_units, new):
     omit_zero, is_angle = old.lstrip(b"+-")[:1] == b".", abs(value) > 100
-    assert format_like(old, value, omit_zero, is_angle, extra_units) == new
+    assert format_like(old, value, omit_zero=omit_zero, is_angle=is_angle, extra_units=extra_units) == new

@@ -186,9 +186,16 @@ def test_an_unknown_start_is_told_until_it_has_faded(robot):
     assert first > lash.backlash[0] * np.linalg.norm(planned.path.target.position[n, :2])
     swing = np.array([0, 0.2, 0.0])[:, None] * np.ones(6) + planned.theta[n]
     far = np.array([0, 0.5, 0.0])[:, None] * np.ones(3)
-    start = (planned.model, swing, far, planned.rise[:3], planned.motion.at(slice(3)))
-    assert not validity.unknown_start_findings(job.robot, job.sources, *start, np.array([False, False, True]))
-    assert validity.unknown_start_findings(job.robot, job.sources, *start, np.array([True, True, True]))
+    for contact, faded in (([False, False, True], True), ([True, True, True], False)):
+        start = validity.DrivenPoses(
+            theta=swing,
+            position=far,
+            rise=planned.rise[:3],
+            directions=planned.motion.at(slice(3)),
+            contact=np.array(contact),
+        )
+        findings = validity.unknown_start_findings(job.robot, job.sources, planned.model, start)
+        assert (not findings) is faded
 
 
 def test_the_shipped_robot_has_growth_and_nothing_to_tell(job):

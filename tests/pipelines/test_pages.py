@@ -18,7 +18,7 @@ from compgen.core.units import UM
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
 from compgen.fanuc.paging.manifest import check_manifest
-from compgen.fanuc.paging.stops import add_stops, head_line_count, positions_per_page
+from compgen.fanuc.paging.stops import add_stops, head_line_count, joint_rates, positions_per_page
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import delivery, generate
@@ -62,7 +62,7 @@ def test_a_path_on_the_part_without_stops_has_as_few_pages_as_can_be(robot, coun
     """Ten positions a page, the last of one the first of the next: nine ways each."""
     arc, on_part = np.arange(count) * 1e-2, np.ones(count, dtype=bool)
     theta = np.outer(np.arange(count), np.ones(6)) * 1e-2
-    page_stops = add_stops(robot, arc, theta, ~on_part, on_part, 10, True)
+    page_stops = add_stops(joint_rates(robot, arc, theta), ~on_part, on_part, 10, on_the_part=True)
     assert not page_stops.obstacle
     assert page_stops.added.sum() == page_stops.on_the_part == pages - 1
 
@@ -75,7 +75,7 @@ def test_every_page_holds_what_it_may(robot, seed, count, per_page, on_the_part)
     theta = np.cumsum(rng.normal(size=(count, 6)), axis=0) * 1e-2
     stop, contact = rng.random(count) < 0.05, rng.random(count) < 0.7
     stop[[0, -1]] = True
-    page_stops = add_stops(robot, arc, theta, stop, contact, per_page, on_the_part)
+    page_stops = add_stops(joint_rates(robot, arc, theta), stop, contact, per_page, on_the_part=on_the_part)
     if page_stops.obstacle:
         assert not on_the_part
         assert_array_equal(page_stops.stop, stop)
@@ -102,7 +102,9 @@ def test_the_calmest_waypoint_that_costs_no_page_is_taken(robot, per_page, stops
     theta[1:, 2] = np.cumsum(np.where(calm, 0.001, 0.01))
     ends = np.zeros(101, dtype=bool)
     ends[[0, -1]] = True
-    page_stops = add_stops(robot, np.linspace(0, 1, 101), theta, ends, np.ones(101, dtype=bool), per_page, True)
+    page_stops = add_stops(
+        joint_rates(robot, np.linspace(0, 1, 101), theta), ends, np.ones(101, dtype=bool), per_page, on_the_part=True
+    )
     added = np.flatnonzero(page_stops.added).tolist()
     assert len(added) == len(stops) == -(-100 // (per_page - 1)) - 1
     assert set(added) >= set(stops) & {38, 48, 77}
@@ -115,7 +117,9 @@ def test_a_stop_off_the_part_comes_before_any_on_it(robot):
     ends = np.zeros(101, dtype=bool)
     ends[[0, -1]] = True
     for on_the_part in (False, True):
-        page_stops = add_stops(robot, np.linspace(0, 1, 101), theta, ends, contact, 61, on_the_part)
+        page_stops = add_stops(
+            joint_rates(robot, np.linspace(0, 1, 101), theta), ends, contact, 61, on_the_part=on_the_part
+        )
         assert np.flatnonzero(page_stops.added).tolist() == [42]
         assert page_stops.on_the_part == 0
 
@@ -124,7 +128,9 @@ def test_a_stop_that_is_there_is_used(robot):
     stop = np.zeros(101, dtype=bool)
     stop[[0, 45, 60, -1]] = True
     theta = np.linspace(0, 1, 101)[:, None] * np.ones(6)
-    page_stops = add_stops(robot, np.linspace(0, 1, 101), theta, stop, np.ones(101, dtype=bool), 61, False)
+    page_stops = add_stops(
+        joint_rates(robot, np.linspace(0, 1, 101), theta), stop, np.ones(101, dtype=bool), 61, on_the_part=False
+    )
     assert not page_stops.added.any()
     assert not page_stops.obstacle
 

@@ -27,7 +27,7 @@ from compgen.pipelines.study.geometry import execute_with, lay_out
 from compgen.pipelines.study.questions import passes
 from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
-from compgen.report.study_tables import answer_csv, headline, study_csv
+from compgen.report.study_tables import StudyOutcome, answer_csv, headline, study_csv
 from compgen.thermal.history import History
 from compgen.verification.deviation import deviation_from_path, statistics
 
@@ -386,7 +386,7 @@ def test_passes_take_the_quickest_that_stays_inside(line):
 
 def test_pages_and_tables_hold_what_was_found(study, rows, line):
     answers = [ASKS[key](line, 5 * UM) for key in ("contributions", "validity")]
-    page = study_html("t", study, rows, answers).decode()
+    page = study_html("t", StudyOutcome(study=study, rows=rows, answers=answers)).decode()
     printed = page.replace("&#x27;", "'").replace("µm", "um").casefold()
     assert all(a.sentence.split(",")[0].casefold() in printed for a in answers)
     assert "https://" not in page.split("</script>")[-1]

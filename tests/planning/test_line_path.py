@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.planning import boundaries, surfaces, toolpath
+from compgen.planning.exact_path import ExactPath
 from compgen.planning.own_points.given_points import GivenArcs
 from compgen.planning.own_points.line_path import SHORTEST, line_path
 from compgen.planning.own_points.space_curve import LocalPoints, Tolerance
@@ -143,7 +144,8 @@ def test_ten_thousand_short_blocks_make_no_stop_and_few_waypoints():
     path = line_path(local(corner), None, NEAR)
     assert path.corners == 0
     assert path.curve.stop.sum() == 1
-    tool = toolpath.plan_tool_path(path.curve, PLANE, boundaries.unbounded(), spin=0.0, chord=1.5e-6, lift=0.0)
+    bare = ExactPath(curve=path.curve, surface=PLANE, boundary=boundaries.unbounded(), spin=0.0)
+    tool = toolpath.plan_tool_path(bare, toolpath.LayoutSettings(1.5e-6))
     assert len(tool.arc) < 4 * len(corner)
 
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries, surfaces, toolpath
+from compgen.planning.exact_path import ExactPath
 from compgen.planning.own_points.given_points import GivenPoints, check_points
 from compgen.planning.own_points.space_curve import Tolerance, space_curve
 from compgen.planning.own_points.tool_stands import place_points
@@ -40,7 +41,8 @@ def bowl(M=800):
 
 def planned(points, tolerance=NEAR, surface=PLANE):
     curve = space_curve(place_points(points, surface, SPIN, FEED), tolerance).curve
-    return toolpath.plan_tool_path(curve, surface, boundaries.unbounded(), spin=SPIN, chord=1.5e-6, lift=0.02)
+    bare = ExactPath(curve=curve, surface=surface, boundary=boundaries.unbounded(), spin=SPIN)
+    return toolpath.plan_tool_path(bare, toolpath.LayoutSettings(1.5e-6), lift=0.02)
 
 
 def nearest(tool, places):

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from compgen.core.exceptions import InputError
 from compgen.pipelines.files.path_file import load_job
 from compgen.planning import boundaries, curves, patterns, surfaces, toolpath
+from compgen.planning.exact_path import ExactPath
 
 PATHS = Path(__file__).parents[2] / "paths"
 ATOL_M = 1e-12
@@ -35,7 +36,8 @@ EVERY = [(p, s) for p in PATTERNS for s in SURFACES]
 @cache
 def path(pattern, surface="bowl", chord=1.5e-6, lift=0.02, boundary=HEXAGON, spin=0.3):
     pattern = PATTERNS[pattern] if isinstance(pattern, str) else pattern
-    return toolpath.plan_tool_path(pattern, SURFACES[surface], boundary, spin=spin, chord=chord, lift=lift)
+    bare = ExactPath(curve=pattern, surface=SURFACES[surface], boundary=boundary, spin=spin)
+    return toolpath.plan_tool_path(bare, toolpath.LayoutSettings(chord), lift=lift)
 
 
 def off_chord(tool, every=1):
@@ -307,9 +309,8 @@ def test_arc_length_rises_at_every_waypoint():
 def test_shipped_paths_keep_their_chord(name):
     job = load_job(str(PATHS / f"{name}.toml"))
     plan, process = job.plan.path, job.plan.process
-    tool = toolpath.plan_tool_path(
-        plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
-    )
+    layout = toolpath.LayoutSettings(process.chord)
+    tool = toolpath.plan_tool_path(plan.exact(job.tool.spin), layout, lift=process.lift)
     assert off_chord(tool, every=11).max() <= process.chord
 
 

@@ -5,6 +5,7 @@ from browser import BEYOND, chromium
 
 from compgen.pipelines.study import Scenario, Study
 from compgen.report.study_page import study_html
+from compgen.report.study_tables import StudyOutcome
 
 FEED, WARMUP = "process.feed_mm_s", "before.0.duration_h"
 LEGEND = """
@@ -44,7 +45,7 @@ def write(tmp_path_factory):
             identity="0",
         )
         file = tmp_path_factory.mktemp("study") / "whatif.html"
-        file.write_bytes(study_html("What if", study, rows, []))
+        file.write_bytes(study_html("What if", StudyOutcome(study=study, rows=rows, answers=[])))
         return file
 
     return file_of

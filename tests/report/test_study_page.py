@@ -13,7 +13,7 @@ from compgen.report.answer_figures import answer_figure, passes_rows
 from compgen.report.figure import Limit, unpacked
 from compgen.report.study_figures import MANY_COLOURS, curves, error_map
 from compgen.report.study_page import study_html
-from compgen.report.study_tables import grid_of
+from compgen.report.study_tables import StudyOutcome, grid_of
 
 FEED, WARMUP, MODEL = "process.feed_mm_s", "before.0.duration_h", "robot.thermal.model"
 FEEDS, HOURS = ("20", "100", "50"), ("0.0", "1.0", "6.0")
@@ -52,6 +52,10 @@ def study_of(grid):
     )
 
 
+def outcome(grid, **more):
+    return StudyOutcome(study=study_of(grid), rows=list(grid.rows), answers=[], **more)
+
+
 def by_feed_and_hours(point):
     return 10 * float(point[WARMUP]) + float(point[FEED]) / 10
 
@@ -66,7 +70,7 @@ def plane():
 
 
 def test_titles_and_axes_are_words_with_units(plane):
-    page = texts(study_html("t", study_of(plane), list(plane.rows), []).decode())
+    page = texts(study_html("t", outcome(plane)).decode())
     for words in ("Largest error against first warm-up", "Largest error against feed", "before max, on the part [µm]"):
         assert words in page.split("<details>")[0]
     assert "duration_h" not in page.split("<details>")[0]
@@ -77,7 +81,7 @@ def test_titles_and_axes_are_words_with_units(plane):
 
 
 def test_the_table_leaves_out_what_says_nothing_and_begins_with_what_was_varied(plane):
-    page = texts(study_html("t", study_of(plane), list(plane.rows), []).decode()).split("<details>")[0]
+    page = texts(study_html("t", outcome(plane)).decode()).split("<details>")[0]
     heads = re.findall(r'<th scope="col"[^>]*>([^<]*)</th>', page)
     assert heads == ["first warm-up [h]", "feed [mm/s]", "before max, on the part [µm]", "scenario"]
     assert "The same in all: may be off beside that (95 %) 5.0 µm." in page
@@ -165,7 +169,7 @@ def test_scenarios_that_failed_or_are_outside_are_marked():
     cells = error_map(grid, FEED, WARMUP, "before")[0]["data"]
     assert cells[0]["z"][0][1] is None
     assert list(cells[1]["x"]) == ["50"] * 3
-    page = texts(study_html("t", study_of(grid), list(grid.rows), []).decode())
+    page = texts(study_html("t", outcome(grid)).decode())
     assert "failed: scenarios 2, 5, 8: out of reach" in page
     corrected = grid_of((FEED,), [row(0, {FEED: "20"}, 9.0, 1.0), row(1, {FEED: "50"}, 9.0, 4.0, inside=False)])
     (ring,) = (t for t in curves(corrected, FEED)[0]["data"] if t["name"] == "outside bounds")
@@ -174,12 +178,12 @@ def test_scenarios_that_failed_or_are_outside_are_marked():
 
 def test_a_study_that_failed_as_a_whole_has_a_page(plane):
     grid = made_grid({FEED: FEEDS}, lambda p: None)
-    page = texts(study_html("t", study_of(grid), list(grid.rows), []).decode())
+    page = texts(study_html("t", outcome(grid)).decode())
     assert "failed: scenarios 0, 1, 2: out of reach" in page
 
 
 def test_the_worst_scenario_is_first_and_bold_and_the_csv_is_linked(plane):
-    page = texts(study_html("t", study_of(plane), list(plane.rows), []).decode())
+    page = texts(study_html("t", outcome(plane)).decode())
     first = page[page.index("<tbody>") :].split("</tr>")[0]
     assert "<strong>70.00</strong>" in first
     assert page.count("<strong>70.00</strong>") == 1
@@ -189,7 +193,7 @@ def test_the_worst_scenario_is_first_and_bold_and_the_csv_is_linked(plane):
 
 def test_the_page_says_what_it_was_made_from_and_what_was_varied(plane):
     job = load_job(path_file("line_y"))
-    page = texts(study_html("t", study_of(plane), list(plane.rows), [], base=job).decode())
+    page = texts(study_html("t", outcome(plane, base=job)).decode())
     assert job.cell.robot_file_hash in page
     assert "first warm-up [h]: 0, 1, 6; feed [mm/s]: 20, 50, 100" in page
 
@@ -198,7 +202,7 @@ def test_the_bound_is_the_command_lines_or_the_files_unless_it_is_varied(plane):
     job = load_job(path_file("line_y"))
 
     def labels(grid, **more):
-        page = study_html("t", study_of(grid), list(grid.rows), [], base=job, **more).decode().replace("\\u00b5", "µ")
+        page = study_html("t", outcome(grid, base=job, **more)).decode().replace("\\u00b5", "µ")
         return re.findall(r"(?:bound|--max-um) [\d.]+ µ", page)
 
     assert set(labels(plane)) == {f"bound {job.bounds.max / UM:g} µ"}
@@ -267,7 +271,10 @@ def test_a_sentence_that_begins_with_the_name_of_a_file_keeps_it():
         table=np.ones((1, 3)),
         labels=("a",),
     )
-    assert "</span> raster_2 then a: 3 µm</p>" in study_html("t", None, [], [answer]).decode()
+    assert (
+        "</span> raster_2 then a: 3 µm</p>"
+        in study_html("t", StudyOutcome(study=None, rows=[], answers=[answer])).decode()
+    )
 
 
 def test_a_large_study_is_drawn_at_once_with_some_of_its_lines():
@@ -280,7 +287,7 @@ def test_a_large_study_is_drawn_at_once_with_some_of_its_lines():
 
 def test_only_the_map_that_the_bound_is_for_marks_what_is_over_it():
     grid = made_grid({WARMUP: HOURS, FEED: FEEDS}, by_feed_and_hours, lambda p: float(p[FEED]) / 20)
-    page = texts(study_html("t", study_of(grid), list(grid.rows), [], max_um=2.0).decode())
+    page = texts(study_html("t", outcome(grid, max_um=2.0)).decode())
     before, after = page.split("Largest error before, over")[1].split("Largest error after, over")
     assert "▲" not in before
     assert "▲ over --max-um 2 µm." in after

@@ -12,6 +12,7 @@ from compgen.core.units import UM
 from compgen.job.bounds import Bounds
 from compgen.planning import curves, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
+from compgen.planning.exact_path import ExactPath
 from compgen.verification.deviation import SUBSAMPLE, deviation_from_path, percentile99, statistics
 from compgen.verification.twin import Execution
 from compgen.verification.verdict import judge
@@ -45,7 +46,8 @@ def path():
         curves.line((0.4, 0.02), (0.25, 0.02)),
     )  # fmt: skip
     surface = surfaces.plane(np.array([1.2, 0.0, 0.2]))
-    return toolpath.plan_tool_path(table, surface, unbounded(), spin=0.3, chord=1.5 * UM, lift=0.02)
+    bare = ExactPath(curve=table, surface=surface, boundary=unbounded(), spin=0.3)
+    return toolpath.plan_tool_path(bare, toolpath.LayoutSettings(1.5 * UM), lift=0.02)
 
 
 def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):

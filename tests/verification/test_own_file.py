@@ -16,7 +16,7 @@ NO_SHIFT = np.zeros(3)
 def read(folder, text, pattern="gcode", shift=NO_SHIFT, joined=True):
     file = folder / "own.txt"
     file.write_text(text)
-    return read_own_file(file, pattern, shift, joined)
+    return read_own_file(file, pattern, shift, joined=joined)
 
 
 def test_it_shares_nothing_with_the_plan():

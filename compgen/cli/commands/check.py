@@ -124,7 +124,7 @@ def _judge_written(
     job = choice.load(path, max_um)
     data = read_program(program)
     with show_progress(PREDICT, quiet=silent) as progress, naming_file(f"--written {program}"):
-        flight = fly_written(job, data, programs_beside(Path(program)), progress, strict)
+        flight = fly_written(job, data, programs_beside(Path(program)), progress, with_other_ramps=strict)
     broken = first_message(Level.OUTSIDE, flight.findings)
     verdict = verdict_of(flight.findings)
     return written_summary(flight, program), f"{outcome_words(verdict)}: {broken}" if broken else ""

@@ -94,7 +94,7 @@ def _from_urdf(folder: Path, urdf: str, *, coupled: bool) -> Path:
     from compgen.pipelines.files.robot_from_urdf import robot_from_urdf
 
     check_writable((folder / "robots").absolute())
-    name, text = robot_from_urdf(urdf, coupled)
+    name, text = robot_from_urdf(urdf, coupled=coupled)
     target = folder / "robots" / f"{name}.toml"
     if os.path.lexists(target):
         raise InputError(f"{target}: it is there; move it away, or rename {urdf}")

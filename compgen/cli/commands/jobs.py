@@ -79,7 +79,7 @@ def generate(
         check_folder(folder, run, record=REPORT, others=REPORTS, headed=[own])
         of_page = page_options(folder, page, date)
         in_header = DEFAULT_DATE if date is None else checked_date(date)
-        planned, corrected = pipeline.generate(chosen, progress, in_header, pages)
+        planned, corrected = pipeline.generate(chosen, progress, in_header, pages=pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress(stages.REPORT, 0.0)
         written = corrected.is_usable or force

@@ -99,6 +99,7 @@ def whatif(
     from compgen.pipelines.study.questions import answer_questions, base_job, check_study
     from compgen.report.files import study_files, study_sentences
     from compgen.report.live import NONE
+    from compgen.report.study_tables import StudyOutcome
 
     robot, vary, listed, asked = job.robot, scenarios.vary or (), scenarios.listed, questions.asked or []
     changes = job.changes(path, max_um if scenarios.correct else None)
@@ -119,14 +120,13 @@ def whatif(
     living = _sliders(path, robot, changes, silent=screen.is_silent, alone=alone) if live else NONE
     journal = {files_of_study.JOURNAL: files_of_study.journal_text(study.identity, rows)} if study else {}
     base = base_job(path, robot, changes)
-    files = study_files(
-        path, changes, study, rows=rows, answers=answers, base=base, options=of_page, live=living, max_um=max_um
-    )
+    outcome = StudyOutcome(study=study, rows=rows, answers=answers, base=base, max_um=max_um)
+    files = study_files(path, changes, outcome, of_page, living)
     reports, run = page_files(folder, files, page, of_page), Run(Command.WHATIF, Path(path).stem)
     publish(folder, journal, reports, own_files() if scenarios.fresh else (), run=run)
     failed = [row for row in rows if row["state"] == "failed"]
     lines = [
-        *study_sentences(study, rows, answers),
+        *study_sentences(outcome),
         *([living.sentence] if living.sentence else []),
         *finding_lines(base.input_findings if base is not None else ()),
         *(f"failed: scenario {row['index']}: {row['reason']}" for row in failed[:MOST_FAILED]),

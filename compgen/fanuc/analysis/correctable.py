@@ -49,15 +49,14 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
     line = m.line[traversal.motion]
     held = np.isin(line, list(named)) | (traversal.pose == NONE)
     defined = set(p.number.tolist())
-    for s in np.flatnonzero((traversal.pose == NONE) & ~np.isin(line, list(named))).tolist():
-        i = int(traversal.motion[s])
-        if defined.issuperset(m.position[i]):
-            unsafe.append(Unsafe(int(line[s]), program.motion_text(i), "its position has no numbers of group 1"))
-    listed_already = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
-    unsafe += [
-        Unsafe(int(line[s]), program.motion_text(int(traversal.motion[s])), _CARRIED)
-        for s in np.flatnonzero(traversal.carried & ~held & ~listed_already).tolist()
+    untaught = [
+        s
+        for s in np.flatnonzero((traversal.pose == NONE) & ~np.isin(line, list(named))).tolist()
+        if defined.issuperset(m.position[int(traversal.motion[s])])
     ]
+    unsafe += _motions(program, traversal, untaught, "its position has no numbers of group 1")
+    listed_already = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
+    unsafe += _motions(program, traversal, np.flatnonzero(traversal.carried & ~held & ~listed_already), _CARRIED)
     held |= traversal.carried
     pose = np.maximum(traversal.pose, 0)
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
@@ -70,33 +69,40 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
     named_rows = np.flatnonzero(np.isin(p.line, [u.line for u in unsafe]))
     held |= np.isin(row, named_rows)
     for number, text in other_statements(program) if len(poses.row) else []:
-        named_here = _around(text, program, row, number in poses.placements.settled)
-        short = " ".join(text.rstrip("; ").split())[:60]
-        if (named_here & ~held).any() and number not in named:
-            unsafe.append(Unsafe(number, short, "it uses a position as a value, which is left as it is"))
-        elif INDIRECT_POSITION.search(text) and number not in named:
-            unsafe.append(Unsafe(number, short, "it may use any position as a value, corrected where the others are"))
+        named_here = _around(text, program, row, settled=number in poses.placements.settled)
+        new = named_here & ~held
+        if number not in named:
+            unsafe += _used_as_value(number, text, held=bool(new.any()))
         why = "writes its frame or tool" if FRAME_WRITTEN.search(text) else "uses its position as a value"
-        unsafe += [
-            Unsafe(int(line[k]), program.motion_text(int(traversal.motion[k])), f"line {number} {why}")
-            for k in np.flatnonzero(named_here & ~held).tolist()
-        ]
+        unsafe += _motions(program, traversal, np.flatnonzero(new), f"line {number} {why}")
         held |= named_here
     for s, passed in singular_ways(robot, traversal) if robot is not None else []:
         for k, way in ((s, "there"), (int(traversal.origin[s]), "from there")):
             reason = f"the way {way} passes {passed}: joints may turn round for a small correction"
-            if not held[k]:
-                unsafe.append(Unsafe(int(line[k]), program.motion_text(int(traversal.motion[k])), reason))
+            unsafe += _motions(program, traversal, [] if held[k] else [k], reason)
             held[k] = True
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)
-        unsafe += [
-            Unsafe(int(line[k]), program.motion_text(int(traversal.motion[k])), f"it runs {why}")
-            for k in np.flatnonzero(inside & ~held).tolist()
-        ]
+        unsafe += _motions(program, traversal, np.flatnonzero(inside & ~held), f"it runs {why}")
         held |= inside
     unsafe += _half_turns(program, poses, robot) if robot is not None else []
     return Scope(~held & (robot is not None), tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
+
+
+def _motions(program: LsProgram, traversal: DrivenProgram, stations: IntArray | list[int], reason: str) -> list[Unsafe]:
+    """The motions to some stations, which are passed through for a reason."""
+    motions = [int(traversal.motion[s]) for s in stations]
+    return [Unsafe(int(program.motions.line[i]), program.motion_text(i), reason) for i in motions]
+
+
+def _used_as_value(number: int, text: str, *, held: bool) -> list[Unsafe]:
+    """A statement on a line that holds stations, or may use any position as a value."""
+    short = " ".join(text.rstrip("; ").split())[:60]
+    if held:
+        return [Unsafe(number, short, "it uses a position as a value, which is left as it is")]
+    if INDIRECT_POSITION.search(text):
+        return [Unsafe(number, short, "it may use any position as a value, corrected where the others are")]
+    return []
 
 
 def _half_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
@@ -179,7 +185,7 @@ def _number_tests(program: LsProgram, poses: Poses) -> list[Test]:
     ]
 
 
-def _around(text: str, program: LsProgram, row: IntArray, settled: bool) -> BoolArray:
+def _around(text: str, program: LsProgram, row: IntArray, *, settled: bool) -> BoolArray:
     """Stations that a statement holds: it names their position, or writes their frame or tool and that is not known."""
     p = program.positions
     held = np.zeros(len(row), dtype=bool)

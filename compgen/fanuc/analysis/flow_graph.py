@@ -154,27 +154,36 @@ def link_nodes(nodes: list[Node]) -> bool:
     for k, node in enumerate(nodes):
         names = [_ANY_LABEL if any_fits else name for name in node.jumps]
         node.leads_to += [places[name] for name in names if name in places]
-        if IF_THEN.match(node.text) or FOR.match(node.text):
-            stack.append(k)
-        elif ELSE_ALONE.match(node.text):
-            if not stack or not IF_THEN.match(nodes[stack[-1]].text):
-                return False
-            nodes[stack.pop()].leads_to.append(k + 1)
-            node.falls_through = False
-            stack.append(k)
-        elif ENDIF.match(node.text):
-            if not stack or FOR.match(nodes[stack[-1]].text):
-                return False
-            nodes[stack.pop()].leads_to.append(k)
-        elif ENDFOR.match(node.text):
-            if not stack or not FOR.match(nodes[stack[-1]].text):
-                return False
-            opening = stack.pop()
-            node.leads_to.append(opening + 1)
-            if not _surely_runs(nodes[opening].text):
-                nodes[opening].leads_to.append(k + 1)
+        if not _link_bracket(nodes, k, stack):
+            return False
     nodes += [Node(falls_through=False), *labels.values()]  # the program's end, then where jumps meet
     return not stack
+
+
+def _link_bracket(nodes: list[Node], k: int, stack: list[int]) -> bool:
+    """Link a node that opens or closes IF or FOR; ``stack`` holds those that are open. False where it closes none."""
+    node = nodes[k]
+    if IF_THEN.match(node.text) or FOR.match(node.text):
+        stack.append(k)
+        return True
+    if not (ELSE_ALONE.match(node.text) or ENDIF.match(node.text) or ENDFOR.match(node.text)):
+        return True
+    if not stack:
+        return False
+    opening = stack.pop()
+    begun = nodes[opening]
+    if ELSE_ALONE.match(node.text):
+        begun.leads_to.append(k + 1)
+        node.falls_through = False
+        stack.append(k)
+        return bool(IF_THEN.match(begun.text))
+    if ENDIF.match(node.text):
+        begun.leads_to.append(k)
+        return not FOR.match(begun.text)
+    node.leads_to.append(opening + 1)
+    if not _surely_runs(begun.text):
+        begun.leads_to.append(k + 1)
+    return bool(FOR.match(begun.text))
 
 
 def _surely_runs(text: str) -> bool:

@@ -193,22 +193,10 @@ class _Motions:
             return "Offset and Tool_Offset are added at run time: how they add up is not known to cgen"
         ((word, text),) = parts
         name = _NAMES[word]
-        start = text.find("[")
-        if start >= 0:
-            inside = bracketed(text, start)
-            index = REGISTER_INDEX.fullmatch(inside[0]) if inside else None
-            if index is None or text[start - 2 : start].upper() != "PR" or (text[start - 3 : start - 2].isalpha()):
-                return f"{name} is added at run time: which register it takes is found there"
-            number = int(index[1])
-            register = self.flow.values(state).register(number)
-        else:
-            given, now = state.get((word, 0)), state.get((word, 1))
-            if not isinstance(given, float) or not isinstance(now, Register):
-                return f"{name} is added at run time: its {word} CONDITION is not known, or names a frame"
-            number = int(given)
-            register = self.flow.values(state).register(number)
-            if register != now:
-                return f"{name} is added at run time: PR[{number}] is written behind its {word} CONDITION"
+        number = self._offset_register(word, text, state)
+        if isinstance(number, str):
+            return f"{name} is added at run time: {number}"
+        register = self.flow.values(state).register(number)
         numbers = self.flow.numbers(register, f"PR[{number}]")
         if numbers is None:
             form = "is in joint form" if register.form == JOINT else "is not known: give it with --registers"
@@ -218,6 +206,22 @@ class _Motions:
         if any(self._in_joint_form(n) for n in m.position[motion]):
             return f"{name} is added at run time: to a position in joint form it is not followed"
         return {word: numbers}
+
+    def _offset_register(self, word: str, text: str, state: State) -> int | str:
+        """The number of the register that an offset takes, in the motion or from its CONDITION; or why it is open."""
+        start = text.find("[")
+        if start >= 0:
+            inside = bracketed(text, start)
+            index = REGISTER_INDEX.fullmatch(inside[0]) if inside else None
+            if index is None or text[start - 2 : start].upper() != "PR" or (text[start - 3 : start - 2].isalpha()):
+                return "which register it takes is found there"
+            return int(index[1])
+        given, now = state.get((word, 0)), state.get((word, 1))
+        if not isinstance(given, float) or not isinstance(now, Register):
+            return f"its {word} CONDITION is not known, or names a frame"
+        if self.flow.values(state).register(int(given)) != now:
+            return f"PR[{int(given)}] is written behind its {word} CONDITION"
+        return int(given)
 
     def _in_joint_form(self, number: int) -> bool:
         row = self.flow.row_of.get(number)

@@ -138,7 +138,7 @@ class RegisterFlow:
                 new["R", number] = value
         elif kind == "PR":
             if number is None:
-                return _without_all(state, self._may_be_joint(right, state))
+                return _without_all(state, joint=self._may_be_joint(right, state))
             if component is None:
                 register = evaluate_register(right, values)
                 joint = register == UNKNOWN and self._may_be_joint(right, state)
@@ -206,7 +206,7 @@ def _without_mentioned(text: str, state: State) -> State:
     return {k: _lost(v) if k in lost else v for k, v in state.items()} if lost & set(state) else state
 
 
-def _without_all(state: State, joint: bool = False) -> State:
+def _without_all(state: State, *, joint: bool = False) -> State:
     """A state that knows no position register; ``joint``: any of them may be in joint form now."""
     new = {k: _lost(v) if k[0] == "PR" else v for k, v in state.items()}
     if not joint:

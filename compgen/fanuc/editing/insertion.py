@@ -12,7 +12,7 @@ from compgen.core.pose import Pose
 from compgen.core.units import MM
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.watermark import CORRECTED
-from compgen.fanuc.editing.numbers import Edits, number_edits
+from compgen.fanuc.editing.numbers import Edits, NewPoses, number_edits
 from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import LsProgram, edited
 from compgen.fanuc.motion_options import TIMED_BEFORE_END, options_on_parts
@@ -94,10 +94,8 @@ def insert_points(
     rows = np.flatnonzero(new_poses.number >= first)
     theta = _joints_between(robot, poses, drive, station, tcp)
     nudge = np.zeros((len(rows), 3), dtype=np.int64)
-    edits = number_edits(
-        extended, new_poses, robot, rows=rows, tcp=tcp, theta=theta, nudge=nudge, marked=nudge[:, 0] > 0
-    )
-    return edited(extended, edits)
+    new = NewPoses(rows=rows, tcp=tcp, theta=theta, nudge=nudge, marked=nudge[:, 0] > 0)
+    return edited(extended, number_edits(extended, new_poses, robot, new))
 
 
 def split_positions(

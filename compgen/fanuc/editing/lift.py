@@ -63,7 +63,7 @@ def lifted_program(program: LsProgram, height_mm: float, length: int, motionless
     for row in rows.tolist():
         start, end = p.span[row, _Z].tolist()
         old = program.data[start:end]
-        edits[start, end] = format_like(old, float(old) + height_mm, old.lstrip(b"+-")[:1] == b".")
+        edits[start, end] = format_like(old, float(old) + height_mm, omit_zero=old.lstrip(b"+-")[:1] == b".")
     return insert_remark(loads(renamed(edited(program, edits).data, length)), f"DRY RUN +{height_mm:.4g} MM")
 
 

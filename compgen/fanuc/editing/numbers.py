@@ -1,5 +1,7 @@
 """Corrected poses as bytes of a program: with its own decimals and way of writing zeros, nothing else touched."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
@@ -26,31 +28,30 @@ _BLOCK = 16
 _NEIGHBOURS = np.array([0.0, -1, 1, -2, 2])[np.ascontiguousarray(np.indices(6 * (5,)).reshape(6, -1).T)]
 
 
-def number_edits(
-    program: LsProgram,
-    poses: Poses,
-    robot: Robot,
-    rows: IntArray,
-    tcp: Pose,
-    theta: Array,
-    nudge: IntArray,
-    marked: BoolArray,
-) -> Edits:
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class NewPoses:
+    """What n positions of a program shall say."""
+
+    rows: IntArray  # (n,) of the program's poses
+    tcp: Pose  # in World
+    theta: Array  # (n, 6) [rad] joints there
+    nudge: IntArray  # (n, 3) units of the last digit to add to W, P and R; see ``watermark``
+    marked: BoolArray  # (n,) joint-form positions that shall carry the mark
+
+
+def number_edits(program: LsProgram, poses: Poses, robot: Robot, new: NewPoses) -> Edits:
     """Edits that make positions say other poses.
 
     Args:
         program: As read.
         poses: Those of its positions.
         robot: For the digits of CONFIG.
-        rows: Of ``poses`` to change, (n,).
-        tcp: In World, n poses.
-        theta: Joints of these poses, (n, 6) [rad].
-        nudge: Units of the last digit to add to W, P and R, (n, 3); see ``watermark``.
-        marked: Joint-form positions that shall carry the mark, (n,).
+        new: What they shall say.
 
     Returns:
         Span to new text; only where the text differs from what stands there.
     """
+    rows, tcp, theta = new.rows, new.tcp, new.theta
     omit_zero = any(
         program.data[a : a + 2].lstrip(b"+-")[:1] == b"."
         for a in program.positions.span[poses.row[:200]][:, :12, 0].ravel().tolist()
@@ -69,16 +70,18 @@ def number_edits(
         step = np.asarray(10.0 ** -decimals_of(program, poses.row[rows[joint]]), dtype=float)
         pendant, tools = robot.to_pendant(theta[joint]) / DEG, poses.tools[poses.tool[rows[joint]]]
         lever = np.where(poses.tool[rows[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
-        numbers[joint] = round_joints(robot, pendant, step, tools.position, lever, marked[joint])
+        numbers[joint] = round_joints(robot, pendant, step, tools.position, lever, new.marked[joint])
         columns[joint] = np.arange(J1, J1 + 6)
     rounded = numbers.copy()
     for n, k in enumerate(rows.tolist()):
         spans = program.positions.span[poses.row[k]][columns[n]].tolist()
         for i, (start, end) in enumerate(spans):
             old_text = program.data[start:end]
-            extra_units = int(nudge[n, i - 3]) if i >= 3 else 0
+            extra_units = int(new.nudge[n, i - 3]) if i >= 3 else 0
             is_angle = i >= 3 and not poses.joint_form[rows[n]]
-            text = format_like(old_text, float(numbers[n, i]), omit_zero, is_angle, extra_units)
+            text = format_like(
+                old_text, float(numbers[n, i]), omit_zero=omit_zero, is_angle=is_angle, extra_units=extra_units
+            )
             rounded[n, i] = float(text)
             if text != old_text:
                 edits[start, end] = text
@@ -146,7 +149,7 @@ def _jacobian(robot: Robot, pendant: Array, tcp: Array, lever: Array) -> Array:
     return np.stack(columns, axis=2)
 
 
-def format_like(old: bytes, value: float, omit_zero: bool, is_angle: bool = False, extra_units: int = 0) -> bytes:
+def format_like(old: bytes, value: float, *, omit_zero: bool, is_angle: bool = False, extra_units: int = 0) -> bytes:
     """A number as the program writes its own: decimals of the old one, ``.5`` or ``0.5``; the old text when equal.
 
     Args:

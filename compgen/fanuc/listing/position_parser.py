@@ -65,17 +65,15 @@ def parse_block(data: bytes, at: int, end: int) -> Block | None:
     if opened is None:
         return None
     number = int(opened[2])
-
-    def refusal(place: int, why: str) -> InputError:
-        return InputError(f"program: line {line_of(data, place)}: {why}")
-
     groups: list[Group] = []
     group, begun = Group(), False
     at = opened.end()
     while True:
         token = _BLOCK_FIELD.match(data, at, end)
         if token is None:
-            raise refusal(skip_blanks(data, at, end, _BETWEEN), f"not understood in P[{number}]; mend the position")
+            raise _refusal(
+                data, skip_blanks(data, at, end, _BETWEEN), f"not understood in P[{number}]; mend the position"
+            )
         at = token.end()
         if token["group"] is not None or token["end"] is not None:
             if begun:
@@ -84,30 +82,12 @@ def parse_block(data: bytes, at: int, end: int) -> Block | None:
                 break
             group, begun = Group(group=int(token[2])), True
             if any(g.group == group.group for g in groups):
-                raise refusal(opened.start(1), f"P[{number}] has GP{group.group} twice; remove one")
-        elif token["frame"] is not None:
-            group.frame, group.frame_span, begun = (
-                (_frame_number(token[4]), _frame_number(token[5])),
-                (token.span(4), token.span(5)),
-                True,
-            )
-        elif token["config"] is not None:
-            group.config, group.config_span, begun = token["config"].decode("latin-1"), token.span("config"), True
+                raise _refusal(data, opened.start(1), f"P[{number}] has GP{group.group} twice; remove one")
         else:
-            axis, text = token["axis"].decode().upper(), token["number"]
-            if len(axis) == 2 and axis[0] == "R":
-                axis, group.remote = axis[1], True
-            if axis not in _COLUMN:
-                raise refusal(opened.start(1), f"P[{number}] has an axis {axis}; there are {', '.join(AXES)}")
-            if _COLUMN[axis] in group.axes:
-                raise refusal(opened.start(1), f"P[{number}] has {axis} twice; remove one")
-            unit, right = (token["unit"] or b"").decode().lower(), _unit_of(axis, group.group)
-            if unit and right and unit != right:
-                raise refusal(token.start("unit"), f"P[{number}]: {axis} is in {unit}; give it in {right}")
-            group.axes[_COLUMN[axis]] = np.nan if text[:1] == b"*" else float(text), token.span("number")
+            _take_field(data, group, token, opened)
             begun = True
     if not groups:
-        raise refusal(opened.start(1), f"P[{number}] is empty; teach or remove it")
+        raise _refusal(data, opened.start(1), f"P[{number}] is empty; teach or remove it")
     name = unquoted_name((opened[3] or b"").decode("latin-1"))
     return Block(
         number=number,
@@ -117,6 +97,33 @@ def parse_block(data: bytes, at: int, end: int) -> Block | None:
         groups=tuple(groups),
         span=(opened.start(1), at),
     )
+
+
+def _refusal(data: bytes, place: int, why: str) -> InputError:
+    return InputError(f"program: line {line_of(data, place)}: {why}")
+
+
+def _take_field(data: bytes, group: Group, token: re.Match[bytes], opened: re.Match[bytes]) -> None:
+    """Put frames, CONFIG or an axis, and where they stand, into a group of the position that was opened."""
+    if token["frame"] is not None:
+        group.frame = _frame_number(token[4]), _frame_number(token[5])
+        group.frame_span = token.span(4), token.span(5)
+        return
+    if token["config"] is not None:
+        group.config, group.config_span = token["config"].decode("latin-1"), token.span("config")
+        return
+    place, position = opened.start(1), f"P[{int(opened[2])}]"
+    axis, text = token["axis"].decode().upper(), token["number"]
+    if len(axis) == 2 and axis[0] == "R":
+        axis, group.remote = axis[1], True
+    if axis not in _COLUMN:
+        raise _refusal(data, place, f"{position} has an axis {axis}; there are {', '.join(AXES)}")
+    if _COLUMN[axis] in group.axes:
+        raise _refusal(data, place, f"{position} has {axis} twice; remove one")
+    unit, right = (token["unit"] or b"").decode().lower(), _unit_of(axis, group.group)
+    if unit and right and unit != right:
+        raise _refusal(data, token.start("unit"), f"{position}: {axis} is in {unit}; give it in {right}")
+    group.axes[_COLUMN[axis]] = np.nan if text[:1] == b"*" else float(text), token.span("number")
 
 
 def _unit_of(axis: str, group: int) -> str:

@@ -1,8 +1,9 @@
 """Positions of a program, as columns: those of one template together, the others one by one."""
 
 from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -210,17 +211,21 @@ def _fill_matched(
             getattr(table, what)[rows] = matches.value[:, field]
         elif what == "config":
             table.config_span[rows] = matches.span[:, field]
-            for row, text in zip(rows.tolist(), templates.decode_texts(view, matches.span[:, field]), strict=True):
-                configs[row] = text
+            _put(configs, rows, templates.decode_texts(view, matches.span[:, field]))
         elif what == "name":
-            texts = templates.decode_texts(view, matches.span[:, field])
-            for row, text in zip(rows.tolist(), texts, strict=True):
-                for k in range(len(template.block.groups)):
-                    names[row + k] = unquoted_name(text)
+            texts = [unquoted_name(text) for text in templates.decode_texts(view, matches.span[:, field])]
+            for k in range(len(template.block.groups)):
+                _put(names, rows + k, texts)
     for g, pairs in axes.items():
         fields, columns = (np.array(numbers) for numbers in zip(*pairs, strict=True))
         table.value[(first + g)[:, None], columns] = matches.value[:, fields]
         table.span[(first + g)[:, None], columns] = matches.span[:, fields]
+
+
+def _put(column: list[Any], rows: IntArray, texts: Sequence[str]) -> None:
+    """Texts into their rows of a column."""
+    for row, text in zip(rows.tolist(), texts, strict=True):
+        column[row] = text
 
 
 def _fill_parsed(table: Positions, names: list[str], configs: list[str | None], block: Block, row: int) -> None:

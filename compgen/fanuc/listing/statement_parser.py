@@ -80,19 +80,9 @@ class StatementParser:
         close = data.find(b";", body, stop)
         limit = close if close >= 0 else stop
         if self.state == "":
-            self.lines.append(number)
-            if match := MOTION.match(data, body, limit):
-                self.state, body = "C", match.end()
-                self.move = ParsedMotion(
-                    line=number, letter=match[2].decode().upper(), disabled=bool(match[1]), span=(match.start(2), limit)
-                )
-            elif data[body:limit].lstrip()[:1] == b"!":
-                self.state = "!"
-                self.remarks.append((number, data[body:limit].lstrip()[1:].decode("latin-1").rstrip()))
-            else:
-                self.state = "x"
+            body = self._open_statement(body, limit, number)
         if self.state == "C" and (close >= 0 or number == self.move.line or data[body:limit].strip(b" \t")):
-            self._continue_motion(body, limit, number, close >= 0)
+            self._continue_motion(body, limit, number, last=close >= 0)
         elif self.state == "m":
             if limit - self.move.span[0] > LONGEST_STATEMENT:
                 raise too_long(self.move.line)
@@ -100,7 +90,22 @@ class StatementParser:
         if close >= 0:
             self.state = ""
 
-    def _continue_motion(self, at: int, limit: int, number: int, last: bool) -> None:
+    def _open_statement(self, body: int, limit: int, number: int) -> int:
+        """What kind of statement begins on a line; where the rest of it is to be read."""
+        self.lines.append(number)
+        if match := MOTION.match(self.data, body, limit):
+            self.state, body = "C", match.end()
+            self.move = ParsedMotion(
+                line=number, letter=match[2].decode().upper(), disabled=bool(match[1]), span=(match.start(2), limit)
+            )
+        elif self.data[body:limit].lstrip()[:1] == b"!":
+            self.state = "!"
+            self.remarks.append((number, self.data[body:limit].lstrip()[1:].decode("latin-1").rstrip()))
+        else:
+            self.state = "x"
+        return body
+
+    def _continue_motion(self, at: int, limit: int, number: int, *, last: bool) -> None:
         """Targets of a motion, and what follows the last of them."""
         data, move = self.data, self.move
         at = take_targets(data, move, at, limit)

@@ -83,13 +83,14 @@ class PagedProgram:
         return {**{f"{p.name}.LS": p.data for p in self.pages}, f"{self.name}.LS": self.main}
 
 
-def split_program(
+def split_program(  # noqa: PLR0913 - what pages look like, each named by its caller
     program: LsProgram,
     capacity: Capacity,
     taken: Collection[str] = (),
     heading: Heading | None = None,
     head_lines: int = 1,
     main_heading: Sequence[str] = (),
+    *,
     renumber: bool = False,
     joint_entry: int | None = None,
     common: Sequence[str] = (),
@@ -226,7 +227,7 @@ def main_program_text(data: bytes, name: str, pages: Sequence[Page], remarks: Se
     return b"".join([head, b"/MN" + end, *body, b"/POS" + end, b"/END" + end])
 
 
-def _rename_head(head: bytes, name: str, lines: int, keep_subtype: bool) -> bytes:
+def _rename_head(head: bytes, name: str, lines: int, *, keep_subtype: bool) -> bytes:
     """The program's head with another name and another count of lines."""
     head = _NAME.sub(
         lambda m: m.group(1) + name.encode("latin-1") + (m.group(3) if keep_subtype else b""), head, count=1

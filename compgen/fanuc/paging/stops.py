@@ -78,6 +78,7 @@ def place_page_stops(
     path: ToolPath,
     theta: Array,
     nodes: int,
+    *,
     on_the_part: bool,
     payload: bool = False,
     growth: float = 1.0,
@@ -93,7 +94,7 @@ def place_page_stops(
         payload: Whether the program says its payload.
         growth: How many times as many positions the program may have as the path.
     """
-    capacity, remarks = controller_capacity(robot), head_line_count(nodes, payload)
+    capacity, remarks = controller_capacity(robot), head_line_count(nodes, payload=payload)
     N = int(np.ceil(growth * len(path.arc)))
     if canonical_size(N, remarks).within(capacity):
         return None
@@ -103,9 +104,7 @@ def place_page_stops(
         return PageStops(path.stop, np.zeros(len(path.arc), dtype=bool), 0, obstacle)
     per_page = max(MIN_POSITIONS, int(per_page / growth))
     return add_stops(
-        robot,
-        path.arc,
-        theta,
+        joint_rates(robot, path.arc, theta),
         stop=path.stop,
         contact=path.contact,
         per_page=per_page,
@@ -114,7 +113,7 @@ def place_page_stops(
     )
 
 
-def head_line_count(nodes: int, payload: bool = False) -> int:
+def head_line_count(nodes: int, *, payload: bool = False) -> int:
     """How many lines the head of a canonical program or page has beside its frames.
 
     Six remarks, two temperature rises a line, and the payload where it is said.
@@ -128,30 +127,37 @@ def canonical_size(positions: int, remarks: int) -> ProgramSize:
     return ProgramSize(positions + remarks + FRAME_LINES, positions, float(memory))
 
 
+def joint_rates(robot: Robot, arc: Array, theta: Array) -> Array:
+    """Share of a joint's speed that each waypoint takes for a metre a second along the path, (N,): the larger side's.
+
+    Args:
+        robot: Its joint speeds.
+        arc: At the waypoints, (N,) [m].
+        theta: Joints there, (N, 6) [rad].
+    """
+    rate = np.abs(np.diff(theta, axis=0) / np.diff(arc)[:, None] / robot.speed).max(axis=1)
+    return np.asarray(np.maximum(np.append(rate, rate[-1:]), np.concatenate([rate[:1], rate])))
+
+
 def add_stops(
-    robot: Robot,
-    arc: Array,
-    theta: Array,
+    joint_rate: Array,
     stop: BoolArray,
     contact: BoolArray,
     per_page: int,
+    *,
     on_the_part: bool,
     via: BoolArray | None = None,
 ) -> PageStops:
     """The stops of a path with those that its pages need.
 
     Args:
-        robot: Its joint speeds.
-        arc: At the waypoints, (N,) [m].
-        theta: Joints there, (N, 6) [rad].
+        joint_rate: How fast joints turn at the waypoints, (N,); see ``joint_rates``.
         stop: Where the path stops, (N,).
         contact: Where the tool is on the workpiece, (N,).
         per_page: Positions that a page holds, see ``positions_per_page``.
         on_the_part: Whether the robot may be stopped on the workpiece.
         via: Middles of arcs, (N,), where it cannot stop; default nowhere.
     """
-    rate = np.abs(np.diff(theta, axis=0) / np.diff(arc)[:, None] / robot.speed).max(axis=1)
-    joint_rate = np.maximum(np.append(rate, rate[-1:]), np.concatenate([rate[:1], rate]))
     stops = np.array(stop)
     first, N = 0, len(stop)
     while N - first > per_page:

@@ -30,7 +30,6 @@ from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
 from compgen.pipelines.anchor.touching import Touched, innovation_of, missing_of, smooth, thermal_shift, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
 from compgen.planning import toolpath
-from compgen.planning.exact_path import MAX_SPACING
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
@@ -65,16 +64,7 @@ def path_places(job: Job, count: int = PLACES) -> PathPlaces:
     """
     plan, tool = job.plan.path, job.tool
     with naming_file(job.source):
-        path = toolpath.plan_tool_path(
-            plan.pattern,
-            plan.surface,
-            plan.boundary,
-            spin=tool.spin,
-            chord=COARSE,
-            lift=0.0,
-            spacing=MAX_SPACING,
-            frame=plan.place,
-        )
+        path = toolpath.plan_tool_path(plan.exact(tool.spin), toolpath.LayoutSettings(COARSE))
         flange = inverse_kinematics.flange_from_tool(path.target, tool.pose)
         theta = joint_path.follow_branch(job.robot, flange, job.posture)
     on = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))

@@ -15,7 +15,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.measure.identification_files import artefact_of_touches
 
 
-def anchor_files(
+def anchor_files(  # noqa: PLR0913 - the files that one command names
     path: str,
     robot: str | None,
     overrides: Sequence[str],

@@ -109,8 +109,16 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
     sensed = np.array([name in log.readings for name in heat.names])
     own = np.where(sensed, EACH * job.cell.warmth.sensors, HEIGHT * np.abs(fitted.rise[-1]))
     rise = np.column_stack([np.interp(when, fitted.time, column) for column in fitted.rise.T])
-    return _begun(
-        job, state, last, rise=rise, air=air, own=own, course=(fitted.time, fitted.rise), past=History(air=air)
+    return Forecast(
+        cell=replace(job.cell, heat=heat.starting(state)),
+        history=replace(job.history, before=(), air=air),
+        time=last,
+        state=state,
+        rise=np.asarray(heat.outputs @ state),
+        touch_rise=rise,
+        course=(fitted.time, fitted.rise),
+        own=own,
+        past=History(air=air),
     )
 
 
@@ -135,24 +143,16 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
     rise[order] = rise_history(heat, duties, when[order] - origin, air=history.air)
     air = replace(history.air, time=history.air.time - (last - origin), peak=history.air.peak - (last - origin))
     past = replace(history, before=until)
-    return _begun(job, state, last, rise=rise, air=air, own=np.zeros(len(heat.names)), course=None, past=past)
-
-
-def _begun(
-    job: Job,
-    state: Array,
-    last: float,
-    rise: Array,
-    air: Ambient,
-    own: Array,
-    course: tuple[Array, Array] | None,
-    past: History,
-) -> Forecast:
-    cell = replace(job.cell, heat=job.cell.heat.starting(state))
-    history = replace(job.history, before=(), air=air)
-    now = np.asarray(cell.heat.outputs @ state)
     return Forecast(
-        cell=cell, history=history, time=last, state=state, rise=now, touch_rise=rise, course=course, own=own, past=past
+        cell=replace(job.cell, heat=heat.starting(state)),
+        history=replace(history, before=(), air=air),
+        time=last,
+        state=state,
+        rise=np.asarray(heat.outputs @ state),
+        touch_rise=rise,
+        course=None,
+        own=np.zeros(len(heat.names)),
+        past=past,
     )
 
 

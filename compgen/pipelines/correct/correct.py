@@ -29,7 +29,7 @@ from compgen.fanuc.editing.insertion import (
     split_positions,
 )
 from compgen.fanuc.editing.lift import lifted_program
-from compgen.fanuc.editing.numbers import number_edits
+from compgen.fanuc.editing.numbers import NewPoses, number_edits
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
@@ -222,16 +222,8 @@ def _write_and_verify(
     nudge = np.zeros((len(rows), 3), dtype=np.int64)
 
     def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
-        edits = number_edits(
-            program,
-            poses,
-            cell.robot,
-            rows=rows,
-            tcp=commanded,
-            theta=shared.theta[rows],
-            nudge=nudges,
-            marked=marked_joints,
-        )
+        new = NewPoses(rows=rows, tcp=commanded, theta=shared.theta[rows], nudge=nudges, marked=marked_joints)
+        edits = number_edits(program, poses, cell.robot, new)
         return edited(program, edits) if edits else program
 
     written = write(nudge, nudge[:, 0] > 0)

@@ -9,7 +9,7 @@ from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
+from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
@@ -155,8 +155,14 @@ def _source_findings(result: Correction) -> list[Finding]:
     first = plan.drive.pose[plan.free][:1]
     model = error_models(cell, plan.drive.at, first)[int(poses.tool[first[0]])]
     motion = station_directions(cell.robot, cell.sources, plan.drive)[0].at(begin)
-    start = (poses.theta[at], poses.tcp.position[at], plan.stations.rise[begin], motion, plan.free[begin])
-    findings += unknown_start_findings(cell.robot, cell.sources, model, *start)
+    start = DrivenPoses(
+        theta=poses.theta[at],
+        position=poses.tcp.position[at],
+        rise=plan.stations.rise[begin],
+        directions=motion,
+        contact=plan.free[begin],
+    )
+    findings += unknown_start_findings(cell.robot, cell.sources, model, start)
     if others and reversal_widths(cell.sources) is not None:
         lines = sorted({_line_of(result, int(part[plan.free[part]][0])) for part in others})
         message = (

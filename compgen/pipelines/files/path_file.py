@@ -180,7 +180,7 @@ def _own_file(path: PathFile, source: Path) -> OwnFile | None:
     if not isinstance(table, OwnPoints):
         return None
     shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
-    return read_own_file(source.parent / table.file, table.pattern, shift, through(table) == "lines")
+    return read_own_file(source.parent / table.file, table.pattern, shift, joined=through(table) == "lines")
 
 
 def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:

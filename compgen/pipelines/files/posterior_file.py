@@ -21,6 +21,7 @@ def posterior_beside(
     robot_file: Path,
     known: Sequence[UncertainSource],
     heat: ArmHeat | None,
+    *,
     is_overridden: bool = False,
 ) -> tuple[ParameterPosterior | None, list[Finding]]:
     """The posterior of an identified robot file, None without one, and what the user must know of it.

@@ -105,7 +105,7 @@ def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Program
         "theta": theta,
     }
     numbers = program.uframe, program.utool
-    return _course(nodes, pose.rotation, via, frame, tool, numbers, robot.controller.rounds_up_to_period)
+    return _course(nodes, pose.rotation, via, frame, tool, numbers, counted=robot.controller.rounds_up_to_period)
 
 
 def _course(
@@ -115,6 +115,7 @@ def _course(
     frame: Pose,
     tool: Pose,
     numbers: tuple[int, int],
+    *,
     counted: bool = False,
 ) -> ProgramCourse:
     """A course of positions, with nodes on its arcs; an orientation there is that of the nearest position."""
@@ -196,7 +197,7 @@ def _surely_driven(drive: DrivenProgram, station: IntArray) -> BoolArray:
     return np.asarray(sure & ~drive.joint[station])
 
 
-def _written_clocks(
+def _written_clocks(  # noqa: PLR0913 - columns of the same stations
     program: LsProgram,
     robot: Robot,
     poses: Poses,

@@ -165,7 +165,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     arm = ArmFacts(robot, heat.names, growth, loads_of(facts.sources.loads, robot))
     known = read_sources(facts.sources, arm, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
-    posterior, of_posterior = posterior_beside(facts.identified, source, known, heat, bool(overrides))
+    posterior, of_posterior = posterior_beside(facts.identified, source, known, heat, is_overridden=bool(overrides))
     return Cell(
         robot=robot,
         heat=heat,

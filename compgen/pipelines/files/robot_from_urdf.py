@@ -28,7 +28,7 @@ turn_joints = [1, 4, 6]
 """
 
 
-def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
+def robot_from_urdf(source: str, *, coupled: bool) -> tuple[str, str]:
     """A robot file's name and text.
 
     Args:
@@ -58,7 +58,7 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
         raise InputError(
             f"{source}: joints 2 and 3 do not count as FANUC's do, whose joint 3 is J2 + J3; say --j3 alone"
         )
-    text = _text(read, name, Path(source).name, coupled)
+    text = _text(read, name, Path(source).name, coupled=coupled)
     try:
         arm_of(tomllib.loads(text), text, "its robot file")  # one that would not load is refused here
     except InputError as failure:
@@ -79,7 +79,7 @@ def _check_radians(source: str, read: UrdfArm) -> None:
         )
 
 
-def _text(read: UrdfArm, name: str, source: str, coupled: bool) -> str:
+def _text(read: UrdfArm, name: str, source: str, *, coupled: bool) -> str:
     arm = read.arm
     matrix = np.diag(arm.sign)
     if coupled:

@@ -70,7 +70,7 @@ def robot_sheet(arm: Arm) -> RobotSheet:
     if not arm.nodes:
         message = "no [thermal]: taken as a cold arm; how it warms, measurements would tell (docs/identify.md)"
         findings.append(Finding(Level.NOTE, Code.THERMAL_NONE, message))
-    joints = [j for j in _table(bool(obstacle)) if _allowed(robot, j)]
+    joints = [j for j in _table(other=bool(obstacle)) if _allowed(robot, j)]
     limits = np.column_stack([robot.lower - robot.pendant_zero, robot.upper - robot.pendant_zero]) / DEG
     return RobotSheet(
         arm=arm,
@@ -79,12 +79,12 @@ def robot_sheet(arm: Arm) -> RobotSheet:
         limits=limits,
         coupled=robot.joint_names[2] != "J3",
         obstacle=obstacle,
-        poses=tuple(_pose(robot, j, not obstacle) for j in joints),
+        poses=tuple(_pose(robot, j, known=not obstacle) for j in joints),
         findings=tuple(findings),
     )
 
 
-def _table(other: bool) -> list[tuple[float, ...]]:
+def _table(*, other: bool) -> list[tuple[float, ...]]:
     """Pendant joints to compare [deg]: zero, each joint turned by itself, and all of them."""
     base = np.array([0, 0, 0, 0, 0.0 if other else DOWN, 0])
     turned = [base + TURN * np.eye(6)[k] for k in range(6)]
@@ -96,7 +96,7 @@ def _allowed(robot: Robot, joints: tuple[float, ...]) -> bool:
     return bool(((theta >= robot.lower) & (theta <= robot.upper)).all())
 
 
-def _pose(robot: Robot, joints: tuple[float, ...], known: bool) -> PendantPose:
+def _pose(robot: Robot, joints: tuple[float, ...], *, known: bool) -> PendantPose:
     theta = robot.to_theta(np.array([joints]) * DEG)
     flange = flange_pose(robot, theta)
     numbers = pose_numbers(flange.position, flange.rotation)[0]

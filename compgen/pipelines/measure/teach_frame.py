@@ -42,7 +42,7 @@ class TaughtFrame:
     findings: tuple[Finding, ...]
 
 
-def teach_frame(
+def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     arm: Arm,
     touches_file: str,
     artefact_file: str,

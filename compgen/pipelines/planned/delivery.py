@@ -138,7 +138,7 @@ def page_facts(job: Job, start: PageStart) -> dict[str, object]:
     }
 
 
-def page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart, anew: bool = False) -> list[str]:
+def page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart, *, anew: bool = False) -> list[str]:
     """Remarks at the head of a page, k from 0; ``anew`` where it replaces another of that name."""
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise, strict=True)]
     when = f"anew, {start.time:.0f} s" if anew else f"after {start.time:.0f} s"

@@ -20,7 +20,7 @@ from compgen.core.findings import Finding
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
-from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
+from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
 from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion
@@ -53,7 +53,7 @@ from compgen.verification.written_motion import WrittenMotion, read_motion
 MAX_RIPPLE = 0.05 * UM
 
 
-def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool = True) -> Planned:
+def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bool = True) -> Planned:
     """What would go wrong if the planned program ran as it is.
 
     Args:
@@ -66,7 +66,7 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool 
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = _plan(job, progress, date, pages)
+    planned = _plan(job, progress, date, pages=pages)
     progress(stages.TWIN_BEFORE, 0.0)
     off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
@@ -79,10 +79,10 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool 
     return replace(planned, findings=tuple(findings), band=band_along(planned.driven(planned.theta, planned.motion)))
 
 
-def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
+def _plan(job: Job, progress: Progress, date: str, *, pages: bool) -> Planned:
     """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
     with job_findings.asking_units(job):
-        plan = plan_motion(job.plan, job.cell, job.feed, progress, pages)
+        plan = plan_motion(job.plan, job.cell, job.feed, progress, pages=pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
     rise = averaging.planned_rises(job, plan.joint_motion)
@@ -105,9 +105,8 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
     notes += map_findings(job.sources, places[on_part], on_part)
     notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
-    notes += unknown_start_findings(
-        job.robot, job.sources, model, theta=theta, position=places, rise=rise, directions=motion, contact=path.contact
-    )
+    driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=motion, contact=path.contact)
+    notes += unknown_start_findings(job.robot, job.sources, model, driven)
     notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.input_findings]
     notes += dry_run_findings(job, path)
     if not job.history.before and job.heat.start is None:
@@ -132,7 +131,9 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     )
 
 
-def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool = True) -> tuple[Planned, Corrected]:
+def generate(
+    job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bool = True
+) -> tuple[Planned, Corrected]:
     """The corrected program, proven from the text that is delivered.
 
     Args:
@@ -146,7 +147,7 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
         JoinError: Pages, read back, are not the program.
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
-    planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages), progress)
+    planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages=pages), progress)
     path = planned.path
     commanded = problem.commanded(solution.correction)
     solution = motion_predistortion.from_targets(solution, problem, path)

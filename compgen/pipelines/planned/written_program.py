@@ -51,6 +51,7 @@ def fly_written(
     data: bytes,
     find_program: Callable[[str], bytes | None],
     progress: Progress,
+    *,
     with_other_ramps: bool = False,
 ) -> WrittenFlight:
     """Fly a program's text after everything that a job's cell does.

@@ -302,7 +302,7 @@ def generate(
     header_date = checked_date(text_of(date, "date", "give YY-MM-DD, as '26-01-31'"))
     report_progress = progress_of(progress)
     with machine(workers):
-        planned, corrected = pipeline.generate(job, report_progress, header_date, pages)
+        planned, corrected = pipeline.generate(job, report_progress, header_date, pages=pages)
         result = GeneratedProgram(
             job,
             planned,

@@ -34,7 +34,7 @@ from compgen.report.notebook.arguments import (
 )
 from compgen.report.notebook.machine import data_frame, logger, numpy_alone, plotly_figure
 from compgen.report.study_figures import error_against
-from compgen.report.study_tables import column_names
+from compgen.report.study_tables import StudyOutcome, column_names
 
 MAX_PROCESSES = 1024
 EXAMPLE = "{'duty': [0.2, 0.5]}"
@@ -54,7 +54,10 @@ class StudyResult:
     @property
     def sentences(self) -> list[str]:
         """What the study comes to, and the answer to each question."""
-        return study_sentences(self.study, list(self.rows), list(self.answers))
+        return study_sentences(self._outcome())
+
+    def _outcome(self) -> StudyOutcome:
+        return StudyOutcome(study=self.study, rows=list(self.rows), answers=list(self.answers), base=self.base)
 
     def columns(self) -> dict[str, list[Any]]:
         """Columns of ``whatif.csv`` by their names: what was varied as numbers where it is, NaN where there is none."""
@@ -99,7 +102,7 @@ class StudyResult:
 
     def files(self) -> dict[str, bytes]:
         """Name to content of what ``cgen whatif --no-live`` writes, but for its journal; nothing is written."""
-        return study_files(self.path, self.overrides, self.study, list(self.rows), list(self.answers), self.base)
+        return study_files(self.path, self.overrides, self._outcome())
 
     def __repr__(self) -> str:
         return f"<StudyResult of {self.path}: {'; '.join(self.sentences)}>"

@@ -18,6 +18,7 @@ from compgen.core.units import MM
 from compgen.job.own_file import OwnFile
 
 SAG = 1e-4  # mm
+MOTION_G, COUNTING_G, DWELL_G = (0.0, 1.0, 2.0, 3.0), (90.0, 91.0), 4.0
 QUIET_G = {17.0, 21.0, 40.0, 43.0, 49.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 61.0, 64.0, 80.0, 91.1, 94.0, 98.0, 99.0}
 ENDS = ("FINI", "END")
 
@@ -33,7 +34,7 @@ class _Corners:
         self.line: list[int] = []
         self.given: list[bool] = []
 
-    def add(self, line: int, place: Place, given: bool = True) -> None:
+    def add(self, line: int, place: Place, *, given: bool = True) -> None:
         if self.corner and self.corner[-1] == place:
             return
         self.corner.append(place)
@@ -45,7 +46,7 @@ class _Corners:
         return InputError(f"{message}; say it in plainer words")
 
 
-def read_own_file(source: Path, pattern: str, shift: Array, joined: bool) -> OwnFile:
+def read_own_file(source: Path, pattern: str, shift: Array, *, joined: bool) -> OwnFile:
     """Read a path's file for the judge.
 
     Args:
@@ -113,14 +114,12 @@ def _gcode(lines: list[str], corners: _Corners) -> None:
         codes = [value for letter, value in words if letter == "G"]
         values = {letter: value for letter, value in words if letter in "XYZIJKRP"}
         for code in codes:
-            if code in (0.0, 1.0, 2.0, 3.0):
-                motion = code
-            elif code in (90.0, 91.0):
-                relative = code == 91.0
-            elif code != 4.0 and code not in QUIET_G:
+            if code not in MOTION_G and code not in COUNTING_G and code not in QUIET_G and code != DWELL_G:
                 raise corners.refuse(n, f"G{code:g}")
+        motion = next((code for code in reversed(codes) if code in MOTION_G), motion)
+        relative = next((code == 91.0 for code in reversed(codes) if code in COUNTING_G), relative)
         moves = any(axis in values for axis in "XYZ") or (motion >= 2 and ("I" in values or "J" in values))
-        if moves and 4.0 not in codes:
+        if moves and DWELL_G not in codes:
             start = dict(at)
             at |= {a: values[a] + (start[a] if relative else 0.0) for a in "XYZ" if a in values}
             if len(at) == 3:

@@ -135,7 +135,7 @@ class PreparedProgram:
         time = self.time[segment] + fraction * np.diff(self.time[first : last + 1])[segment - first]
         rise, growth = self.rise_and_growth(segment, fraction, time)
         has_arcs = bool(self.program.via[first : last + 1].any())
-        function = build_segment_sample(twin.robot, self.program.posture, twin.tool, has_arcs)
+        function = build_segment_sample(twin.robot, self.program.posture, twin.tool, arcs=has_arcs)
         positions, rows = self.program.position, self.program.rotation.reshape(-1, 9)
         way = IndexedRows(positions, segment + 1)
         if has_arcs:

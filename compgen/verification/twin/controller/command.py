@@ -160,10 +160,10 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle
     settle = program.fine.astype(float) if settle is None else settle
     wait = settle * (settling_time(robot.motion) if robot.motion is not None else 0.0)
     statement = statement_times(
-        length, program.speed * override, period, robot.controller.rounds_up_to_period, program.via
+        length, program.speed * override, period, rounds_up=robot.controller.rounds_up_to_period, via=program.via
     )
     stops = np.flatnonzero(program.fine)
-    exact = np.add.reduceat(statement_times(length, program.speed, period, False), stops[:-1])
+    exact = np.add.reduceat(statement_times(length, program.speed, period, rounds_up=False), stops[:-1])
     ramps = np.maximum(np.diff(path.time[stops]) - exact, 0.0) / override
     inner = np.where(program.fine, 0.0, wait)
     arrive = np.concatenate([[0.0], np.cumsum(statement + inner[:-1])])
@@ -235,7 +235,9 @@ def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
     return np.asarray(np.clip(done, 0.0, at_speed))
 
 
-def statement_times(length: Array, speed: Array, period: float, rounds_up: bool, via: BoolArray | None = None) -> Array:
+def statement_times(
+    length: Array, speed: Array, period: float, *, rounds_up: bool, via: BoolArray | None = None
+) -> Array:
     """How long segments take at their speeds, (S,) [s]; statements in whole periods where the controller rounds up.
 
     An arc through a via (S + 1,) is one statement of two segments.

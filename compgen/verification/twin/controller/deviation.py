@@ -65,6 +65,7 @@ def motion_deviation(
     path: WrittenPath,
     counts: IntArray,
     override: float = 1.0,
+    *,
     places_only: bool = False,
 ) -> MotionDeviation | None:
     """Where the controller's motion leads the tool; None where nothing is smoothed or nothing is known of it.
