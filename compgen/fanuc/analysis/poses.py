@@ -10,7 +10,7 @@ World is the arm's own. Where an extended axis carries the arm (``arm_bases``), 
 frames are told in it: T_uframe = T_base^-1 T_cell_uframe.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -127,15 +127,10 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
             if named is None:
                 continue
             posture[rows] = ALL_POSTURES.index(named)
-            if robot is None:
-                continue
-            for t in np.unique(tool[rows]):
+            for t in np.unique(tool[rows]) if robot is not None else []:
                 some = rows[tool[rows] == t]
                 flange = flange_from_tool(Pose(position[some], rotation[some]), tools[t])
-                solved, reach = solve_flange(robot, flange, named)
-                turned = apply_turns(robot, solved, np.tile(turns, (len(some), 1)))
-                theta[some] = np.where(reach[:, None] >= 0, turned, np.nan)
-                margin[some] = reach
+                theta[some], margin[some] = _in_configuration(robot, flange, named, turns)
     _, begins, same = np.unique(row, return_index=True, return_inverse=True)
     return Poses(
         row=row,
@@ -156,6 +151,13 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
         first=begins[same.ravel()],
         arm_bases=arm_bases,
     )
+
+
+def _in_configuration(robot: Robot, flange: Pose, posture: Posture, turns: Sequence[int]) -> tuple[Array, Array]:
+    """Joints of n flange poses as CONFIG says, (n, 6) [rad], NaN beyond the reach; and the margin to it, (n,) [m]."""
+    solved, reach = solve_flange(robot, flange, posture)
+    turned = apply_turns(robot, solved, np.tile(turns, (len(solved), 1)))
+    return np.where(reach[:, None] >= 0, turned, np.nan), reach
 
 
 def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArray, dict[tuple[int, int], int]]:

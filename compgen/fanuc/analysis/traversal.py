@@ -8,6 +8,7 @@ the longest of its joints' turns over p percent of their speeds; a motion in sec
 """
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -54,28 +55,8 @@ def read_traversal(
     position[known], theta[known] = poses.tcp.position[pose[known]], poses.theta[pose[known]]
     length = _lengths(position, letter == "C", last)
     turn = np.abs(np.diff(theta, axis=0, prepend=np.full((1, 6), np.nan)))
-    value, unit = (column[motion] for column in parse_speeds(m.speed))
-    percent = unit == PERCENT
-    rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
-    seconds = np.array([TIMES.get(u, np.nan) for u in unit.tolist()])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        speed = np.where(np.isfinite(rate), value * rate, ASSUMED["L"])
-        share = np.where(percent, value / 100, ASSUMED["J"])
-        top_speed, acceleration, jerk = (robot.speed, robot.acceleration, robot.jerk) if robot else 3 * (np.ones(6),)
-        fastest = (turn / top_speed).max(axis=1)
-        by_joint = fastest / share
-        along = np.fmax(length / speed, fastest)
-        turning = np.fmax(_angles(poses, pose) / (value * DEG), fastest)
-        duration = np.where(letter == "J", by_joint, np.where(unit == TURN_RATE, turning, along))
-        joint_speed = turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
-        ramp = (joint_speed / (RAMP * acceleration)).max(axis=1) + (acceleration / jerk).max()
-    begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
-    duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
-    if robot is not None:
-        duration = np.where(letter == "L", robot.controller.line_time(duration), duration)
-    duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
-    untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
-    untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
+    ways = _Ways(letter=letter, stop=stop, length=length, turn=turn, angle=_angles(poses, pose))
+    duration, untimed = _durations(ways, *(column[motion] for column in parse_speeds(m.speed)), robot)
     pause, flow = _others(program, m.line[motion])
     origin = station_origins(program, motion, motionless, poses.placements.shifted)
     origin = np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin
@@ -98,6 +79,43 @@ def read_traversal(
         circular=np.zeros(len(motion), dtype=bool),
         beyond=np.zeros(len(motion)),
     )
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class _Ways:
+    """What the time of the way to each of S stations hangs on."""
+
+    letter: np.ndarray  # (S,) of the motion
+    stop: BoolArray  # (S,) it ends at rest
+    length: Array  # (S,) [m]
+    turn: Array  # (S, 6) [rad] of the joints
+    angle: Array  # (S,) [rad] of the tool
+
+
+def _durations(ways: _Ways, value: Array, unit: np.ndarray, robot: Robot | None) -> tuple[Array, BoolArray]:
+    """How long each way takes at its programmed speed, (S,) [s], and where that is not known."""
+    percent = unit == PERCENT
+    rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
+    seconds = np.array([TIMES.get(u, np.nan) for u in unit.tolist()])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        speed = np.where(np.isfinite(rate), value * rate, ASSUMED["L"])
+        share = np.where(percent, value / 100, ASSUMED["J"])
+        top_speed, acceleration, jerk = (robot.speed, robot.acceleration, robot.jerk) if robot else 3 * (np.ones(6),)
+        fastest = (ways.turn / top_speed).max(axis=1)
+        by_joint = fastest / share
+        along = np.fmax(ways.length / speed, fastest)
+        turning = np.fmax(ways.angle / (value * DEG), fastest)
+        duration = np.where(ways.letter == "J", by_joint, np.where(unit == TURN_RATE, turning, along))
+        joint_speed = ways.turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
+        ramp = (joint_speed / (RAMP * acceleration)).max(axis=1) + (acceleration / jerk).max()
+    begins = np.concatenate([[True], ways.stop[:-1]]) if len(ways.stop) else ways.stop
+    duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + ways.stop * 0.5)
+    if robot is not None:
+        duration = np.where(ways.letter == "L", robot.controller.line_time(duration), duration)
+    duration = np.where(np.isfinite(seconds), value * seconds / np.where(ways.letter == "C", 2, 1), duration)
+    untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
+    untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
+    return duration, untimed
 
 
 def _carried(poses: Poses, pose: IntArray, origin: IntArray) -> BoolArray:

@@ -3,7 +3,7 @@
 import json
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -23,6 +23,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
+from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
 from compgen.job.day_plan import Programs, plan_history
@@ -105,7 +106,6 @@ class _JobFiles:
 def _job_of(files: _JobFiles) -> Job:
     source, path = files.source, check(PathFile, files.path_data, str(files.source))
     cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
-    other = with_other_heat_model(files.robot_text)
     air = tables.ambient_of(path.ambient, str(source))
     read = None
     is_air_given = bool(path.ambient.model_fields_set - {"reference_degC", "clock_h"})
@@ -113,15 +113,11 @@ def _job_of(files: _JobFiles) -> Job:
         read = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
         if not is_air_given:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
-    settings = _settings(path, cell)
-    program, longer = _program(path, str(source), cell, settings.rate)
+    program, longer = _program(path, str(source), cell, _settings(path, cell).rate)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None
     others = files_read(path, str(source))
-    data = [_without_state_file(files.path_data), files.robot_text.tables]
-    hashes = [other["sha256"] for other in others.values()]
-    inputs = json.dumps([__version__, source.stem, *data, *hashes], sort_keys=True, default=str)
 
     def load(name: str) -> ProgramPlan:
         return _other_program(find_program(name, str(source)), cell)
@@ -136,42 +132,56 @@ def _job_of(files: _JobFiles) -> Job:
     if read is not None:
         end = end_of(read, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
-    notes: tuple[Finding, ...] = ()
     if state is not None:
         cell = cell_with_state(cell, state, state_file)
         history = history_from_state(history, state, age, air if is_air_given else None)
-        replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
-        notes = (state_note(state, age, replaced),)
+        longer = (*longer, _state_note(path, state, age))
     if path.start is not None:
         history = started(history, tables.start_of(path.start, len(history.runs), str(source)))
     ensemble = None
-    if (table := path.compensation.average_over) is not None:
+    if path.compensation.average_over is not None:
         where = f"{source}: compensation.average_over"
-        ensemble = tables.ensemble_of(table, len(history.runs), program.process.feed, where)
+        ensemble = tables.ensemble_of(path.compensation.average_over, len(history.runs), program.process.feed, where)
     job = Job(
         name=source.stem,
         title=path.title,
         plan=program,
         cell=cell,
         history=history,
-        settings=settings,
+        settings=_settings(path, cell),
         start_drift=path.compensation.start_drift_um * UM,
         bounds=bounds_of(path.bounds, str(source)),
         overrides=files.overrides,
-        inputs_hash=sha256(inputs.encode()).hexdigest(),
-        inputs={
-            "path": {**input_keys(path), "robot": files.robot_source.stem},
-            "files": others,
-            "robot": cell.inputs,
-        },
-        input_findings=(*values_in_other_units(files.path_data, str(source)), *cell.input_findings, *longer, *notes),
-        on_other_heat_model=None if other is None else replace(files, robot_text=other),
+        inputs_hash=_inputs_hash(files, others),
+        inputs={"path": {**input_keys(path), "robot": files.robot_source.stem}, "files": others, "robot": cell.inputs},
+        input_findings=(*values_in_other_units(files.path_data, str(source)), *cell.input_findings, *longer),
+        on_other_heat_model=_on_other_heat_model(files),
         log=read,
         own_file=_own_file(path, source),
         ensemble=ensemble,
     )
     refuse_without_uncertainty(job)
     return job
+
+
+def _on_other_heat_model(files: _JobFiles) -> _JobFiles | None:
+    """The same files with the robot's other model of heat in use; None where it has one only."""
+    other = with_other_heat_model(files.robot_text)
+    return None if other is None else replace(files, robot_text=other)
+
+
+def _inputs_hash(files: _JobFiles, others: Mapping[str, Mapping[str, Any]]) -> str:
+    """Of everything that a job's result follows from: its tables, those of its robot, and the files that they name."""
+    data = [_without_state_file(files.path_data), files.robot_text.tables]
+    hashes = [other["sha256"] for other in others.values()]
+    inputs = json.dumps([__version__, files.source.stem, *data, *hashes], sort_keys=True, default=str)
+    return sha256(inputs.encode()).hexdigest()
+
+
+def _state_note(path: PathFile, state: AnchoredState, age: float) -> Finding:
+    """What a measured state stands in place of."""
+    replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
+    return state_note(state, age, replaced)
 
 
 def _own_file(path: PathFile, source: Path) -> OwnFile | None:

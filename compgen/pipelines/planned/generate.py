@@ -1,6 +1,6 @@
 """The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -46,7 +46,7 @@ from compgen.thermal import JointMotion as Driven
 from compgen.thermal import states_at
 from compgen.thermal.model import extrapolations
 from compgen.verification.deviation import Deviation, deviation_from_path
-from compgen.verification.twin import prepare
+from compgen.verification.twin import PreparedProgram, prepare
 from compgen.verification.verdict import judge
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
@@ -167,17 +167,7 @@ def generate(
     after_stage = partial(progress, stages.TWIN_AFTER)
     averaged = None
     if job.ensemble is not None:
-        motion = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
-        file = WrittenFile(
-            job=job,
-            path=path,
-            model=planned.model,
-            motion=motion,
-            directions=planned.motion,
-            rise=planned.rise,
-            theta=solution.theta,
-            prepared=prepared,
-        )
+        file = _written_file(planned, solution, prepared)
         averaged = averaging.fly_starts(file, problem, trajectory, after_stage)
         deviation = averaged.worst
     else:
@@ -185,34 +175,10 @@ def generate(
     progress(stages.CROSS_FLIGHT, 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
     drawn = fly_draws(driven, prepared, deviation, late_start(job, window), lambda share: progress(stages.DRAWS, share))
-    verdict = [
-        *judge(deviation, job.bounds),
-        *own_file_findings(job, path, deviation),
-        *(drawn.findings() if drawn is not None else []),
-        *job_findings.of_knowledge(job),
-        *limited,
-        *job_findings.solver(solution, job.settings),
-        *job_findings.below_feed(job, planned.feed, path, trajectory, text),
-        *delivery.size_findings(job, delivered, planned.page_stops),
-        *job_findings.clocks_apart(trajectory, written),
-        *motion_predistortion.findings(planned, prepared, written, deviation),
-        *times_apart(job.robot.controller, written),
-        *over_periods(job.robot.controller, path, text, planned.feed),
-        *job_findings.joints_asked(job, text, written),
-        *job_findings.orientation_on_arcs(job, text),
-        *(averaging_findings(averaged) if averaged is not None else ()),
-        *form_findings,
-        *planned.findings,
-    ]
     ripple = mid_spatial(path, solution.correction)
     if planned.dense is not None:
         ripple = mid_spatial(planned.dense.path, planned.dense.correction)
-    if ripple > MAX_RIPPLE:
-        message = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
-        verdict.append(
-            Finding(Level.WARNING, Code.COMPENSATION_MID_SPATIAL, f"{message}; raise compensation.curvature_period_mm")
-        )
-    return planned, Corrected(
+    corrected = Corrected(
         solution=solution,
         trajectory=trajectory,
         program=text,
@@ -228,9 +194,62 @@ def generate(
         band=band,
         model_form=form,
         draws=drawn,
-        findings=tuple(verdict),
+        findings=(),
         averaged=averaged,
     )
+    verdict = _verdict(planned, corrected, prepared, limited, form_findings)
+    return planned, replace(corrected, findings=tuple(verdict))
+
+
+def _written_file(planned: Planned, solution: Solution, prepared: PreparedProgram) -> WrittenFile:
+    """The text for many starts, as it is flown after each of them."""
+    return WrittenFile(
+        job=planned.job,
+        path=planned.path,
+        model=planned.model,
+        motion=Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed),
+        directions=planned.motion,
+        rise=planned.rise,
+        theta=solution.theta,
+        prepared=prepared,
+    )
+
+
+def _verdict(
+    planned: Planned,
+    corrected: Corrected,
+    prepared: PreparedProgram,
+    limited: Sequence[Finding],
+    of_form: Sequence[Finding],
+) -> list[Finding]:
+    """Everything that is found of a corrected program; given what its limits and the other heat model say."""
+    job, path, controller = planned.job, planned.path, planned.job.robot.controller
+    text, written, trajectory = corrected.program, corrected.written, corrected.trajectory
+    verdict = [
+        *judge(corrected.deviation, job.bounds),
+        *own_file_findings(job, path, corrected.deviation),
+        *(corrected.draws.findings() if corrected.draws is not None else []),
+        *job_findings.of_knowledge(job),
+        *limited,
+        *job_findings.solver(corrected.solution, job.settings),
+        *job_findings.below_feed(job, planned.feed, path, trajectory, text),
+        *delivery.size_findings(job, corrected.delivery, planned.page_stops),
+        *job_findings.clocks_apart(trajectory, written),
+        *motion_predistortion.findings(planned, prepared, written, corrected.deviation),
+        *times_apart(controller, written),
+        *over_periods(controller, path, text, planned.feed),
+        *job_findings.joints_asked(job, text, written),
+        *job_findings.orientation_on_arcs(job, text),
+        *(averaging_findings(corrected.averaged) if corrected.averaged is not None else ()),
+        *of_form,
+        *planned.findings,
+    ]
+    if corrected.mid_spatial > MAX_RIPPLE:
+        puts = f"the correction puts {corrected.mid_spatial / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
+        verdict.append(
+            Finding(Level.WARNING, Code.COMPENSATION_MID_SPATIAL, f"{puts}; raise compensation.curvature_period_mm")
+        )
+    return verdict
 
 
 def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Problem, Solution, list[Finding]]:

@@ -12,7 +12,7 @@ from compgen.core.json_text import json_text
 from compgen.core.stages import Progress
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
-from compgen.pipelines.files.robot_file import load_arm
+from compgen.pipelines.files.robot_file import Arm, load_arm
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements
 from compgen.report.identification import FIGURES, identification_figures, identification_html, identification_summary
 from compgen.report.inputs import Inputs, measured_inputs
@@ -146,17 +146,24 @@ def identify(
     )
     if not (files.poses or files.warm_up or files.distances or files.touches):
         raise InputError("--poses: missing; give at least one CSV of measured poses, or --distances, or --touches")
-    report_progress = progress_of(progress)
-    arm = load_arm(name)
+    identified = _identified(load_arm(name), files, _reference(reference), progress_of(progress), force=force)
+    logger.info("%r", identified)
+    log_findings(identified.name, identified.result.findings)
+    return identified
+
+
+def _identified(
+    arm: Arm, files: MeasurementFiles, reference: str, progress: Progress, *, force: bool
+) -> IdentifiedRobot:
     with numpy_alone():
-        measurements, of_log = read_measurements(arm, files, force=force, reference=_reference(reference))
+        measurements, of_log = read_measurements(arm, files, force=force, reference=reference)
         fitted = pipeline.identify(
             arm.robot,
             arm.known,
             measurements,
             len(arm.nodes),
-            report_progress,
-            temperatures=log is not None,
+            progress,
+            temperatures=files.log is not None,
             facts=arm.facts,
         )
         result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.input_findings))
@@ -167,7 +174,7 @@ def identify(
         (arm.source, file_hash(arm.source)),
         [("measured", file, file_hash(file)) for file in files.names],
     )
-    identified = IdentifiedRobot(
+    return IdentifiedRobot(
         name=arm.robot.name,
         result=result,
         report=report,
@@ -175,9 +182,6 @@ def identify(
         posterior=posterior.encode(),
         inputs=inputs,
     )
-    logger.info("%r", identified)
-    log_findings(identified.name, result.findings)
-    return identified
 
 
 def _reference(value: object) -> str:

@@ -96,28 +96,7 @@ def network_of(
         raise InputError(
             f"{key}.body: {len(table.body)} bodies, {len(table.housing)} housings; a housing stands between two bodies"
         )
-    bodies = tuple(
-        Body(
-            name=b.name,
-            length=b.length_mm * MM,
-            volumes=b.volumes,
-            capacity=b.mass_kg * b.heat_capacity_J_kgK,
-            conductance=b.conductance_W_mm_K * MM,
-            film=b.film_W_K,
-        )
-        for b in table.body
-    )
-    housings = tuple(
-        Housing(
-            name=h.name,
-            capacity=h.mass_kg * h.heat_capacity_J_kgK,
-            film=h.film_W_K,
-            inward=h.inward_W_K,
-            outward=h.outward_W_K,
-            drives=tuple(d - 1 for d in h.drives),
-        )
-        for h in table.housing
-    )
+    bodies, housings = _bodies(table), _housings(table)
     drives = sorted(d for h in housings for d in h.drives)
     if drives != list(range(6)):
         raise InputError(f"{key}.housing: drives {[d + 1 for d in drives]}; each of 1 to 6 must stand in one housing")
@@ -134,17 +113,7 @@ def network_of(
     model = NetworkModel(
         names=tuple(names),
         robot=robot,
-        drives=Drives(
-            rated_power=np.array(table.rated_W),
-            rated_speed=robot.speed,
-            holding=table.loss.holding,
-            coulomb=table.loss.coulomb,
-            viscous=table.loss.viscous,
-            link_mass=np.array(table.link_kg),
-            link_centre=np.array(table.link_centre_mm) * MM,
-            payload_mass=table.payload_kg,
-            payload_centre=np.array(table.payload_centre_mm) * MM,
-        ),
+        drives=_drives(table, robot),
         bodies=bodies,
         housings=housings,
         floor=table.floor_W_K,
@@ -166,6 +135,48 @@ def network_of(
         for p in nodes.profiles
     )
     return model, means
+
+
+def _bodies(table: sc.NetworkTable) -> tuple[Body, ...]:
+    return tuple(
+        Body(
+            name=b.name,
+            length=b.length_mm * MM,
+            volumes=b.volumes,
+            capacity=b.mass_kg * b.heat_capacity_J_kgK,
+            conductance=b.conductance_W_mm_K * MM,
+            film=b.film_W_K,
+        )
+        for b in table.body
+    )
+
+
+def _housings(table: sc.NetworkTable) -> tuple[Housing, ...]:
+    return tuple(
+        Housing(
+            name=h.name,
+            capacity=h.mass_kg * h.heat_capacity_J_kgK,
+            film=h.film_W_K,
+            inward=h.inward_W_K,
+            outward=h.outward_W_K,
+            drives=tuple(d - 1 for d in h.drives),
+        )
+        for h in table.housing
+    )
+
+
+def _drives(table: sc.NetworkTable, robot: Robot) -> Drives:
+    return Drives(
+        rated_power=np.array(table.rated_W),
+        rated_speed=robot.speed,
+        holding=table.loss.holding,
+        coulomb=table.loss.coulomb,
+        viscous=table.loss.viscous,
+        link_mass=np.array(table.link_kg),
+        link_centre=np.array(table.link_centre_mm) * MM,
+        payload_mass=table.payload_kg,
+        payload_centre=np.array(table.payload_centre_mm) * MM,
+    )
 
 
 def _named_rises(
