@@ -127,7 +127,9 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
             if named is None:
                 continue
             posture[rows] = ALL_POSTURES.index(named)
-            for t in np.unique(tool[rows]) if robot is not None else []:
+            if robot is None:
+                continue
+            for t in np.unique(tool[rows]):
                 some = rows[tool[rows] == t]
                 flange = flange_from_tool(Pose(position[some], rotation[some]), tools[t])
                 theta[some], margin[some] = _in_configuration(robot, flange, named, turns)

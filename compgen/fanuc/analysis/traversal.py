@@ -56,7 +56,8 @@ def read_traversal(
     length = _lengths(position, letter == "C", last)
     turn = np.abs(np.diff(theta, axis=0, prepend=np.full((1, 6), np.nan)))
     ways = _Ways(letter=letter, stop=stop, length=length, turn=turn, angle=_angles(poses, pose))
-    duration, untimed = _durations(ways, *(column[motion] for column in parse_speeds(m.speed)), robot)
+    value, unit = (column[motion] for column in parse_speeds(m.speed))
+    duration, untimed = _durations(ways, value, unit, robot)
     pause, flow = _others(program, m.line[motion])
     origin = station_origins(program, motion, motionless, poses.placements.shifted)
     origin = np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin
