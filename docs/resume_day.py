@@ -20,10 +20,10 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.resume.beginning import begin_at
-from compgen.pipelines.resume.driven_course import page_motion
-from compgen.pipelines.resume.follow import durations, look_at
+from compgen.pipelines.resume.follow import look_at
 from compgen.pipelines.resume.from_log import read_log, state_at_end
 from compgen.pipelines.resume.page_times import PageStart, PageTimes
+from compgen.pipelines.resume.paged_run import planned_run
 from compgen.pipelines.resume.pages_anew import read_written, steps_of
 from compgen.pipelines.resume.result import size_of
 from compgen.pipelines.resume.resume import resume, segments_on_part
@@ -67,7 +67,8 @@ class Day:
 
 def day_of(whole, written, breaks=BREAKS, door=DOOR) -> Day:
     """The true day of a job in pages."""
-    spans = durations(written, whole)
+    run = planned_run(written, whole)
+    spans = run.spans
     time, starts = LATE, []
     for page, span in enumerate(spans, 1):
         time += dict(breaks).get(page, 0.0)
@@ -83,7 +84,7 @@ def day_of(whole, written, breaks=BREAKS, door=DOOR) -> Day:
     rise, course = np.empty((len(whole.theta), len(true.names))), [(0.0, z)]
     for begin, end, page, _ in times.stretches(time):
         if page:
-            motion, first = page_motion(whole, page, times)
+            motion, first = run.page_motion(page), run.edges[page - 1]
             rows = np.arange(len(motion.time))
             states = states_at(true, z, motion, rows, air, begin)
             rise[first : first + len(rows)] = states
@@ -154,21 +155,18 @@ def resumed_at_each_page(day: Day, folder: Path) -> int:
 def followed(day: Day, folder: Path, poll=POLL):
     """`cgen follow --within-um 5`: how often pages were written, and the forecast of each page when it began [m]."""
     end = day.times.starts[-1].time + day.times.duration[-1]
-    written, count, forecasts = read_written_job(folder), 0, {}
-    programs = read_written(written, day.whole)
+    run, count, forecasts = planned_run(read_written_job(folder), day.whole), 0, {}
     for now in np.arange(poll, end, poll).tolist():
         known = tuple(start for start in day.times.starts if start.time <= now)
         times = replace(day.times, starts=known)
         job = day.whole.job
         log = growing_log(until(day.log, now), "log.csv", job.heat.names, job.cell.sensors)
-        look = look_at(written, day.whole, programs, log, "log.csv", times, WITHIN, 0, LEAD)
+        look = look_at(run, log, "log.csv", times, WITHIN, 0, LEAD)
         if look.due:
             done = times.last(now) - bool(look.running)
-            begin = lambda known, b=look.beginning: b  # noqa: E731
-            made = resume(written, day.whole, look.due, begin, "2026-01-31", quiet, look.loaded, done)
+            made = run.rewrite(look.due, look.beginning, "2026-01-31", quiet, look.loaded, done)
             put(folder, made)
-            written, count = read_written_job(folder), count + 1
-            programs = read_written(written, day.whole)
+            run, count = run.reread(read_written_job(folder)), count + 1
             forecasts |= {page.number: page.after.max for page in made.pages}
         forecasts |= {f.page: f.max for f in look.forecasts if f.page > look.running and f.page != look.due}
     return count, forecasts

@@ -186,7 +186,9 @@ def _figure(resumed: Resumed) -> Figure:
     return figure_in_rows(rows, "time from the page's start [h]", "Error over time")
 
 
-def look_record(look: Look | None, resumed: Resumed | None, within: float, *, force: bool) -> dict[str, Any]:
+def look_record(
+    look: Look | None, resumed: Resumed | ResumedProgram | None, within: float, *, force: bool
+) -> dict[str, Any]:
     """A look in plain types.
 
     Args:
@@ -197,6 +199,7 @@ def look_record(look: Look | None, resumed: Resumed | None, within: float, *, fo
     """
     if look is None:
         return {"command": Command.FOLLOW, "time_s": None}
+    band = None if resumed is None else resumed.band
     return {
         "command": Command.FOLLOW,
         "time_s": look.time,
@@ -218,16 +221,16 @@ def look_record(look: Look | None, resumed: Resumed | None, within: float, *, fo
             for f in look.forecasts
         ],
         "due": look.due,
-        "written": list(resumed.replaced) if resumed is not None and (resumed.inside or force) else [],
+        "written": list(resumed.replaced) if resumed is not None and (resumed.is_usable or force) else [],
         "after_um": None if resumed is None else max(round(p.after.max / UM, 3) for p in resumed.pages),
-        "band_um": None if resumed is None else round(resumed.band.largest / UM, 3),
+        "band_um": round(band.largest / UM, 3) if band is not None else None,
         "verdict": None if resumed is None else resumed.verdict.value,
         "notes": list(look.notes),
         "doubt": look.doubt,
     }
 
 
-def look_words(look: Look | None, resumed: Resumed | None, within: float, *, force: bool) -> str:
+def look_words(look: Look | None, resumed: Resumed | ResumedProgram | None, within: float, *, force: bool) -> str:
     """A look in one line; see ``look_record``."""
     if look is None:
         return "no reading yet"
@@ -241,8 +244,10 @@ def look_words(look: Look | None, resumed: Resumed | None, within: float, *, for
     parts += [f"page {f.page} forecast {f.max / UM:.1f} um (rms {f.rms / UM:.1f})" for f in look.forecasts]
     if resumed is not None:
         pages = f"pages {resumed.from_page} to {resumed.pages[-1].number}"
-        left = f"{max(p.after.max for p in resumed.pages) / UM:.2f} um +- {resumed.band.largest / UM:.0f} (95 %)"
-        if resumed.inside or force:
+        left = f"{max(p.after.max for p in resumed.pages) / UM:.2f} um"
+        if resumed.band is not None:
+            left += f" +- {resumed.band.largest / UM:.0f} (95 %)"
+        if resumed.is_usable or force:
             parts.append(f"over {within:g}: {pages} written anew, {left} left")
         else:
             parts.append(f"over {within:g}: {pages} not written: {resumed.verdict}, {left} (--force)")

@@ -6,29 +6,14 @@ import shutil
 import numpy as np
 import pytest
 from command_line import refused, run
-from ls_text import cartesian, program
+from corrected_pages import pages_of
 from states import state_of, written
 
 from compgen import fanuc as ls
 from compgen.fanuc.paging.manifest import with_checksum
 from compgen.pipelines.files.path_file import load_job
 
-SHIFT = ("--before", "moving 200mm/s 5h")
-PAGES = ("--robot", "m710ic50", "--set", "controller.max_lines=40", "-q")
 RESUME = ("--late", "35min", "--max-um", "5", "--date", "2026-01-31")
-
-
-def pages_of(folder, name, *given, motion="", history=SHIFT):
-    points = [cartesian(n, (1300 + n, 20, 200, 180, 0, 0)) for n in range(1, 100)]
-    folder.mkdir(exist_ok=True)
-    source = folder / "LONG.LS"
-    motions = [f"L P[{n}] 100mm/sec FINE{motion}" for n in range(1, 100)]
-    source.write_bytes(program(motions, points, name="LONG"))
-    made, out = folder / f"{name}_made", folder / name
-    arguments = ("correct", source, "--robot", "m710ic50", *history, *given, "--max-um", "5", "-q", "-o", made)
-    assert run(*arguments).returncode == 0
-    assert run("pages", made / "LONG.LS", *PAGES, "-o", out).returncode == 0
-    return out
 
 
 @pytest.fixture(scope="module")
@@ -152,11 +137,6 @@ def test_registers_frames_and_many_starts_are_taken_from_what_made_the_pages(tmp
     waited = pages_of(tmp_path / "w", "pages", *given[:2], "--before", "idle 35min", motion=" Offset,PR[5]")
     for ours, oracle in zip(numbers_of(made, (1, 2, 3)), numbers_of(waited, (1, 2, 3)), strict=True):
         assert np.array_equal(ours, oracle, equal_nan=True)
-
-
-def test_its_pages_are_not_followed(job):
-    (job / "log.csv").write_text("time_s,part_3_degC\n0,20\n")
-    refused(run("follow", job, "--log", job / "log.csv", "--once"), 2, "not followed")
 
 
 def test_without_a_bound_it_is_written_and_said(job):

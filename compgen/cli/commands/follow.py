@@ -3,7 +3,6 @@
 import json
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -32,12 +31,11 @@ from compgen.core.units import UM
 
 if TYPE_CHECKING:
     from compgen.error_model.anchored_state import AnchoredState
-    from compgen.fanuc import Program
+    from compgen.pipelines.resume.corrected import ResumedProgram
     from compgen.pipelines.resume.follow import Look
     from compgen.pipelines.resume.page_times import PageTimes
+    from compgen.pipelines.resume.paged_run import PagedRun
     from compgen.pipelines.resume.result import Resumed
-    from compgen.pipelines.resume.whole import Whole
-    from compgen.pipelines.resume.written_job import WrittenJob
     from compgen.thermal.temperature_log import GrowingLog
 
 LONGEST_POLL = 3600.0  # s
@@ -115,10 +113,7 @@ class FollowedJob:
     """A job that runs, and its pages as they were last written."""
 
     folder: Path
-    whole: "Whole"
-    written: "WrittenJob"
-    programs: "Sequence[Program]"
-    spans: Sequence[float]  # of its pages [s]
+    run: "PagedRun"
     anchored: "AnchoredState | None"
 
 
@@ -128,7 +123,7 @@ class Sight:
 
     readings: "GrowingLog | None" = None
     look: "Look | None" = None
-    resumed: "Resumed | None" = None
+    resumed: "Resumed | ResumedProgram | None" = None
 
 
 def follow(
@@ -153,12 +148,12 @@ def follow(
     """
     from compgen.cli.machine import use_machine
 
-    bound = opt.checked_bound(max_um)
+    opt.checked_bound(max_um)
     limits = watch.limits(max_um)
     checked_moment(date)
     place = Place(Path(folder), page, page_options(Path(folder), page, date))
     use_machine(workers)
-    job = _load(place.folder, watch, path=path, robot=robot, bound=bound, state=state)
+    job = _load(place.folder, watch, path=path, robot=robot, max_um=max_um, state=state)
     if watch.pages is not None and not Path(watch.pages).exists():
         print_note_once(f"--pages {watch.pages}: not there yet, so that no page counts as begun; check its name")
     interrupts.raise_on_signal()
@@ -170,8 +165,8 @@ def follow(
             before = seen
             sight = _look(job, watch, limits, date=date)
             resumed = sight.resumed
-            if resumed is not None and resumed.replaced and (resumed.inside or force):
-                place.put_job(resumed)
+            if resumed is not None and resumed.replaced and (resumed.is_usable or force):
+                place.put_anew(resumed)
                 job = _read_again(job)
             if not screen.quiet or screen.as_json:
                 _say(sight, limits.within_um, as_json=screen.as_json, force=force)
@@ -183,13 +178,14 @@ def follow(
 
 
 def _load(
-    folder: Path, watch: Watch, *, path: str | None, robot: str | None, bound: float | None, state: str | None
+    folder: Path, watch: Watch, *, path: str | None, robot: str | None, max_um: float | None, state: str | None
 ) -> FollowedJob:
     """The job of a folder of pages; raises InputError for one that cannot be followed."""
     from compgen.cli.output_files.replace_together import finish_replacing
     from compgen.job.anchored_start import load_state
-    from compgen.pipelines.resume.follow import durations
-    from compgen.pipelines.resume.pages_anew import read_written
+    from compgen.pipelines.resume.corrected_job import read_corrected
+    from compgen.pipelines.resume.corrected_run import corrected_run
+    from compgen.pipelines.resume.paged_run import planned_run
     from compgen.pipelines.resume.resume import require_unedited
     from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
@@ -199,40 +195,31 @@ def _load(
     if not 0 <= watch.loaded <= len(written.pages):
         raise InputError(f"--loaded {watch.loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
     require_unedited(written)
+    run: PagedRun
     if CORRECTED in written.record:
-        raise InputError(f"{folder}: a corrected program's pages are not followed; resume them with --log or --late")
-    whole = plan_whole(within(job_of(written, path, robot), bound), _silent)
-    return FollowedJob(
-        folder=folder,
-        whole=whole,
-        written=written,
-        programs=read_written(written, whole),
-        spans=durations(written, whole),
-        anchored=load_state(state, whole.job.cell) if state is not None else None,
-    )
+        run = corrected_run(read_corrected(written, robot, max_um), _silent)
+    else:
+        job = within(job_of(written, path, robot), opt.checked_bound(max_um))
+        run = planned_run(written, plan_whole(job, _silent))
+    return FollowedJob(folder=folder, run=run, anchored=load_state(state, run.cell) if state is not None else None)
 
 
 def _read_again(job: FollowedJob) -> FollowedJob:
     """A job after some of its pages were written anew."""
-    from compgen.pipelines.resume.pages_anew import read_written
     from compgen.pipelines.resume.written_job import read_written_job
 
-    written = read_written_job(job.folder)
-    return replace(job, written=written, programs=read_written(written, job.whole))
+    return replace(job, run=job.run.reread(read_written_job(job.folder)))
 
 
 def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -> Sight:
     """The job at its log's last reading, and the page that is due then, worked out anew."""
     from compgen.pipelines.resume.follow import look_at
-    from compgen.pipelines.resume.resume import resume
 
     times, readings = _read(job, watch, limits)
     if times is None or readings is None:
         return Sight()
     look = look_at(
-        job.written,
-        job.whole,
-        job.programs,
+        job.run,
         log=readings,
         source=watch.log,
         times=times,
@@ -243,16 +230,14 @@ def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -
     )
     if look is None or not look.due or look.beginning is None:
         return Sight(readings=readings, look=look)
-    beginning, ran = look.beginning, times.last(look.time) - bool(look.running)
-    resumed = resume(
-        job.written,
-        job.whole,
+    ran = times.last(look.time) - bool(look.running)
+    resumed = job.run.rewrite(
         look.due,
-        begin=lambda known: beginning,
+        look.beginning,
         date=checked_moment(date),
         progress=_silent,
         loaded=look.loaded,
-        done=max(job.written.done, ran),
+        done=max(job.run.written.done, ran),
     )
     return Sight(readings=readings, look=look, resumed=resumed)
 
@@ -264,10 +249,10 @@ def _read(job: FollowedJob, watch: Watch, limits: Limits) -> "tuple[PageTimes | 
 
     try:
         if watch.pages is None:
-            times = planned_times(job.spans, limits.planned, limits.started)
+            times = planned_times(job.run.spans, limits.planned, limits.started)
         else:
-            times = read_page_times(watch.pages, job.spans, limits.planned)
-        cell = job.whole.job.cell
+            times = read_page_times(watch.pages, job.run.spans, limits.planned)
+        cell = job.run.cell
         if watch.once or Path(watch.log).exists():
             return times, read_growing_log(watch.log, cell.heat.names, cell.sensors)
     except InputError as failure:  # whoever writes the files may be in the middle of it
@@ -303,7 +288,7 @@ def _reasons(sight: Sight, log: str, within: float, *, force: bool) -> list[str]
         return [f"{message}; the pages stay as they are"]
     if look.doubt:
         return [f"{log}: {look.doubt}; the pages stay as they are"]
-    mended = look.due if resumed is not None and (resumed.inside or force) else 0
+    mended = look.due if resumed is not None and (resumed.is_usable or force) else 0
     bad = next((f for f in look.forecasts if f.max > within * UM and not 0 < mended <= f.page), None)
     if bad is None:
         return []

@@ -124,13 +124,17 @@ class Place:
     choice: PageChoice
     options: "PageOptions"
 
-    def put_job(self, resumed: "Resumed") -> None:
-        """Put the new pages of a job, the manifest and the report into the folder, all of them or none."""
-        from compgen.report.resume import resume_html, resume_summary
+    def put_anew(self, resumed: "Resumed | ResumedProgram") -> None:
+        """Put new pages, their manifest and their report into the folder, all of them or none."""
+        from compgen.pipelines.resume.result import Resumed
+        from compgen.report.resume import program_html, program_summary, resume_html, resume_summary
 
-        self.put(resumed, json_text(resume_summary(resumed)), resume_html(resumed, self.options))
+        if isinstance(resumed, Resumed):
+            self._put(resumed, json_text(resume_summary(resumed)), resume_html(resumed, self.options))
+        else:
+            self._put(resumed, json_text(program_summary(resumed)), program_html(resumed, self.options))
 
-    def put(self, resumed: "Resumed | ResumedProgram", record: bytes, html: bytes) -> None:
+    def _put(self, resumed: "Resumed | ResumedProgram", record: bytes, html: bytes) -> None:
         """Put new pages and their manifest with their report and its figures into the folder, all of them or none.
 
         Raises:
@@ -200,7 +204,7 @@ def resume(
         progress(stages.REPORT, 0.0)
         is_written = bool(resumed.replaced) and (resumed.inside or force)
         if is_written:
-            place.put_job(resumed)
+            place.put_anew(resumed)
     errors = []
     if not resumed.inside:
         broken = first_message(Level.OUTSIDE, resumed.findings)
@@ -227,16 +231,16 @@ def _resume_corrected(
     """Write the remaining pages of a corrected program anew."""
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
     from compgen.pipelines.resume.corrected import resume_corrected
-    from compgen.report.resume import program_html, program_summary
+    from compgen.report.resume import program_summary
 
     begin = cause.begin_corrected(job)
     with show_progress(CORRECT, quiet=silent) as progress:
         resumed = resume_corrected(job, from_page, begin, date, progress, at.loaded, at.done)
-        usable = resumed.correction.is_usable
+        usable = resumed.is_usable
         is_written = bool(resumed.replaced) and (usable or force)
         report = json_text(program_summary(resumed))
         if is_written:
-            place.put(resumed, report, program_html(resumed, place.options))
+            place.put_anew(resumed)
     errors = []
     if not resumed.correction.inside:
         broken = first_message(Level.OUTSIDE, resumed.findings)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.findings import Finding
@@ -47,6 +47,7 @@ from compgen.thermal.history import STANDING
 from compgen.thermal.log_end import end_of
 from compgen.thermal.model import with_losses
 from compgen.thermal.tables.schema import AmbientTable, LogTable
+from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 from compgen.verification.verdict import Verdict
 
@@ -76,6 +77,16 @@ class ResumedProgram(PagesAnew):
         """Of the correction."""
         return self.correction.verdict
 
+    @property
+    def is_usable(self) -> bool:
+        """Whether the pages are written unasked: nowhere worse, and no bound broken that is given."""
+        return self.correction.is_usable
+
+    @property
+    def band(self) -> Band | None:
+        """What the files and the log leave open on the program; None: nothing is corrected."""
+        return self.correction.band
+
 
 def resume_corrected(
     job: CorrectedJob, from_page: int, begin: Begin, date: str, progress: Progress, loaded: int = 0, done: int = 0
@@ -98,9 +109,7 @@ def resume_corrected(
     written = job.written
     require_free(written, from_page, loaded, done)
     require_unedited(written)
-    first = _corrected(job, job.cell, job.before, progress)
-    if sha256(first.text).hexdigest() != job.corrected_sha256:
-        raise InputError(f"{written.manifest_file}: another version or input corrected this program; {ANEW}")
+    first = corrected_first(job, progress)
     motion = first.plan.drive.joint_motion()
     start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
     cell, old = job.cell, first
@@ -114,8 +123,7 @@ def resume_corrected(
         if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
             cell = with_state_text(job.plain, anchored, f"{written.manifest_file}: resumed.state_toml")
         old = _corrected(job, _beginning(cell, start), (), progress)
-    active = np.flatnonzero(~loads(job.planned).motions.disabled) if old.added == 0 else None
-    stations = _page_stations(old, written, active)
+    stations = page_stations(old, job)
     at = stations[from_page - 1]
     state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
     begun = begin(cell, state, motion, earlier)
@@ -203,16 +211,38 @@ def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress
     return correct_program(job.planned, cell, job.frames, before, job.options, progress, registers=job.registers)
 
 
-def _page_stations(old: Correction, written: WrittenJob, active: Any) -> list[int]:
-    """The first station of each page."""
-    drive = old.plan.drive
-    moves = np.unique(drive.motion) if active is None else active
+def corrected_first(job: CorrectedJob, progress: Progress) -> Correction:
+    """The correction that a program's pages were parted of.
+
+    Raises:
+        InputError: The files make another program than it was.
+    """
+    first = _corrected(job, job.cell, job.before, progress)
+    if sha256(first.text).hexdigest() != job.corrected_sha256:
+        raise InputError(f"{job.written.manifest_file}: another version or input corrected this program; {ANEW}")
+    return first
+
+
+def active_motions(correction: Correction, job: CorrectedJob) -> IntArray:
+    """Motions of a corrected program that its pages count, as rows of its table."""
+    if correction.added == 0:
+        return np.flatnonzero(~loads(job.planned).motions.disabled)
+    return np.unique(correction.plan.drive.motion)
+
+
+def page_stations(correction: Correction, job: CorrectedJob) -> list[int]:
+    """The first station of each page.
+
+    Raises:
+        InputError: The pages have other motions than the program.
+    """
+    moves, written = active_motions(correction, job), job.written
     if written.pages[-1].last >= len(moves):
         raise InputError(
             f"{written.manifest_file}: its pages have {written.pages[-1].last + 1} motions, the corrected program "
             f"{len(moves)}; {ANEW}"
         )
-    return [int(np.searchsorted(drive.motion, moves[page.first])) for page in written.pages]
+    return [int(np.searchsorted(correction.plan.drive.motion, moves[page.first])) for page in written.pages]
 
 
 def _pages_of(job: CorrectedJob, text: bytes) -> dict[str, bytes]:

@@ -11,22 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.core.units import DAY, MINUTE
+from compgen.core.units import DAY
 from compgen.error_model.anchored_state import AnchoredState
-from compgen.fanuc import Program
-from compgen.pipelines.resume.beginning import MOST_LATE, Beginning
+from compgen.pipelines.resume.beginning import MOST_LATE
 from compgen.pipelines.resume.driven_course import model_course
-from compgen.pipelines.resume.from_log import path_tables
 from compgen.pipelines.resume.page_forecast import Forecast, Forecaster
 from compgen.pipelines.resume.page_times import PageTimes
-from compgen.pipelines.resume.whole import Whole
-from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.pipelines.resume.paged_run import FoundStart, PagedRun
 from compgen.thermal import Ambient
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_end import hidden_at_end
 from compgen.thermal.log_prior import Expected, prior_of, rounding_of
 from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, filter_of, misses, steadied
-from compgen.thermal.temperature_log import GrowingLog, Reference, readings_in_steps
+from compgen.thermal.temperature_log import GrowingLog, readings_in_steps
 
 FROM_START = 0.05  # [K] that sensors are off together where their rises count from the log's beginning
 NIGHT = 3.0  # [K] the same of all rises together where the log has no air [assumed]
@@ -48,7 +45,7 @@ class Look:
     missed: Array  # (K,) [K] of that, beside the model's forecast
     forecasts: tuple[Forecast, ...]  # of the running page and the next, or of the next
     due: int  # the page that leaves the bound and may be written anew; 0: none
-    beginning: Beginning | None  # of that page
+    beginning: FoundStart | None  # of that page
     over: bool  # the last page has ended
     loaded: int  # the last page that the controller has
     notes: tuple[str, ...]
@@ -59,9 +56,7 @@ class Look:
 
 
 def look_at(
-    written: WrittenJob,
-    whole: Whole,
-    programs: Sequence[Program],
+    run: PagedRun,
     log: GrowingLog,
     source: str,
     times: PageTimes,
@@ -73,9 +68,7 @@ def look_at(
     """A running job at its log's last reading; None before the first one.
 
     Args:
-        written: The job in its folder.
-        whole: Its plan.
-        programs: Its pages as the controller reads them, ``read_written``.
+        run: The job in its folder.
         log: So far.
         source: The log's file.
         times: Which page ran when.
@@ -86,19 +79,13 @@ def look_at(
     """
     if log.readings is None:
         return None
-    job = whole.job
-    tables = path_tables(job)
-    reference: Reference = tables.ambient.reference_degC
-    window = STEP
-    if tables.log is not None:
-        reference = reference if tables.log.reference is None else tables.log.reference
-        window = tables.log.window_min * MINUTE
-    rises = log.readings.rises(reference, window)
+    cell, names, zero = run.cell, run.heat.names, run.zero
+    rises = log.readings.rises(zero.reference, zero.window)
     now = float(rises.time[-1])
     if now < times.planned:
         return None
     if clock := _clock_doubt(times, now):
-        none = np.zeros(len(job.heat.names))
+        none = np.zeros(len(names))
         return Look(
             time=now,
             running=0,
@@ -114,25 +101,24 @@ def look_at(
             notes=_notes(log),
             doubt=clock,
         )
-    air = Ambient(rises.time, rises.air) if log.readings.ambient is not None else job.history.air
+    air = Ambient(rises.time, rises.air) if log.readings.ambient is not None else run.history.air
     if anchored is not None and not times.planned <= anchored.time <= now:
         anchored = None
-    course = model_course(whole, times, air, now)
-    sensors = FROM_START if reference == "start" else job.cell.warmth.sensors
-    planned_air = float(job.history.air.at(np.array([job.history.clock]))[0])
+    course = model_course(run, times, air, now)
+    sensors = FROM_START if zero.reference == "start" else cell.warmth.sensors
+    planned_air = float(run.history.air.at(np.array([run.history.clock]))[0])
     apart = float(air.at(np.array([times.planned]))[0]) - planned_air
     night, hall = (NIGHT, AIR) if log.readings.ambient is None else (abs(apart), 0.0)
-    rise_filter = filter_of(job.cell.warmth, START, sensors, night, hall)
-    names = job.heat.names
+    rise_filter = filter_of(cell.warmth, START, sensors, night, hall)
     readings = steps_of_readings(names, rises.readings, rises.time, course.first)
-    forecast = course.states @ job.heat.outputs.T
+    forecast = course.states @ run.heat.outputs.T
     expected = None
     if anchored is None:
         moments = np.array((course.first + np.arange(len(forecast))) * STEP, dtype=float)
         expected = Expected(moments, np.array(forecast, dtype=float), apart)
-    zero = reference if isinstance(reference, float) else tables.ambient.reference_degC
+    degrees = zero.reference if isinstance(zero.reference, float) else zero.degC
     judged = rises.rows(rises.time >= times.planned)
-    doubt = doubt_of(judged, job.cell.heat, job.cell.warmth, log.readings.column, zero, expected)
+    doubt = doubt_of(judged, cell.heat, cell.warmth, log.readings.column, degrees, expected)
     anchors = [] if anchored is None else [_anchor(names, anchored)]
     miss = misses(rise_filter, steadied(readings), forecast, course.first, anchors)[-1]
     rise = forecast[-1] + miss.rise
@@ -140,21 +126,19 @@ def look_at(
         lowest = min(planned_air, *(float(np.nanmin(v)) for v in (rises.air, *rises.readings.values())))
         doubt = _miss_doubt(names, rise, miss.offset / sensors, lowest)
     forecaster = Forecaster(
-        written=written,
-        whole=whole,
+        run=run,
         times=times,
         course=course,
         miss=miss,
         now=now,
-        programs=programs,
         anchored=anchored,
     )
     page, elapsed = times.running(now)
     begun = times.last(now)
-    count = len(written.pages)
+    count = len(run.written.pages)
     over = begun == count and page == 0
     forecasts = [forecaster.of_running(page, elapsed)] if page and not doubt else []
-    have = max(loaded, times.loaded(now), written.loaded, written.done)
+    have = max(loaded, times.loaded(now), run.written.loaded, run.written.done)
     soon = page and times.duration[page - 1] - elapsed <= lead
     if soon and page < count:
         have = max(have, page + 1)
@@ -164,7 +148,7 @@ def look_at(
         one = forecaster.of_page(n)
         forecasts.append(one)
         if one.max > within and n > have and not due:
-            hidden = hidden_at_end(prior_of(judged, job.cell.heat, job.cell.warmth, expected), judged, job.cell.heat)
+            hidden = hidden_at_end(prior_of(judged, cell.heat, cell.warmth, expected), judged, cell.heat)
             due, beginning = n, forecaster.beginning(n, source, one, hidden)
     return Look(
         time=now,
@@ -250,8 +234,3 @@ def steps_of_readings(names: Sequence[str], readings: Mapping[str, Array], time:
         )
         for step, rows in sorted(by_step.items())
     ]
-
-
-def durations(written: WrittenJob, whole: Whole) -> tuple[float, ...]:
-    """How long each page runs [s]."""
-    return tuple(float(whole.time[p.last] - whole.time[p.first]) for p in written.pages)

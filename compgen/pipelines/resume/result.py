@@ -105,6 +105,11 @@ class Resumed(PagesAnew):
         """Whether there are bounds and every one is kept."""
         return self.verdict is Verdict.INSIDE
 
+    @property
+    def is_usable(self) -> bool:
+        """Whether the pages are written unasked."""
+        return self.inside
+
 
 def size_of(error: Array, length: Array) -> Size:
     """Of errors (M,) [m], each for a length of path (M,) [m]."""
