@@ -6,7 +6,7 @@ workpiece stays smooth. A correction beyond the clamp or a joint limit is not ta
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -90,18 +90,19 @@ def correct_stations(
     S = len(free)
     correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
     limited: list[tuple[int, str]] = []
+    uncorrected = StationCorrections(
+        correction=correction,
+        theta=theta,
+        rise=rise,
+        time=time,
+        held=(),
+        limited=(),
+        start=start,
+        midway=NO_DIRECTION,
+    )
     rows = np.flatnonzero(free)
     if not len(rows):
-        return StationCorrections(
-            correction=correction,
-            theta=theta,
-            rise=rise,
-            time=time,
-            held=(),
-            limited=(),
-            start=start,
-            midway=NO_DIRECTION,
-        )
+        return uncorrected
     models = error_models(cell, drive.at, drive.pose[rows])
     motion, midway = station_directions(cell.robot, cell.sources, drive)
     correction[rows], theta[rows] = cancel_errors(cell, models, drive.at, drive.pose[rows], rise[rows], motion.at(rows))
@@ -129,16 +130,7 @@ def correct_stations(
     for station, _ in illegal:
         correction[station] = 0.0
         theta[station] = drive.at.theta[drive.pose[station]]
-    return StationCorrections(
-        correction=correction,
-        theta=theta,
-        rise=rise,
-        time=time,
-        held=tuple(illegal),
-        limited=tuple(limited),
-        start=start,
-        midway=midway,
-    )
+    return replace(uncorrected, held=tuple(illegal), limited=tuple(limited), midway=midway)
 
 
 def error_models(cell: Cell, poses: Positions, pose: IntArray) -> dict[int, ErrorModel]:

@@ -128,9 +128,7 @@ def resume_corrected(
     state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
     begun = begin(cell, state, motion, earlier)
     cell, wanted = begun.cell, begun.state
-    remembered = cell.heat.rate * motion.time[2 * at] < FORGOTTEN
-    growth = np.exp(np.where(remembered, cell.heat.rate * motion.time[2 * at], 0.0))
-    started = start + np.where(remembered, (wanted - state) * growth, 0.0)
+    started = start + _grown_back(wanted - state, cell.heat.rate * motion.time[2 * at])
     new = _corrected(job, _beginning(cell, started), (), progress)
     if not np.array_equal(loads(new.text).positions.number, loads(old.text).positions.number):
         raise InputError(
@@ -164,6 +162,12 @@ def resume_corrected(
         cause=begun.cause,
         findings=new.findings,
     )
+
+
+def _grown_back(change: Array, passed: Array) -> Array:
+    """What a change of each mode was so many of its time constants ago, (S,); none of one that has died away."""
+    remembered = passed < FORGOTTEN
+    return np.where(remembered, change * np.exp(np.where(remembered, passed, 0.0)), 0.0)
 
 
 def begin_late_anew(late: float) -> Begin:

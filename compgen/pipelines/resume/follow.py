@@ -13,17 +13,19 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.units import DAY
 from compgen.error_model.anchored_state import AnchoredState
+from compgen.job.job import Cell
 from compgen.pipelines.resume.beginning import MOST_LATE
-from compgen.pipelines.resume.driven_course import model_course
+from compgen.pipelines.resume.driven_course import Course, model_course
 from compgen.pipelines.resume.page_forecast import Forecast, Forecaster
 from compgen.pipelines.resume.page_times import PageTimes
 from compgen.pipelines.resume.paged_run import FoundStart, PagedRun
 from compgen.thermal import Ambient
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_end import hidden_at_end
+from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.log_prior import Expected, prior_of, rounding_of
-from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, filter_of, misses, steadied
-from compgen.thermal.temperature_log import GrowingLog, readings_in_steps
+from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Miss, Readings, filter_of, misses, steadied
+from compgen.thermal.temperature_log import GrowingLog, Temperatures, readings_in_steps
 
 FROM_START = 0.05  # [K] that sensors are off together where their rises count from the log's beginning
 NIGHT = 3.0  # [K] the same of all rises together where the log has no air [assumed]
@@ -79,36 +81,102 @@ def look_at(
     """
     if log.readings is None:
         return None
-    cell, names, zero = run.cell, run.heat.names, run.zero
-    rises = log.readings.rises(zero.reference, zero.window)
+    rises = log.readings.rises(run.zero.reference, run.zero.window)
     now = float(rises.time[-1])
     if now < times.planned:
         return None
     if clock := _clock_doubt(times, now):
-        none = np.zeros(len(names))
-        return Look(
-            time=now,
-            running=0,
-            share=0.0,
-            rise=none,
-            sigma=none,
-            missed=none,
-            forecasts=(),
-            due=0,
-            beginning=None,
-            over=False,
-            loaded=loaded,
-            notes=_notes(log),
-            doubt=clock,
-        )
-    air = Ambient(rises.time, rises.air) if log.readings.ambient is not None else run.history.air
+        return _look_without(run, now, loaded, _notes(log), clock)
     if anchored is not None and not times.planned <= anchored.time <= now:
         anchored = None
-    course = model_course(run, times, air, now)
+    sensed = _sense(run, log.readings, rises, times, anchored)
+    forecaster = Forecaster(
+        run=run,
+        times=times,
+        course=sensed.course,
+        miss=sensed.miss,
+        now=now,
+        anchored=anchored,
+    )
+    page, elapsed = times.running(now)
+    begun = times.last(now)
+    count = len(run.written.pages)
+    forecasts = [forecaster.of_running(page, elapsed)] if page and not sensed.doubt else []
+    have = max(loaded, times.loaded(now), run.written.loaded, run.written.done)
+    soon = page and times.duration[page - 1] - elapsed <= lead
+    if soon and page < count:
+        have = max(have, page + 1)
+    due, beginning = 0, None
+    upcoming = [n for n in (begun + 1, have + 1) if n <= count and not sensed.doubt]
+    for n in dict.fromkeys(upcoming):
+        one = forecaster.of_page(n)
+        forecasts.append(one)
+        if one.max > within and n > have and not due:
+            due, beginning = n, forecaster.beginning(n, source, one, sensed.hidden(run.cell))
+    return Look(
+        time=now,
+        running=page,
+        share=elapsed / times.duration[page - 1] if page else 0.0,
+        rise=sensed.rise,
+        sigma=sensed.miss.sigma,
+        missed=sensed.miss.rise,
+        forecasts=tuple(forecasts),
+        due=due,
+        beginning=beginning,
+        over=begun == count and page == 0,
+        loaded=have,
+        notes=_notes(log),
+        doubt=sensed.doubt,
+    )
+
+
+def _look_without(run: PagedRun, now: float, loaded: int, notes: tuple[str, ...], doubt: str) -> Look:
+    """A look at a log that says nothing of this job: no page is forecast."""
+    none = np.zeros(len(run.heat.names))
+    return Look(
+        time=now,
+        running=0,
+        share=0.0,
+        rise=none,
+        sigma=none,
+        missed=none,
+        forecasts=(),
+        due=0,
+        beginning=None,
+        over=False,
+        loaded=loaded,
+        notes=notes,
+        doubt=doubt,
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class _Sensed:
+    """What a log says of the robot at its last reading."""
+
+    course: Course  # by the model alone
+    miss: Miss  # beside it
+    rise: Array  # (K,) [K]
+    judged: TemperatureLog  # readings since the planned start
+    expected: Expected | None  # of them, by the model
+    doubt: str  # what contradicts the log
+
+    def hidden(self, cell: Cell) -> Array:
+        """What one sensor may be off unseen, (L, K) [K]."""
+        return hidden_at_end(prior_of(self.judged, cell.heat, cell.warmth, self.expected), self.judged, cell.heat)
+
+
+def _sense(
+    run: PagedRun, log: Temperatures, rises: TemperatureLog, times: PageTimes, anchored: AnchoredState | None
+) -> _Sensed:
+    """The model driven as the pages ran, and what the readings say that it misses."""
+    cell, names, zero = run.cell, run.heat.names, run.zero
+    air = Ambient(rises.time, rises.air) if log.ambient is not None else run.history.air
+    course = model_course(run, times, air, float(rises.time[-1]))
     sensors = FROM_START if zero.reference == "start" else cell.warmth.sensors
     planned_air = float(run.history.air.at(np.array([run.history.clock]))[0])
     apart = float(air.at(np.array([times.planned]))[0]) - planned_air
-    night, hall = (NIGHT, AIR) if log.readings.ambient is None else (abs(apart), 0.0)
+    night, hall = (NIGHT, AIR) if log.ambient is None else (abs(apart), 0.0)
     rise_filter = filter_of(cell.warmth, START, sensors, night, hall)
     readings = steps_of_readings(names, rises.readings, rises.time, course.first)
     forecast = course.states @ run.heat.outputs.T
@@ -118,53 +186,14 @@ def look_at(
         expected = Expected(moments, np.array(forecast, dtype=float), apart)
     degrees = zero.reference if isinstance(zero.reference, float) else zero.degC
     judged = rises.rows(rises.time >= times.planned)
-    doubt = doubt_of(judged, cell.heat, cell.warmth, log.readings.column, degrees, expected)
+    doubt = doubt_of(judged, cell.heat, cell.warmth, log.column, degrees, expected)
     anchors = [] if anchored is None else [_anchor(names, anchored)]
     miss = misses(rise_filter, steadied(readings), forecast, course.first, anchors)[-1]
     rise = forecast[-1] + miss.rise
     if not doubt:
         lowest = min(planned_air, *(float(np.nanmin(v)) for v in (rises.air, *rises.readings.values())))
         doubt = _miss_doubt(names, rise, miss.offset / sensors, lowest)
-    forecaster = Forecaster(
-        run=run,
-        times=times,
-        course=course,
-        miss=miss,
-        now=now,
-        anchored=anchored,
-    )
-    page, elapsed = times.running(now)
-    begun = times.last(now)
-    count = len(run.written.pages)
-    over = begun == count and page == 0
-    forecasts = [forecaster.of_running(page, elapsed)] if page and not doubt else []
-    have = max(loaded, times.loaded(now), run.written.loaded, run.written.done)
-    soon = page and times.duration[page - 1] - elapsed <= lead
-    if soon and page < count:
-        have = max(have, page + 1)
-    due, beginning = 0, None
-    upcoming = [n for n in (begun + 1, have + 1) if n <= count and not doubt]
-    for n in dict.fromkeys(upcoming):
-        one = forecaster.of_page(n)
-        forecasts.append(one)
-        if one.max > within and n > have and not due:
-            hidden = hidden_at_end(prior_of(judged, cell.heat, cell.warmth, expected), judged, cell.heat)
-            due, beginning = n, forecaster.beginning(n, source, one, hidden)
-    return Look(
-        time=now,
-        running=page,
-        share=elapsed / times.duration[page - 1] if page else 0.0,
-        rise=rise,
-        sigma=miss.sigma,
-        missed=miss.rise,
-        forecasts=tuple(forecasts),
-        due=due,
-        beginning=beginning,
-        over=over,
-        loaded=have,
-        notes=_notes(log),
-        doubt=doubt,
-    )
+    return _Sensed(course=course, miss=miss, rise=rise, judged=judged, expected=expected, doubt=doubt)
 
 
 def _miss_doubt(names: Sequence[str], rise: Array, offset: float, lowest: float) -> str:

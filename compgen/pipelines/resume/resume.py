@@ -99,8 +99,7 @@ def resume(
     progress(stages.TEXT, 0.0)
     firsts = np.array([p.first - page.first for p in written.pages[from_page - 1 :]], dtype=np.int64)
     windows = start_windows(planned, solution.theta, firsts)
-    since = beginning.clock - whole.job.clock
-    times = since + planned.trajectory.time[firsts]
+    times = beginning.clock - whole.job.clock + planned.trajectory.time[firsts]
     starts = tuple(PageStart(*now) for now in zip(times.tolist(), planned.rise[firsts], windows.tolist(), strict=True))
     commanded = problem.commanded(solution.correction)
     meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, float(windows[0]))
@@ -111,17 +110,13 @@ def resume(
     deviation = deviation_from_path(path, prepared.chunks(partial(progress, stages.TWIN_AFTER)), prepared.sample_count)
     join = _join(planned, page.name, gap, lead, deviation) if lead is not None else None
     results = _page_results(written, from_page, planned, pages, deviation, prepared)
-    verdict = (
-        *judge(deviation, job.bounds),
-        *_join_findings(join, written, whole),
-        *job_findings.of_knowledge(job),
-        *limited,
+    of_text = (
         *job_findings.solver(solution, job.settings),
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),
         *job_findings.clocks_apart(trajectory, read_motion(prepared, np.diff(path.arc), feed)),
-        *_warmth_findings(planned),
-        *_moved_findings(beginning),
     )
+    of_join, of_robot = _join_findings(join, written, whole), (*_warmth_findings(planned), *_moved_findings(beginning))
+    verdict = (*judge(deviation, job.bounds), *of_join, *job_findings.of_knowledge(job), *limited, *of_text, *of_robot)
     resumed = Resumed(
         written=written,
         from_page=from_page,
