@@ -5,10 +5,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.interpolate import BarycentricInterpolator
 from scipy.signal import butter, sosfiltfilt
+from toolpaths import laid
 
 from compgen.compensation import mid_spatial
 from compgen.core.units import MM, UM
-from compgen.planning import curves, surfaces, toolpath
+from compgen.planning import curves, surfaces
 from compgen.planning.boundaries import unbounded
 
 NM = 1e-3 * UM
@@ -17,7 +18,7 @@ NM = 1e-3 * UM
 def straight(length, spacing=0.5 * MM):
     table = curves.line((0.0, 0.0), (length, 0.0))
     settings = {"spin": 0.0, "chord": 1.5 * UM, "lift": 0.0, "spacing": spacing}
-    return toolpath.plan_tool_path(table, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
+    return laid(table, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
 
 
 def along_normal(path, normal):

@@ -1,10 +1,11 @@
 """Path simplification: the fewest waypoints within the tolerance, and no line too short to follow."""
 
 import numpy as np
+from toolpaths import laid
 
 from compgen.compensation import simplify
 from compgen.core.units import MM, UM
-from compgen.planning import curves, surfaces, toolpath
+from compgen.planning import curves, surfaces
 from compgen.planning.boundaries import unbounded
 
 
@@ -12,7 +13,7 @@ def test_simplification_keeps_the_fewest_that_stay_within_the_tolerance():
     table = curves.spiral((0, 0), (0.1, 0.3), (0, 6 * np.pi))
     surface = surfaces.plane(np.array([1.2, 0.0, 0.2]))
     settings = {"spin": 0.0, "chord": 0.05 * UM, "lift": 0.0, "spacing": 0.2 * MM}
-    path = toolpath.plan_tool_path(table, surface, unbounded(), **settings)
+    path = laid(table, surface, unbounded(), **settings)
     none = np.zeros((len(path.arc), 3))
     rows = simplify.simplify(path, none, 1.5 * UM, 0.0)
     thin = path.subset(rows)

@@ -8,6 +8,7 @@ import pytest
 from command_line import refused, run
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
+from toolpaths import laid
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM, UM
@@ -16,7 +17,6 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.dry_run import dry_run_findings, lifted
 from compgen.pipelines.planned.program_text import planned_program, program_name_of
-from compgen.planning import toolpath
 from compgen.verification.twin import execute
 
 HEIGHT = 15 * MM
@@ -134,7 +134,7 @@ def test_a_tool_that_leans_from_the_lift_is_refused():
     ]
     job = load_job(path_file("circle_1300"), None, [*path, "path.x_mm=1250", "path.y_mm=0", "tool.number=1"])
     plan, process = job.plan.path, job.plan.process
-    bowl = toolpath.plan_tool_path(
+    bowl = laid(
         plan.pattern, plan.surface, plan.boundary, spin=0.0, chord=process.chord, lift=0.0, spacing=process.spacing
     )
     leaning = r"--lift-all 15: at waypoint \d+ the tool leans \d+ deg .* would clear the part by [0-7]\.\d mm"

@@ -12,6 +12,7 @@ from flawed import SOURCES, flawed_file
 from numpy.testing import assert_allclose
 from problems import problem_of
 from shipped import path_file, quiet
+from toolpaths import laid
 
 from compgen import fanuc
 from compgen.compensation import general, optimise, refinement
@@ -125,9 +126,7 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     job = changed(raster[0], "plan.process.lead_in", False)
     planned = plan_motion(job.plan, job.cell, job.feed, quiet)
     plan, process = job.plan.path, job.plan.process
-    plain = toolpath.plan_tool_path(
-        plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
-    )
+    plain = laid(plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift)
     assert len(planned.path.arc) > len(plain.arc) + 20
     middle, length = (planned.path.arc[1:] + planned.path.arc[:-1]) / 2, np.diff(planned.path.arc)
     near = np.abs(middle[:, None] - planned.path.arc[planned.path.stop]).min(axis=1) < 20 * MM  # where joints reverse
@@ -146,9 +145,7 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
 
 def test_a_path_cut_finer_is_the_same_path(job):
     plan, process = job.plan.path, job.plan.process
-    path = toolpath.plan_tool_path(
-        plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
-    )
+    path = laid(plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift)
     length = np.diff(path.arc)
     finest = np.where(np.arange(len(length)) % 300 < 40, length / 3, np.inf)
     limits = toolpath.SegmentLimits(path.arc, finest, np.zeros(len(length)))

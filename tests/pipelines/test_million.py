@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
+from toolpaths import laid
 
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
 from compgen.core.json_text import json_text
@@ -17,7 +18,7 @@ from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.planning import curves, exact_path, retiming, surfaces, toolpath
+from compgen.planning import curves, exact_path, retiming, surfaces
 from compgen.planning.boundaries import unbounded
 from compgen.report import job_summary, waypoints_blocks, waypoints_csv
 from compgen.robot import joint_path
@@ -28,7 +29,7 @@ ROBOT = load_job(path_file("circle_1300")).robot
 
 def on_plane(pattern, **more):
     settings = {"spin": 0.0, "chord": 1.5 * UM, "lift": 0.0, **more}
-    return toolpath.plan_tool_path(pattern, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
+    return laid(pattern, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
 
 
 def test_a_million_with_one_out_of_reach_is_named_within_seconds():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
+from toolpaths import laid
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries, surfaces, toolpath
@@ -252,7 +253,7 @@ def test_what_is_round_at_the_end_does_not_shake_the_rest():
     position = np.round(np.column_stack([0.2 * t / t[-1] * np.cos(t), 0.2 * t / t[-1] * np.sin(t), 0 * t]), 6)
     made = space_curve(place_points(given(position), PLANE, SPIN, FEED), NEAR)
     assert len(made.curve.poly) < 100_000 / 25
-    work = toolpath.plan_tool_path(made.curve, PLANE, boundaries.unbounded(), spin=SPIN, chord=1.5e-6, lift=0.0)
+    work = laid(made.curve, PLANE, boundaries.unbounded(), spin=SPIN, chord=1.5e-6, lift=0.0)
     rows = np.arange(5, len(position), 9999)
     assert nearest(work, position[rows])[0].max() < 2e-6
 

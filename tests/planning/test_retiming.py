@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from toolpaths import laid
 
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.pose import Pose
 from compgen.pipelines.files.path_file import load_job
-from compgen.planning import boundaries, curves, patterns, retiming, surfaces, toolpath
+from compgen.planning import boundaries, curves, patterns, retiming, surfaces
 from compgen.planning.retiming.trajectory import SAME_FEED
 from compgen.robot import inverse_kinematics, joint_path
 
@@ -50,7 +51,7 @@ DRIVES = [(name, feed) for name in PATTERNS for feed in (0.2, 1.5)]
 @cache
 def planned(name):
     """Tool path and joint angles at its waypoints."""
-    tool = toolpath.plan_tool_path(*PATTERNS[name], HEXAGON, spin=0.3, chord=1.5e-6, lift=0.02)
+    tool = laid(*PATTERNS[name], HEXAGON, spin=0.3, chord=1.5e-6, lift=0.02)
     return tool, joint_path.follow_branch(ROBOT, inverse_kinematics.flange_from_tool(tool.target, TOOL), POSTURE)
 
 
