@@ -133,19 +133,7 @@ def read_artefact(source: str) -> Artefact:
         kind = "sphere" if doubled in names else "plane"
         raise InputError(f"{source}: {kind} '{doubled}' stands twice; give each a name of its own")
     normals = np.array([p.normal for p in file.plane]).reshape(-1, 3)
-    for i, length in enumerate(np.linalg.norm(normals, axis=1).tolist()):
-        if abs(length - 1) > UNIT:
-            raise InputError(
-                f"{source}: plane.{i}.normal: its length is {length:.4g}, not 1; give a unit vector out of the material"
-            )
-    for i, length in enumerate(file.length):
-        unknown = next((n for n in length.between if n not in names), None)
-        if unknown is not None:
-            raise InputError(f"{source}: length.{i}.between: no sphere '{unknown}'{suggest(unknown, names)}")
-        if length.between[0] == length.between[1]:
-            raise InputError(
-                f"{source}: length.{i}.between: '{length.between[0]}' twice; a length is between two spheres"
-            )
+    _check_normals(source, normals)
     _check_lengths(source, file, names, np.array(places).reshape(-1, 3), grown)
     probe = file.probe
     return Artefact(
@@ -171,6 +159,15 @@ def read_artefact(source: str) -> Artefact:
     )
 
 
+def _check_normals(source: str, normals: Array) -> None:
+    """Raises InputError for a plane's normal that is no unit vector."""
+    for i, length in enumerate(np.linalg.norm(normals, axis=1).tolist()):
+        if abs(length - 1) > UNIT:
+            raise InputError(
+                f"{source}: plane.{i}.normal: its length is {length:.4g}, not 1; give a unit vector out of the material"
+            )
+
+
 def _check_growth(source: str, file: ArtefactFile) -> None:
     """Raises InputError where an expansion is missing, or of no material in um/m/K."""
     cte, given = file.artefact.cte_um_m_K, file.artefact.model_fields_set
@@ -187,7 +184,15 @@ def _check_growth(source: str, file: ArtefactFile) -> None:
 
 
 def _check_lengths(source: str, file: ArtefactFile, names: tuple[str, ...], place: Array, grown: float) -> None:
-    """Raises InputError where a length is not what the places of its spheres say."""
+    """Raises InputError where a length is not between two spheres, or not what their places say."""
+    for i, length in enumerate(file.length):
+        unknown = next((n for n in length.between if n not in names), None)
+        if unknown is not None:
+            raise InputError(f"{source}: length.{i}.between: no sphere '{unknown}'{suggest(unknown, names)}")
+        if length.between[0] == length.between[1]:
+            raise InputError(
+                f"{source}: length.{i}.between: '{length.between[0]}' twice; a length is between two spheres"
+            )
     for i, length in enumerate(file.length):
         a, b = (names.index(n) for n in length.between)
         by_places = float(np.linalg.norm(place[a] - place[b])) / MM / grown

@@ -127,12 +127,8 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
             if named is None:
                 continue
             posture[rows] = ALL_POSTURES.index(named)
-            if robot is None:
-                continue
-            for t in np.unique(tool[rows]):
-                some = rows[tool[rows] == t]
-                flange = flange_from_tool(Pose(position[some], rotation[some]), tools[t])
-                theta[some], margin[some] = _in_configuration(robot, flange, named, turns)
+            if robot is not None:
+                theta[rows], margin[rows] = _in_configuration(robot, tcp[which == k], tool[rows], tools, named, turns)
     _, begins, same = np.unique(row, return_index=True, return_inverse=True)
     return Poses(
         row=row,
@@ -155,11 +151,18 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     )
 
 
-def _in_configuration(robot: Robot, flange: Pose, posture: Posture, turns: Sequence[int]) -> tuple[Array, Array]:
-    """Joints of n flange poses as CONFIG says, (n, 6) [rad], NaN beyond the reach; and the margin to it, (n,) [m]."""
-    solved, reach = solve_flange(robot, flange, posture)
-    turned = apply_turns(robot, solved, np.tile(turns, (len(solved), 1)))
-    return np.where(reach[:, None] >= 0, turned, np.nan), reach
+def _in_configuration(
+    robot: Robot, tcp: Pose, tool: IntArray, tools: Pose, posture: Posture, turns: Sequence[int]
+) -> tuple[Array, Array]:
+    """Joints of n poses of tools as CONFIG says, (n, 6) [rad], NaN beyond the reach; and the margin to it, (n,) [m]."""
+    theta, margin = np.empty((len(tool), 6)), np.empty(len(tool))
+    for t in np.unique(tool):
+        some = np.flatnonzero(tool == t)
+        solved, reach = solve_flange(robot, flange_from_tool(tcp[some], tools[t]), posture)
+        turned = apply_turns(robot, solved, np.tile(turns, (len(some), 1)))
+        theta[some] = np.where(reach[:, None] >= 0, turned, np.nan)
+        margin[some] = reach
+    return theta, margin
 
 
 def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArray, dict[tuple[int, int], int]]:

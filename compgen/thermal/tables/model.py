@@ -124,17 +124,24 @@ def network_of(
         rate=rate,
         to_volumes=shapes,
     )
-    lengths: dict[str, float] = {p.length: p.sections[-1].end for p in nodes.profiles}
+    return model, _means(nodes.profiles, bodies, key)
+
+
+def _means(profiles: Sequence[Profile], bodies: Sequence[Body], key: str) -> tuple[Profile, ...]:
+    """Profiles that take each heated length's mean.
+
+    Raises:
+        InputError: A body is not as long as the arm's part.
+    """
+    lengths: dict[str, float] = {p.length: p.sections[-1].end for p in profiles}
     for body in bodies:
         if body.name in lengths and abs(lengths[body.name] - body.length) > 1e-9:
             raise InputError(
                 f"{key}.body: '{body.name}' is {body.length / MM:g} mm, the arm's is {lengths[body.name] / MM:g} mm"
             )
-    means = tuple(
-        Profile(p.length, p.cte, (Section(0.0, lengths[p.length], p.length, p.length, "linear"),))
-        for p in nodes.profiles
+    return tuple(
+        Profile(p.length, p.cte, (Section(0.0, lengths[p.length], p.length, p.length, "linear"),)) for p in profiles
     )
-    return model, means
 
 
 def _bodies(table: sc.NetworkTable) -> tuple[Body, ...]:
