@@ -153,6 +153,22 @@ def _entry(rows: list[Any], step: str) -> Any:
     return rows[int(step)]
 
 
+def table_of_words(words: str, where: str, example: str) -> dict[str, Any]:
+    """The keys of a table as they are typed, as in ``delay_s=[0, 1200]``.
+
+    Raises:
+        InputError: Not understood; says by an example how it is written.
+    """
+    inner = words.strip().removeprefix("{").removesuffix("}")
+    try:
+        data = tomllib.loads(f"x = {{{inner}}}")
+    except (ValueError, RecursionError):
+        data = {}
+    if set(data) != {"x"}:
+        raise InputError(f"{where}: {brief_value(words)} is not understood; write it as in '{example}'")
+    return dict(data["x"])
+
+
 def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
     """The table that the data describe.
 

@@ -58,6 +58,12 @@ class Cell:
     drifting: Drifting = field(default_factory=Drifting)  # what touches shall tell of beside warmth and base
     state: AnchoredState | None = None  # that its heat begins with, and that its base and sources are moved by
     inputs: Mapping[str, Any] = field(default_factory=dict)  # every key of the robot file, overrides in it
+    heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
+
+    @property
+    def warming(self) -> ThermalModel:
+        """How the robot warms: as its heat says, or as a draw changes it."""
+        return self.heat if self.heat_change is None else DisturbedHeat(self.heat, self.warmth, self.heat_change)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +144,6 @@ class Job:
     overrides: tuple[str, ...]  # on both files
     inputs_hash: str  # of both files, what they name, and the overrides
     input_findings: tuple[Finding, ...] = ()  # values of both files that look like another unit's
-    heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
     on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
     log: TemperatureLog | None = None  # that its heat begins with, as it was read
     own_file: OwnFile | None = None  # the user's own path, as the judge reads it; None: a pattern
@@ -181,8 +186,7 @@ class Job:
     @property
     def heat(self) -> ThermalModel:
         """How the robot warms."""
-        heat, change = self.cell.heat, self.heat_change
-        return heat if change is None else DisturbedHeat(heat, self.cell.warmth, change)
+        return self.cell.warming
 
     @property
     def sources(self) -> tuple[Source, ...]:

@@ -8,7 +8,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.toml import Angle, NotNegative, Number, Point, Positive, Table
+from compgen.core.toml import Angle, NotNegative, Number, Point, Positive, Table, check, table_of_words
 from compgen.core.units import MDEG, PERCENT, UM
 from compgen.job.bounds import Bounds, Guarantee
 from compgen.job.order_statistics import draws_needed, draws_that_may_break
@@ -66,6 +66,29 @@ def bounds_of(table: BoundsTable, where: str) -> Bounds:
     """
     guaranteed = None if table.guaranteed is None else _guarantee_of(table.guaranteed, f"{where}: bounds.guaranteed")
     return _largest(table, guaranteed)
+
+
+def guarantee_of_words(words: str, where: str) -> Guarantee:
+    """What a program that exists promises: keys of the table, as in ``max_um=60, share=0.95``.
+
+    Raises:
+        InputError: Not understood, too few draws, or a bound along a surface, of which such a program says nothing.
+    """
+    table = check(GuaranteedTable, table_of_words(words, where, "max_um=60, share=0.95"), where)
+    for key in ("feed_um", "cross_um", "normal_um", "axis_mdeg"):
+        if getattr(table, key) is not None:
+            raise InputError(
+                f"{where}: {key}: a program that exists does not say where its part's surface is; give max_um, p99_um "
+                "or rms_um"
+            )
+    return _guarantee_of(table, where)
+
+
+def words_of_guarantee(guarantee: Guarantee) -> dict[str, float]:
+    """The keys of a promise that ``guarantee_of_words`` took."""
+    sizes = {key: getattr(guarantee.bounds, key) for key in ("max", "p99", "rms")}
+    bounds = {f"{key}_um": round(size / UM, 9) for key, size in sizes.items() if size is not None}
+    return {**bounds, **{key: getattr(guarantee, key) for key in ("share", "confidence", "draws", "seed")}}
 
 
 def _guarantee_of(table: GuaranteedTable, key: str) -> Guarantee:

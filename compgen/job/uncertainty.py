@@ -73,13 +73,17 @@ def _no_cause(cell: Cell, parameters: SourceParameters) -> Cause:
 
 def refuse_without_uncertainty(job: Job) -> None:
     """Raises InputError for a bound with a probability on a robot whose file does not say how well it is known."""
-    if job.bounds.guaranteed is None:
-        return
-    is_silent = job.cell.warmth.is_assumed and not any(known.sigma for known in job.cell.known)
-    is_open = job.cell.warmth.missing or any(q.deviation or q.mean for q in quantities_of(job).quantities)
+    if job.bounds.guaranteed is not None:
+        refuse_silent_file(job.cell, quantities_of(job), f"{job.source}: bounds.guaranteed")
+
+
+def refuse_silent_file(cell: Cell, uncertainty: JobUncertainty, where: str) -> None:
+    """Raises InputError where a robot file does not say how well its robot is known."""
+    is_silent = cell.warmth.is_assumed and not any(known.sigma for known in cell.known)
+    is_open = cell.warmth.missing or any(q.deviation or q.mean for q in uncertainty.quantities)
     if is_silent or not is_open:
         raise InputError(
-            f"{job.source}: bounds.guaranteed: {job.cell.robot_file} does not say how well it knows its robot; give it "
+            f"{where}: {cell.robot_file} does not say how well it knows its robot; give it "
             "[thermal.uncertainty] (law_K, sensors_K, air_K, cte_um_m_K), or identify the robot"
         )
 
@@ -95,15 +99,16 @@ def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
     history = job.history
     air = replace(history.air, rise=history.air.rise + cause.heat.air)
     late = (replace(history.standing, duration=cause.delay),) if cause.delay > 0 else ()
+    cell = changed_cell(job.cell, parameters, cause)
+    return replace(job, cell=cell, history=replace(history, before=(*history.before, *late), air=air))
+
+
+def changed_cell(cell: Cell, parameters: SourceParameters, cause: Cause) -> Cell:
+    """A cell whose sources and heat differ from what its file says; the air around it is no part of it."""
     sources = parameters.moved(cause.parameters)
     if cause.width.any():
         sources = tuple(s.with_widths(np.exp(cause.width)) if isinstance(s, DirectionDependent) else s for s in sources)
-    return replace(
-        job,
-        cell=replace(job.cell, sources=sources),
-        history=replace(history, before=(*history.before, *late), air=air),
-        heat_change=cause.heat,
-    )
+    return replace(cell, sources=sources, heat_change=cause.heat)
 
 
 class OpenLogEnd(NamedTuple):

@@ -13,7 +13,7 @@ from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.averaged import served_figure, served_record
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
-from compgen.report.band_words import band_record
+from compgen.report.band_words import band_record, guaranteed_record, guaranteed_text
 from compgen.report.curves import figure_in_rows, rise_figure, size_row
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw
 from compgen.report.figure_in_space import Coloured, figure_in_space
@@ -61,6 +61,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if before and after["total"]["max_um"] else None,
         "band": band_of_correction(result),
         "bounds": {} if result.options.bound is None else {"max_um": round(result.options.bound / UM, 9)},
+        **({} if result.draws is None else {"guaranteed": guaranteed_record(result.draws)}),
         "findings": [f.record() for f in result.findings],
         "unsafe": [{"line": u.line, "text": u.text, "reason": u.reason} for u in plan.scope.unsafe],
         "positions": {
@@ -84,7 +85,7 @@ def band_of_correction(result: Correction) -> dict[str, Any] | None:
     """What the robot file leaves open at the corrected stations; None where nothing is corrected."""
     if result.band is None:
         return None
-    return band_record(result.band, with_motion(not_known(result.cell, result.band), None))
+    return band_record(result.band, with_motion(not_known(result.cell, result.band), None), result.draws)
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:
@@ -150,6 +151,8 @@ def correction_html(result: Correction, options: PageOptions = PLAIN, *, with_pr
     """One page, the same bytes for the same inputs; it says of a program that it is not written, where it is not."""
     data = correction_summary(result)
     made, band, bound = data["provenance"], data["band"], data["bounds"].get("max_um")
+    bounds = [] if bound is None else [f"{bound:g} µm"]
+    bounds += [guaranteed_text(data["guaranteed"])] if result.draws is not None else []
     has_no_bounds = data["before"] and result.verdict is Verdict.NO_BOUNDS
     return page(
         "correction.html",
@@ -160,7 +163,7 @@ def correction_html(result: Correction, options: PageOptions = PLAIN, *, with_pr
         data=data,
         kind="inside" if data["before"] and result.inside else "warning" if has_no_bounds else "outside",
         verdict=VERDICTS.get(result.verdict, ""),
-        facts=[*([] if bound is None else [("bound", f"{bound:g} µm")]), *(band_facts(band) if band else [])],
+        facts=[*([("bound", "; ".join(bounds))] if bounds else []), *(band_facts(band) if band else [])],
         parts=PARTS,
         findings=result.findings,
         figures=correction_figures(result) if len(result.execution.station) else {},

@@ -15,6 +15,7 @@ from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.fanuc.analysis.program_context import ProgramContext
+from compgen.job.tables import words_of_guarantee
 from compgen.pipelines.correct import Correction
 from compgen.thermal.ensemble import Ensemble
 
@@ -45,6 +46,7 @@ def provenance(result: Correction) -> dict[str, Any]:
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),
             "mark": "remark" if options.remark else "digits",
             **({} if options.ensemble is None else {"average_over": _starts(options.ensemble)}),
+            **({} if options.guaranteed is None else {"guaranteed": words_of_guarantee(options.guaranteed)}),
         },
         "planned_sha256": sha256(result.planned).hexdigest(),
         "corrected_sha256": sha256(result.text).hexdigest(),

@@ -43,6 +43,8 @@ def fly(
     before: Sequence[Duty],
     progress: Callable[[float], None] = lambda share: None,
     starts: Weighted = PLANNED,
+    air: float = 0.0,
+    subdivisions: int | None = None,
 ) -> Flight:
     """A program as read from its text, executed on the twin.
 
@@ -56,15 +58,17 @@ def fly(
         before: What the cell did.
         progress: Called with the share done.
         starts: Of the program, and how much each counts.
+        air: How much warmer than the reference it is, all day and before [K].
+        subdivisions: Of each straight line; default as ``subdivisions_for`` has it.
 
     Raises:
         TwinError: The controller's inverse and pinocchio disagree.
     """
-    subdivisions = SUBDIVISIONS if twin.faults is None else FINE_SUBDIVISIONS
+    subdivisions = subdivisions or subdivisions_for(twin)
     station, fraction = path_samples(driven, np.arange(1, subdivisions) / subdivisions)
     history = History(before=tuple(before))
     heat = [
-        _rise_at_samples(twin, driven.at_override(s.override), duties_before(history, s), station, fraction)
+        _rise_at_samples(twin, driven.at_override(s.override), duties_before(history, s), station, fraction, air)
         for _, s in starts
     ]
     time, rise = heat[0][0], np.asarray(sum(weight * rise for (weight, _), (_, rise) in zip(starts, heat, strict=True)))
@@ -85,6 +89,11 @@ def fly(
     return Flight(station=station, fraction=fraction, time=time, rise=rise, actual=actual, commanded=tcp, theta=theta)
 
 
+def subdivisions_for(twin: Twin) -> int:
+    """Into how many pieces a straight line is judged."""
+    return SUBDIVISIONS if twin.faults is None else FINE_SUBDIVISIONS
+
+
 class PoseErrors(NamedTuple):
     """How far the tool is from its target at M samples."""
 
@@ -100,15 +109,17 @@ def pose_errors(execution: Flight, target: Pose) -> PoseErrors:
 
 
 def _rise_at_samples(
-    twin: Twin, drive: DrivenProgram, before: Sequence[Duty], station: IntArray, fraction: Array
+    twin: Twin, drive: DrivenProgram, before: Sequence[Duty], station: IntArray, fraction: Array, air: float
 ) -> tuple[Array, Array]:
     """Time (M,) [s] and rise (M, K) [K] of samples, stepping each mode through every pause and way."""
     rate, motion = twin.heat.rate, drive.joint_motion()
-    goals = twin.heat.steady_states(motion)
+    warmer = twin.heat.ambient * air
+    goals = twin.heat.steady_states(motion) + warmer
     pause_goals, way_goals = goals[0::2], goals[1::2]
-    time, state = 0.0, initial_state(twin.heat)
+    # a robot of which nothing else is known begins in balance with the air
+    time, state = 0.0, initial_state(twin.heat) + (warmer if twin.heat.start is None else 0.0)
     for duty in with_losses(twin.heat, before, motion):
-        goal = twin.heat.steady_state(duty)
+        goal = twin.heat.steady_state(duty) + warmer
         state = goal - (goal - state) * np.exp(-duty.duration * rate)
     begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
     for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist(), strict=True)):

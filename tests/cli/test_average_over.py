@@ -50,3 +50,17 @@ def test_correct_takes_starts_as_an_option(tmp_path):
     assert report["average_over"]["delay_s"] == [0, 7200]
     for words, why in (("delay_s=[9, 1]", "must rise"), ("runs=[1, 2]", "no [[cycle]]"), ("soon", "not understood")):
         refused(run("correct", *options, "--average-over", words, cwd=tmp_path), 2, "--average-over", why)
+
+
+def test_correct_takes_bounds_with_a_probability_as_an_option(tmp_path):
+    (tmp_path / "T.LS").write_bytes(PROGRAM)
+    options = ("T.LS", "--robot", "m710ic50", "--before", "moving 200mm/s 6h", "--guaranteed")
+    kept = run("correct", *options, "max_um=900, share=0.8, confidence=0.8", cwd=tmp_path)
+    assert kept.returncode == 0, kept.stderr
+    assert "guaranteed: 80 % of arms and days stay within max_um" in " ".join(kept.stdout.split())
+    first = (tmp_path / "outputs" / "T" / "report.json").read_bytes()
+    assert run("correct", *options, "max_um=900, share=0.8, confidence=0.8", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "outputs" / "T" / "report.json").read_bytes() == first
+    broken = run("correct", *options, "max_um=0.5, share=0.8, confidence=0.8", cwd=tmp_path)
+    refused(broken, 1, "80 % of arms and days", "bounds.guaranteed.max_um = 0.5", "T.LS not written")
+    refused(run("correct", *options, "max_um=60, draws=9", cwd=tmp_path), 2, "--guaranteed.draws: 9", "needs 59")

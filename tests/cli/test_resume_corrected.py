@@ -127,6 +127,19 @@ def test_pages_of_a_program_that_began_with_a_state_are_resumed_from_it(tmp_path
         assert np.array_equal(ours, oracle, equal_nan=True)
 
 
+def test_a_bound_with_a_probability_is_asked_of_the_new_pages_too(tmp_path):
+    given = ("--state", state_file(tmp_path), "--guaranteed", "max_um=900, share=0.8, confidence=0.8")
+    made = pages_of(tmp_path / "made", "pages", *given, history=())
+    result = run("resume", made, "--from-page", "2", *RESUME)
+    assert result.returncode == 0, result.stderr
+    record = json.loads((made / "LONG.pages.json").read_bytes())
+    promise = record["corrected_from"]["options"]["guaranteed"]
+    assert promise == {"max_um": 900, "share": 0.8, "confidence": 0.8, "draws": 8, "seed": 0}
+    promise["max_um"] = 0.5
+    (made / "LONG.pages.json").write_bytes(with_checksum(record))
+    refused(run("resume", made, "--from-page", "3", *RESUME), 1, "80 % of arms and days")
+
+
 def test_registers_frames_and_many_starts_are_taken_from_what_made_the_pages(tmp_path):
     table = tmp_path / "registers.toml"
     table.write_text("[pr.5]\nx_mm = 10\ny_mm = 0\nz_mm = 20\nw_deg = 0\np_deg = 0\nr_deg = 0\n")

@@ -120,7 +120,8 @@ def test_slopes_and_flights_agree_draw_by_draw_on_an_arm_with_every_kind_of_sour
 
 def without_heat(job: Job, *rest: object) -> Job:
     """A twin that forgets how the warmth differs."""
-    return replace(changed_job(job, *rest), heat_change=None)  # type: ignore[arg-type]
+    changed = changed_job(job, *rest)  # type: ignore[arg-type]
+    return replace(changed, cell=replace(changed.cell, heat_change=None))
 
 
 def without_sources(job: Job, *rest: object) -> Job:

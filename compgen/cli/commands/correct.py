@@ -51,6 +51,10 @@ class Wishes:
         str | None,
         typer.Option("--average-over", help="One file for many starts: 'delay_s=[0, 1200]', override_percent."),
     ] = None
+    guaranteed: Annotated[
+        str | None,
+        typer.Option("--guaranteed", help="Bounds with a probability: 'max_um=60, share=0.95', draws, seed."),
+    ] = None
     strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False
     again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False
     mark: Annotated[
@@ -80,6 +84,7 @@ class Wishes:
             max_um=self.max_um,
             average_over=self.average_over,
             lift_all=self.lift_all,
+            guaranteed=self.guaranteed,
         )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
 from compgen.pipelines.correct import Correction
-from compgen.report.band_words import headline
+from compgen.report.band_words import guaranteed_text, headline
 from compgen.report.correction import correction_summary
 
 MOST_STATEMENTS = 40  # unsafe ones that are printed
@@ -22,6 +22,8 @@ def show_correction(correction: Correction, folder: Path, files: Iterable[str]) 
         print_table(console, f"{summary['name']} on {summary['provenance']['robot']}", table)
     if summary["before"] and summary["band"]:
         console.print(headline(summary))
+    if "guaranteed" in summary:
+        console.print(guaranteed_text(summary["guaranteed"]))
     console.print(f"verdict: {summary['verdict']}")
     count = summary["positions"]
     console.print(

@@ -22,7 +22,8 @@ GENERATE = {
 PREDICT = {stages.PATH: 15, stages.TIMING: 35, stages.TWIN_BEFORE: 30, stages.REPORT: 20}
 CHECK = {**GENERATE, stages.REPORT: 0}
 CORRECT = {
-    stages.READING: 25, stages.CORRECTION: 35, stages.TWIN_BEFORE: 10, stages.TWIN_AFTER: 10, stages.REPORT: 20,
+    stages.READING: 25, stages.CORRECTION: 35, stages.TWIN_BEFORE: 10, stages.TWIN_AFTER: 10, stages.DRAWS: 20,
+    stages.REPORT: 20,
 }  # fmt: skip
 RESUME = {
     stages.PATH: 20, stages.TIMING: 25, stages.CORRECTION: 10, stages.FINAL_TIMING: 10, stages.TEXT: 15,

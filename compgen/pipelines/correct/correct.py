@@ -34,8 +34,10 @@ from compgen.fanuc.editing.shared_positions import assign_new_positions, average
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
 from compgen.job.job import Cell
+from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
+from compgen.pipelines.correct.draws import fly_draws
 from compgen.pipelines.correct.proof import ServedProof, unexplained_turns
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
 from compgen.pipelines.correct.station_band import station_band
@@ -81,10 +83,13 @@ def correct(
 
     Raises:
         InputError: Not a program; a frame is not known; a position is used but not defined; the program carries
-            compgen's mark; with ``strict``, a statement cannot be corrected.
+            compgen's mark; with ``strict``, a statement cannot be corrected; a bound with a probability is asked for
+            and the robot file does not say how well it is known.
         TwinError: The proof cannot be made.
     """
     progress(stages.READING, 0.0)
+    if options.guaranteed is not None:
+        refuse_silent_file(cell, quantities_of_cell(cell), "--guaranteed")
     cell = replace(cell, input_findings=(*cell.input_findings, *frames.input_findings))
     planned = program = loads(data)
     around = ProgramContext(frames, registers or {}, called_programs(program, find_program))
@@ -282,6 +287,7 @@ def _write_and_verify(
         findings=(),
         band=station_band(cell, plan, before),
     )
+    result = replace(result, draws=fly_draws(result, drives[1], target, partial(progress, stages.DRAWS)))
     findings = correction_findings(result, _midway_deviations(plan, cell))
     of_arcs = [*wide_arcs(*drives), *flat_arcs(drive, new_drive)]
     return replace(result, findings=(*findings, *of_arcs, *raised_findings(options.raised)))

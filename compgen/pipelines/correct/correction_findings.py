@@ -43,6 +43,7 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
             *_robot_findings(result),
             *_placement_findings(result),
             *_bound_findings(result),
+            *(result.draws.findings() if result.draws is not None else ()),
             *_scope_findings(result),
             *_shared_findings(result),
             *_served_findings(result),
@@ -129,7 +130,8 @@ def _bound_findings(result: Correction) -> list[Finding]:
 
 
 def _missing_bound(result: Correction) -> list[Finding]:
-    if result.options.bound is not None or not result.judged.any():
+    given = result.options.bound is not None or result.options.guaranteed is not None
+    if given or not result.judged.any():
         return []
     after = result.residual.distance[result.judged].max() / UM
     message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"

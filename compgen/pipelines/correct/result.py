@@ -13,10 +13,13 @@ from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
+from compgen.job.bounds import Guarantee
 from compgen.job.job import Cell
+from compgen.job.tables import guarantee_of_words
 from compgen.pipelines.correct.proof import ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.planned.dry_run import check_height
+from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.program.driven import DrivenProgram
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
@@ -38,6 +41,7 @@ class Options:
     settings: Settings = field(default_factory=Settings)
     ensemble: Ensemble | None = None  # the starts that the one file shall serve; None: the planned one alone
     raised: float = 0.0  # [m] a dry run, so much higher
+    guaranteed: Guarantee | None = None  # bounds with a probability, verified by draws
 
 
 def options_of(
@@ -49,11 +53,12 @@ def options_of(
     max_um: float | None,
     average_over: str | None = None,
     lift_all: float | None = None,
+    guaranteed: str | None = None,
 ) -> Options:
     """The options as they are typed, lengths in micrometres.
 
     Raises:
-        InputError: A length out of its range, a mark of another kind, or starts that are none.
+        InputError: A length out of its range, a mark of another kind, starts that are none, or a promise that is none.
     """
     if lift_all is not None:
         check_height(lift_all * MM)
@@ -71,6 +76,7 @@ def options_of(
         bound=None if max_um is None else max_um * UM,
         raised=0.0 if lift_all is None else lift_all * MM,
         ensemble=None if average_over is None else tables.ensemble_of_words(average_over, "--average-over"),
+        guaranteed=None if guaranteed is None else guarantee_of_words(guaranteed, "--guaranteed"),
     )
 
 
@@ -112,6 +118,7 @@ class Correction:
     served: ServedStarts | None  # what it leaves over its starts, where these are several
     findings: tuple[Finding, ...]
     band: Band | None = None  # what the robot file leaves open at corrected stations; None: there are none
+    draws: FlownDraws | None = None  # what the bounds with a probability are judged by; None: there are none
 
     @property
     def verdict(self) -> Verdict:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell
@@ -27,6 +27,15 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
         plan: The program, its stations and their corrections.
         before: What the cell did.
     """
+    found = station_columns(cell, plan, before)
+    if found is None:
+        return None
+    rows, columns = found
+    return band_of([columns], rows, np.zeros(len(rows)), cell.fit.scale)
+
+
+def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> tuple[IntArray, Columns] | None:
+    """Free stations, rising, and what one unit of each quantity does there; None where there are none."""
     stations, poses = plan.stations, plan.drive.at
     rows = np.flatnonzero(plan.free & np.isfinite(stations.theta).all(axis=1))
     if not len(rows):
@@ -52,7 +61,7 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
         parts.append((with_tool, columns_at(cell, history, feed, uncertainty, places, model)))
     order = np.argsort(np.concatenate([with_tool for with_tool, _ in parts]), kind="stable")
     first = parts[0][1]
-    columns = Columns(
+    return rows, Columns(
         column=np.concatenate([c.column for _, c in parts])[order],
         mean=first.mean,
         deviation=first.deviation,
@@ -60,4 +69,3 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
         undirected={name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
         hidden=np.concatenate([c.hidden for _, c in parts])[order],
     )
-    return band_of([columns], rows, np.zeros(len(rows)), cell.fit.scale)

@@ -10,7 +10,7 @@ def twin_of_cell(cell: Cell) -> Twin:
     """The real arm of a cell, to its flange: programs that exist name their tools themselves."""
     return Twin(
         robot=cell.robot,
-        heat=cell.heat,
+        heat=cell.warming,
         profiles=cell.profiles,
         tool=IDENTITY,
         faults=faults_of(cell.sources),

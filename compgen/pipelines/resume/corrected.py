@@ -109,12 +109,13 @@ def resume_corrected(
     written = job.written
     require_free(written, from_page, loaded, done)
     require_unedited(written)
-    first = corrected_first(job, progress)
+    unjudged = replace(job, options=replace(job.options, guaranteed=None))  # what was written, to go on from
+    first = corrected_first(unjudged, progress)
     motion = first.plan.drive.joint_motion()
     start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
     cell, old = job.cell, first
     # a start that is known is not averaged over others
-    job = replace(job, options=replace(job.options, ensemble=None))
+    job, unjudged = (replace(each, options=replace(each.options, ensemble=None)) for each in (job, unjudged))
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
     if earlier:
         start = np.array(earlier[-1]["start_state"])
@@ -122,7 +123,7 @@ def resume_corrected(
             raise InputError(f"{written.manifest_file}: resumed: start_state is of another thermal model; {ANEW}")
         if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
             cell = with_state_text(job.plain, anchored, f"{written.manifest_file}: resumed.state_toml")
-        old = _corrected(job, _beginning(cell, start), (), progress)
+        old = _corrected(unjudged, _beginning(cell, start), (), progress)
     stations = page_stations(old, job)
     at = stations[from_page - 1]
     state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start

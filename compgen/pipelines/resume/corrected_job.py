@@ -60,7 +60,10 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
         given, frames = made["options"], made["frames"]
         before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
-        starts = ", ".join(f"{key} = {values}" for key, values in given.get("average_over", {}).items()) or None
+        starts, promise = (
+            ", ".join(f"{key} = {values}" for key, values in given.get(table, {}).items()) or None
+            for table in ("average_over", "guaranteed")
+        )
         options = options_of(
             split=bool(given["split"]),
             insert_um=given["insert_um"],
@@ -69,6 +72,7 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
             mark=given["mark"],
             max_um=max_um,
             average_over=starts,
+            guaranteed=promise,
         )
         kinds = {kind: {int(n): _pose(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
         extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}

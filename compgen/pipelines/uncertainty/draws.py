@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, frozen, own, rms, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own, rms, row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.evaluation import map_blocks
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.error_model.quantities import combined
+from compgen.error_model.quantities import Cause, combined
 from compgen.job.bounds import Guarantee
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, amounts, changed_job
@@ -74,11 +74,11 @@ class FlownDraws:
         return findings
 
 
-class _Flight(NamedTuple):
+class FlownDraw(NamedTuple):
     """One draw, flown."""
 
     on_part: dict[str, Extent]
-    moved: Array  # (M, 3) [m] by its quantities, at the waypoints of the columns
+    moved: Array  # (M, 3) [m] by its quantities, at the places of the columns
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -127,20 +127,48 @@ def fly_draws(
         samples=samples,
         error=deviation.error[samples],
     )
+    on_part = program.path.contact[rows]
+
+    def fly(cause: Cause, rng: np.random.Generator) -> FlownDraw:
+        return _fly(text, cause, rng)
+
+    scale = program.job.cell.fit.scale
+    return draw(guarantee, uncertainty, columns, on_part if on_part.any() else ~on_part, scale, fly, progress)
+
+
+def draw(
+    guarantee: Guarantee,
+    uncertainty: JobUncertainty,
+    columns: Columns,
+    on_part: BoolArray,
+    scale: float,
+    fly: Callable[[Cause, np.random.Generator], FlownDraw],
+    progress: Callable[[float], None],
+) -> FlownDraws:
+    """Draw what is not known, have each draw flown, and compare the flights with the linear band.
+
+    Args:
+        guarantee: Bounds, and how many draws of which seed.
+        uncertainty: What may differ.
+        columns: What one unit of each quantity does at M places.
+        on_part: Places that are compared, (M,).
+        scale: Of all that has no limits.
+        fly: One draw on the whole way; each with random numbers of its own.
+        progress: Called with the share done.
+    """
     D, Q = guarantee.draws, len(uncertainty.quantities)
     z = np.random.default_rng(guarantee.seed).standard_normal((D, Q))
     drawn = np.array([amounts(uncertainty.quantities, row) for row in z]).reshape(D, Q)
-    drawn[:, [q.limits is None for q in uncertainty.quantities]] *= program.job.cell.fit.scale
-    on_part = program.path.contact[rows]
-    on_part = on_part if on_part.any() else ~on_part
+    drawn[:, [q.limits is None for q in uncertainty.quantities]] *= scale
     linear = columns.column[on_part]
     band = rms(radius_of(directed_moment(columns))[on_part])
 
-    def fly(first: int, last: int) -> _Flight:
-        return _fly(text, drawn[first], np.random.default_rng([guarantee.seed, first]))
+    def fly_one(first: int, last: int) -> FlownDraw:
+        cause = combined(uncertainty.quantities, drawn[first].tolist())
+        return fly(cause, np.random.default_rng([guarantee.seed, first]))
 
     flights, moved, difference, along = [], np.empty(D), np.empty(D), np.empty((D, Q))
-    for k, flight in enumerate(map_blocks(D, fly, rows=1)):
+    for k, flight in enumerate(map_blocks(D, fly_one, rows=1)):
         flights.append(flight.on_part)
         off = flight.moved[on_part] - linear @ drawn[k]
         moved[k] = rms(row_norms(flight.moved[on_part]))
@@ -162,19 +190,19 @@ def fly_draws(
     )
 
 
-def _fly(text: _Text, drawn: Array, rng: np.random.Generator) -> _Flight:
-    """One draw of amounts (Q,), with what no quantity explains, on the whole path."""
-    program, uncertainty = text.program, text.uncertainty
-    field = _unexplained(text, rng)
-    cause = combined(uncertainty.quantities, drawn.tolist())
+def _fly(text: _Text, cause: Cause, rng: np.random.Generator) -> FlownDraw:
+    """One draw, with what no quantity explains, on the whole path."""
+    program, uncertainty, path = text.program, text.uncertainty, text.program.path
+    place, scale = path.target.position[text.rows], program.job.cell.fit.scale
+    field = unexplained(text.columns, scale, place, path.arc[text.rows], rng)
     start, known = Start(), text.error
     if program.job.ensemble is not None:
-        start = _some_start(program.job.ensemble, rng)
+        start = some_start(program.job.ensemble, rng)
         known = _deviation(text, program.job, start).error[text.samples]
     job = changed_job(program.job, uncertainty.parameters, replace(cause, delay=0.0))
     late = replace(start, delay=start.delay + cause.delay)
     deviation = _deviation(text, job, late, field, ramps=float(np.exp(RAMPS * rng.standard_normal())))
-    return _Flight(deviation.on_part, deviation.error[text.samples] - known - field)
+    return FlownDraw(deviation.on_part, deviation.error[text.samples] - known - field)
 
 
 def _deviation(text: _Text, job: Job, start: Start, field: Array | None = None, ramps: float = 1.0) -> Deviation:
@@ -192,20 +220,17 @@ def _deviation(text: _Text, job: Job, start: Start, field: Array | None = None, 
     return deviation_from_path(path, executions, flown.sample_count)
 
 
-def _some_start(ensemble: Ensemble, rng: np.random.Generator) -> Start:
+def some_start(ensemble: Ensemble, rng: np.random.Generator) -> Start:
     """One of the starts that a file serves, each as likely."""
     run, override = rng.choice(ensemble.run_numbers), rng.choice(ensemble.overrides)
     return Start(int(run), float(rng.uniform(*ensemble.delay)), float(override))
 
 
-def _unexplained(text: _Text, rng: np.random.Generator) -> Array:
-    """One draw of what has a size and no direction, at the waypoints of the columns, (M, 3) [m]."""
-    path, columns, rows = text.program.path, text.columns, text.rows
-    scale = text.program.job.cell.fit.scale
-    arc = path.arc[rows]
-    few = np.unique(np.searchsorted(arc, np.arange(arc[0], arc[-1] + FIELD_STEP, FIELD_STEP)).clip(max=len(rows) - 1))
-    field = random_field(rng, path.target.position[rows[few]])
-    size = scale * np.sqrt(sum((deviation**2 for deviation in columns.undirected.values()), np.zeros(len(rows))))
+def unexplained(columns: Columns, scale: float, place: Array, arc: Array, rng: np.random.Generator) -> Array:
+    """One draw of what has a size and no direction, at the places of the columns and their arc, (M, 3) [m]."""
+    few = np.unique(np.searchsorted(arc, np.arange(arc[0], arc[-1] + FIELD_STEP, FIELD_STEP)).clip(max=len(arc) - 1))
+    field = random_field(rng, place[few])
+    size = scale * np.sqrt(sum((deviation**2 for deviation in columns.undirected.values()), np.zeros(len(arc))))
     return np.column_stack([size * np.interp(arc, arc[few], column) for column in field.T])
 
 

@@ -157,6 +157,7 @@ def correct(
     overrides: Overrides | None = None,
     progress: Progress | None = None,
     average_over: Mapping[str, Any] | str | None = None,
+    guaranteed: Mapping[str, Any] | str | None = None,
     state: File | None = None,
     state_age: str | None = None,
 ) -> CorrectedProgram:
@@ -178,6 +179,7 @@ def correct(
         overrides: Keys of the robot file and their values.
         progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
         average_over: One file for many starts, as ``{"delay_s": [0, 1200], "override_percent": [50, 100]}``.
+        guaranteed: Bounds with a probability, as ``{"max_um": 60, "share": 0.95}``.
         state: What ``cgen anchor`` wrote, in place of ``before``.
         state_age: How long before the start that was, as ``"20min"``.
 
@@ -191,8 +193,9 @@ def correct(
         None if value is None else number(value, key) for key, value in (("insert_um", insert_um), ("max_um", max_um))
     ]
     mark_kind = text_of(mark, "mark", "give digits or remark")
-    starts = average_over if average_over is None else _starts(average_over)
-    options = options_of(split, lengths[0], strict, again, mark_kind, lengths[1], starts)
+    starts = _typed(average_over, "average_over", "give a dict, as {'delay_s': [0, 1200]}")
+    promise = _typed(guaranteed, "guaranteed", "give a dict, as {'max_um': 60}")
+    options = options_of(split, lengths[0], strict, again, mark_kind, lengths[1], starts, guaranteed=promise)
     report_progress = progress_of(progress)
     file, content = _listing(program)
     robot_name = optional_name(robot, "robot", "a robot's name, as 'm710ic50', or its file")
@@ -225,11 +228,11 @@ def correct(
     return corrected
 
 
-def _starts(average_over: object) -> str:
-    """What a file is averaged over, as the command line takes it."""
-    if isinstance(average_over, Mapping):
-        return value_of(average_over, "average_over")
-    return text_of(average_over, "average_over", "give a dict, as {'delay_s': [0, 1200]}")
+def _typed(table: object, key: str, mend: str) -> str | None:
+    """The keys of a table as the command line takes them; None where there is none."""
+    if table is None:
+        return None
+    return value_of(table, key) if isinstance(table, Mapping) else text_of(table, key, mend)
 
 
 def _listing(program: object) -> tuple[str | None, bytes]:

@@ -1,12 +1,11 @@
 """The table ``compensation.average_over``: the starts that one file serves."""
 
-import tomllib
 from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
-from compgen.core.toml import Table, brief_value, check
+from compgen.core.toml import Table, check, table_of_words
 from compgen.core.units import MINUTE, MM
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.thermal.tables.schema import StartTable
@@ -78,13 +77,7 @@ def ensemble_of_words(words: str, where: str) -> Ensemble:
     Raises:
         InputError: Not understood, or starts that such a program has none of; says how it is written.
     """
-    inner = words.strip().removeprefix("{").removesuffix("}")
-    try:
-        data = tomllib.loads(f"x = {{{inner}}}")
-    except (ValueError, RecursionError):
-        text = f"{where}: {brief_value(words)} is not understood; write it as in 'delay_s=[0, 1200]'"
-        raise InputError(text) from None
-    table = check(AverageOverTable, data["x"], where) if set(data) == {"x"} else AverageOverTable()
+    table = check(AverageOverTable, table_of_words(words, where, "delay_s=[0, 1200]"), where)
     if table.runs is not None:
         raise InputError(f"{where}: runs: a program that exists has no [[cycle]]; say with --before what ran before it")
     if table.feed_mm_s is not None:
