@@ -109,13 +109,12 @@ def resume_corrected(
     written = job.written
     require_free(written, from_page, loaded, done)
     require_unedited(written)
-    unjudged = replace(job, options=replace(job.options, guaranteed=None))  # what was written, to go on from
-    first = corrected_first(unjudged, progress)
+    first = corrected_first(job, progress)
     motion = first.plan.drive.joint_motion()
     start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
     cell, old = job.cell, first
     # a start that is known is not averaged over others
-    job, unjudged = (replace(each, options=replace(each.options, ensemble=None)) for each in (job, unjudged))
+    job = replace(job, options=replace(job.options, ensemble=None))
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
     if earlier:
         start = np.array(earlier[-1]["start_state"])
@@ -123,7 +122,7 @@ def resume_corrected(
             raise InputError(f"{written.manifest_file}: resumed: start_state is of another thermal model; {ANEW}")
         if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
             cell = with_state_text(job.plain, anchored, f"{written.manifest_file}: resumed.state_toml")
-        old = _corrected(unjudged, _beginning(cell, start), (), progress)
+        old = _corrected(_unjudged(job), _beginning(cell, start), (), progress)
     stations = page_stations(old, job)
     at = stations[from_page - 1]
     state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
@@ -216,13 +215,18 @@ def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress
     return correct_program(job.planned, cell, job.frames, before, job.options, progress, registers=job.registers)
 
 
+def _unjudged(job: CorrectedJob) -> CorrectedJob:
+    """What was written, to go on from: no draws of it are flown again."""
+    return replace(job, options=replace(job.options, guaranteed=None))
+
+
 def corrected_first(job: CorrectedJob, progress: Progress) -> Correction:
     """The correction that a program's pages were parted of.
 
     Raises:
         InputError: The files make another program than it was.
     """
-    first = _corrected(job, job.cell, job.before, progress)
+    first = _corrected(_unjudged(job), job.cell, job.before, progress)
     if sha256(first.text).hexdigest() != job.corrected_sha256:
         raise InputError(f"{job.written.manifest_file}: another version or input corrected this program; {ANEW}")
     return first
