@@ -30,7 +30,12 @@ from compgen.fanuc.editing.insertion import (
 )
 from compgen.fanuc.editing.lift import lifted_program
 from compgen.fanuc.editing.numbers import NewPoses, number_edits
-from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
+from compgen.fanuc.editing.shared_positions import (
+    SharedCorrections,
+    assign_new_positions,
+    average_shared,
+    midway_deviation,
+)
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
 from compgen.job.job import Cell
@@ -221,26 +226,7 @@ def _write_and_verify(
     """The program with its numbers changed, read back, executed on the twin and judged."""
     program, poses, drive = plan.program, plan.poses, plan.drive
     shared = average_shared(poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
-    size = np.abs(shared.correction).max(axis=1)
-    rows = np.flatnonzero(shared.changed & (size > NEGLIGIBLE))
-    commanded = poses.tcp[rows].moved(shared.correction[rows])
-    nudge = np.zeros((len(rows), 3), dtype=np.int64)
-
-    def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
-        new = NewPoses(rows=rows, tcp=commanded, theta=shared.theta[rows], nudge=nudges, marked=marked_joints)
-        edits = number_edits(program, poses, cell.robot, new)
-        return edited(program, edits) if edits else program
-
-    written = write(nudge, nudge[:, 0] > 0)
-    mark = Mark.NONE
-    if written.data != program.data:
-        at, nudge[at] = _mark_nudges(written, plan, rows)
-        marked = write(nudge, np.isin(np.arange(len(rows)), at))
-        mark = _read_mark(marked, cell, around)
-        if mark is not Mark.NONE:
-            written = marked
-        elif options.remark:
-            written, mark = insert_remark(written, marking_remark(__version__)), Mark.REMARK
+    written, mark = _written(plan, shared, cell, around, remark=options.remark)
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress(stages.TWIN_BEFORE, 0.0)
     _, new_drive = around.drive(written, cell.robot)
@@ -291,6 +277,34 @@ def _write_and_verify(
     findings = correction_findings(result, _midway_deviations(plan, cell))
     of_arcs = [*wide_arcs(*drives), *flat_arcs(drive, new_drive)]
     return replace(result, findings=(*findings, *of_arcs, *raised_findings(options.raised)))
+
+
+def _written(
+    plan: CorrectionPlan, shared: SharedCorrections, cell: Cell, around: ProgramContext, *, remark: bool
+) -> tuple[LsProgram, Mark]:
+    """The program with its numbers changed, and where it carries the mark."""
+    program, poses = plan.program, plan.poses
+    size = np.abs(shared.correction).max(axis=1)
+    rows = np.flatnonzero(shared.changed & (size > NEGLIGIBLE))
+    commanded = poses.tcp[rows].moved(shared.correction[rows])
+    nudge = np.zeros((len(rows), 3), dtype=np.int64)
+
+    def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
+        new = NewPoses(rows=rows, tcp=commanded, theta=shared.theta[rows], nudge=nudges, marked=marked_joints)
+        edits = number_edits(program, poses, cell.robot, new)
+        return edited(program, edits) if edits else program
+
+    written = write(nudge, nudge[:, 0] > 0)
+    if written.data == program.data:
+        return written, Mark.NONE
+    at, nudge[at] = _mark_nudges(written, plan, rows)
+    marked = write(nudge, np.isin(np.arange(len(rows)), at))
+    mark = _read_mark(marked, cell, around)
+    if mark is not Mark.NONE:
+        return marked, mark
+    if remark:
+        return insert_remark(written, marking_remark(__version__)), Mark.REMARK
+    return written, Mark.NONE
 
 
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:
