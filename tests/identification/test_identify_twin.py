@@ -241,7 +241,7 @@ def test_planned_poses_tell_more_than_random_ones(tmp_path):
     result = CliRunner().invoke(app, ["plan-poses", "irb120", "-n", "12", "-o", str(folder), "-q"])
     assert result.exit_code == 0, result.output
     assert sorted(p.name for p in folder.iterdir()) == [
-        "IRB120_POSES.LS", "IRB120_REVERSALS.LS", "expected.csv", "poses.csv", "reversals.csv"
+        "IRB120_POSES.LS", "IRB120_REVERSALS.LS", "compgen.json", "expected.csv", "poses.csv", "reversals.csv"
     ]  # fmt: skip
     program = fanuc.loads((folder / "IRB120_POSES.LS").read_bytes())
     assert program.dumps() if hasattr(program, "dumps") else fanuc.dumps(program)
