@@ -72,7 +72,7 @@ def test_side_by_side_is_as_one_by_one(overrides):
     rtol = 2e-5 if "robot.thermal.model=network" in overrides else 1e-8
     assert_allclose(found, [one_by_one(planned, solution, n) for n in first], rtol=rtol)
     assert generate.start_window(planned, solution.theta) == found[0]
-    course = start_window.Course(planned.trajectory.time, solution.theta, planned.rise, planned.motion)
+    course = start_window.PromptMotion(planned.trajectory.time, solution.theta, planned.rise, planned.motion)
     driven = JointMotion(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
     state = states_at(
         planned.job.heat, planned.job.state(), driven, first, planned.job.history.air, planned.job.history.clock
