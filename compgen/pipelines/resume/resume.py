@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.arrays import BoolArray, row_norms
+from compgen.core.arrays import Array, BoolArray, row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
@@ -97,12 +97,9 @@ def resume(
         job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, stages.FINAL_TIMING), lines=True
     )
     progress(stages.TEXT, 0.0)
-    firsts = np.array([p.first - page.first for p in written.pages[from_page - 1 :]], dtype=np.int64)
-    windows = start_windows(planned, solution.theta, firsts)
-    times = beginning.clock - whole.job.clock + planned.trajectory.time[firsts]
-    starts = tuple(PageStart(*now) for now in zip(times.tolist(), planned.rise[firsts], windows.tolist(), strict=True))
+    starts = _page_starts(planned, solution.theta, written, from_page, beginning.clock - whole.job.clock)
     commanded = problem.commanded(solution.correction)
-    meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, float(windows[0]))
+    meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, starts[0].window)
     pages = write_pages(written, job, meant, from_page, starts)
     gap = gap_between(lead, interpret(pages[page.file])) if lead is not None else 0.0
     text = prove_pages(lead, pages, meant, gap)
@@ -133,6 +130,25 @@ def resume(
         findings=verdict,
     )
     return replace(resumed, files={**pages, written.manifest_file: manifest_anew(resumed, date, loaded, done)})
+
+
+def _page_starts(
+    planned: Planned, theta: Array, written: WrittenJob, from_page: int, since: float
+) -> tuple[PageStart, ...]:
+    """When each page from one on starts, how warm the robot is then, and how long it may wait.
+
+    Args:
+        planned: The rest of the job.
+        theta: Its commanded joints, (N, 6) [rad].
+        written: The job in its folder.
+        from_page: The first of them, from 1.
+        since: From the job's planned start to the rest's [s].
+    """
+    pages = written.pages[from_page - 1 :]
+    firsts = np.array([p.first - pages[0].first for p in pages], dtype=np.int64)
+    windows = start_windows(planned, theta, firsts)
+    times = since + planned.trajectory.time[firsts]
+    return tuple(PageStart(*now) for now in zip(times.tolist(), planned.rise[firsts], windows.tolist(), strict=True))
 
 
 def require_free(written: WrittenJob, from_page: int, loaded: int, done: int) -> None:
