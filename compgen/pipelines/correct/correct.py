@@ -224,10 +224,9 @@ def _write_and_verify(
     progress: Progress,
 ) -> Correction:
     """The program with its numbers changed, read back, executed on the twin and judged."""
-    program, poses, drive = plan.program, plan.poses, plan.drive
-    shared = average_shared(poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
+    program, drive = plan.program, plan.drive
+    shared = average_shared(plan.poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
     written, mark = _written(plan, shared, cell, around, remark=options.remark)
-    differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress(stages.TWIN_BEFORE, 0.0)
     _, new_drive = around.drive(written, cell.robot)
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
@@ -238,8 +237,7 @@ def _write_and_verify(
     planned_execution = fly(twin, drives[0], before, before_stage)
     station, fraction = planned_execution.station, planned_execution.fraction
     target = interpolate_poses(drive, station, fraction)
-    moved = plan.free & shared.changed[poses.first[drive.pose]] if len(poses.row) else plan.free
-    judged = moved[station] & np.where(fraction < 1, moved[drive.origin[station]], True)
+    judged = _between_corrected(plan, shared, station, fraction)
     length = sample_lengths(cell.robot, drive, station, fraction, judged)
     progress(stages.TWIN_AFTER, 0.0)
     flown = partial(fly, twin, drives[1], before, after_stage)
@@ -259,7 +257,7 @@ def _write_and_verify(
         text=written.data,
         plan=plan,
         shared=shared,
-        changed=int(differs.any(axis=1).sum()),
+        changed=_changed_positions(program, written),
         added=len(program.positions.number) - len(planned.positions.number),
         execution=execution,
         error=pose_errors(planned_execution, target),
@@ -305,6 +303,21 @@ def _written(
     if remark:
         return insert_remark(written, marking_remark(__version__)), Mark.REMARK
     return written, Mark.NONE
+
+
+def _changed_positions(program: LsProgram, written: LsProgram) -> int:
+    """How many positions read differently."""
+    differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
+    return int(differs.any(axis=1).sum())
+
+
+def _between_corrected(
+    plan: CorrectionPlan, shared: SharedCorrections, station: IntArray, fraction: Array
+) -> BoolArray:
+    """Which samples, stations and fractions of the ways to them (M,), lie at or between corrected stations."""
+    drive, first = plan.drive, plan.poses.first
+    moved = plan.free & shared.changed[first[drive.pose]] if len(first) else plan.free
+    return np.asarray(moved[station] & np.where(fraction < 1, moved[drive.origin[station]], np.True_))
 
 
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:
