@@ -16,7 +16,9 @@ def test_the_environment_of_conda_has_the_floors_of_the_package():
     from_pip = next(line["pip"] for line in lines if isinstance(line, dict))
     there = dict(
         re.findall(
-            r"^([a-z][a-z0-9]*) *>=([\d.]+)$", "\n".join([line for line in lines if isinstance(line, str)] + from_pip), re.M
+            r"^([a-z][a-z0-9]*) *>=([\d.]+)$",
+            "\n".join([line for line in lines if isinstance(line, str)] + from_pip),
+            re.M,
         )
     )
     assert {"pin" if name == "pinocchio" else name: floor for name, floor in there.items()} == FLOORS
