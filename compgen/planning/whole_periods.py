@@ -136,7 +136,7 @@ class _Lines(NamedTuple):
 
     def with_more(self, at: IntArray, more: "_Lines") -> "_Lines":
         """With others before some rows."""
-        return _Lines(*(np.insert(mine, at, others) for mine, others in zip(self, more, strict=True)))
+        return _Lines(*(np.insert(column, at, others) for column, others in zip(self, more, strict=True)))
 
 
 def _walk(way: _Way, s: _Stretches) -> _Walk:

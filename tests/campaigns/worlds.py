@@ -71,7 +71,7 @@ def ends_of(campaign: Campaign, runs: list[Run], world: Path) -> list[End]:
     os.close(begin)
     codes = [os.waitstatus_to_exitcode(kills.waited(child)) for child in children]
     words = [(world / f"stderr{n}").read_text(errors="replace") for n in range(len(runs))]
-    return [End(code, said, [], 0.0) for code, said in zip(codes, words, strict=False)]
+    return [End(code, text, [], 0.0) for code, text in zip(codes, words, strict=False)]
 
 
 def faults(campaign: Campaign, runs: list[Run], ends: list[End], world: Path) -> list[str]:

@@ -47,12 +47,14 @@ def reach_um():
 def test_as_many_draws_break_a_bound_as_the_normal_distribution_says():
     """|z| R > bound: R is largest at an end of a line, for it is convex along it."""
     count, bound = 200, 1.5 * reach_um()
-    (found,) = drawn(f"max_um={bound}, share=0.5, draws={count}", ZERO).draws.bounds
-    sizes = found.values / UM / reach_um()
+    (bound_kept,) = drawn(f"max_um={bound}, share=0.5, draws={count}", ZERO).draws.bounds
+    sizes = bound_kept.values / UM / reach_um()
     expected = 2 * norm.sf(1.5)
-    assert abs(found.breaking / count - expected) <= 3 * np.sqrt(expected * (1 - expected) / count)
+    assert abs(bound_kept.breaking / count - expected) <= 3 * np.sqrt(expected * (1 - expected) / count)
     assert np.sqrt(np.mean(sizes**2)) == pytest.approx(1, abs=0.15)  # of a normal number
-    assert norm.ppf(0.75) < found.guaranteed / UM / reach_um() < norm.ppf(0.75) + 0.3  # above half of all, and not far
+    assert (
+        norm.ppf(0.75) < bound_kept.guaranteed / UM / reach_um() < norm.ppf(0.75) + 0.3
+    )  # above half of all, and not far
 
 
 def test_a_bound_far_above_is_kept_and_one_far_below_is_not():
@@ -143,7 +145,7 @@ def test_what_is_kept_of_a_promise_makes_it_again():
 )
 def test_promises_that_are_none_are_refused_in_one_line(words, why):
     with pytest.raises(InputError) as refusal:
-        options_of(False, None, False, False, "digits", None, guaranteed=words)
+        options_of(split=False, insert_um=None, strict=False, again=False, mark="digits", max_um=None, guaranteed=words)
     assert why in str(refusal.value)
     assert str(refusal.value).startswith("--guaranteed")
     assert len(str(refusal.value)) <= 300

@@ -128,7 +128,9 @@ def test_command_and_library_take_the_same_starts(tmp_path, monkeypatch):
 )
 def test_starts_that_are_none_are_refused_in_one_line(words, why):
     with pytest.raises(InputError) as refusal:
-        options_of(False, None, False, False, "digits", None, words)
+        options_of(
+            split=False, insert_um=None, strict=False, again=False, mark="digits", max_um=None, average_over=words
+        )
     assert why in str(refusal.value)
     assert str(refusal.value).startswith("--average-over")
     assert len(str(refusal.value)) <= 300

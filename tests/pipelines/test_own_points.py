@@ -248,9 +248,9 @@ def test_a_curve_far_from_the_lines_is_outside_until_it_is_asked_for(tmp_path):
 
 def test_a_curve_below_the_lowest_point_is_a_finding(tmp_path):
     rows = [(1000, 0, 103), (1040, 0, 101), (1060, 0, 100), (1100, 0, 100), (1120, 0, 101), (1160, 0, 103)]
-    found = code_of(job_of(tmp_path, rows, extra="bulge_um = 1e5").input_findings, "path.below")
-    assert found.level is Level.WARNING
-    assert "mm below the lowest point" in found.message
+    finding = code_of(job_of(tmp_path, rows, extra="bulge_um = 1e5").input_findings, "path.below")
+    assert finding.level is Level.WARNING
+    assert "mm below the lowest point" in finding.message
 
 
 def test_lines_are_lines_over_a_curved_surface(tmp_path):

@@ -110,13 +110,13 @@ def test_correction_is_the_pipelines(rows):
 
 
 def test_a_scenario_that_fails_is_a_row_with_its_reason():
-    found = rows_of(build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,1"), None, correct=False))
-    assert [r["state"] for r in found] == ["done", "done", "failed", "failed"]
-    assert "out of reach" in found[2]["reason"]
-    table = list(csv.DictReader(io.StringIO(study_csv(build_of(found), found).decode())))
+    rows = rows_of(build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,1"), None, correct=False))
+    assert [r["state"] for r in rows] == ["done", "done", "failed", "failed"]
+    assert "out of reach" in rows[2]["reason"]
+    table = list(csv.DictReader(io.StringIO(study_csv(build_of(rows), rows).decode())))
     assert table[2]["state"] == "failed"
     assert "out of reach" in table[2]["reason"]
-    assert "2 failed" in headline(build_of(found), found)
+    assert "2 failed" in headline(build_of(rows), rows)
 
 
 def build_of(found):
@@ -315,10 +315,10 @@ def test_warm_up_is_long_enough_and_no_longer():
     """A slow spiral drifts: at the answer the drift is at the limit, a little earlier above."""
     job = load_job(path_file("circle_1300"), overrides=["before=[]", "process.feed_mm_s=20"])
     limit = 0.35 * UM
-    told = ASKS["warmup"](job, limit)
-    hours = float(told.sentence.split()[2])
+    answer = ASKS["warmup"](job, limit)
+    hours = float(answer.sentence.split()[2])
     assert 0.1 < hours < 40
-    table = told.table
+    table = answer.table
     assert np.interp(hours, table[:, 0], table[:, 1]) * UM == pytest.approx(limit, rel=0.05)
     assert np.all(np.diff(table[:, 1]) < 1e-9)  # the longer, the less drift
 
@@ -326,9 +326,9 @@ def test_warm_up_is_long_enough_and_no_longer():
 def test_validity_is_the_start_window(line):
     """The same question, asked of the correction: pipeline.start_window."""
     _, corrected = generate.generate(line, quiet)
-    told = ASKS["validity"](line, line.start_drift)
-    assert float(told.sentence.split(" up to ")[1].split()[0]) * 60 == pytest.approx(corrected.start_window, abs=31)
-    kelvin = float(told.sentence.split("+-")[1].split()[0])
+    answer = ASKS["validity"](line, line.start_drift)
+    assert float(answer.sentence.split(" up to ")[1].split()[0]) * 60 == pytest.approx(corrected.start_window, abs=31)
+    kelvin = float(answer.sentence.split("+-")[1].split()[0])
     warmer = load_job(PATH, overrides=[f"ambient.value_degC={20 + kelvin}"])
     geometry = lay_out(line)
     apart = execute_with(warmer, geometry).actual.position - execute_with(line, geometry).actual.position
@@ -336,9 +336,9 @@ def test_validity_is_the_start_window(line):
 
 
 def test_contributions_add_up(line):
-    told = ASKS["contributions"](line, 5 * UM)
-    nodes = [v for label, v in zip(told.labels, told.table[:, 1], strict=True) if label.startswith("node")]
-    lengths = [v for label, v in zip(told.labels, told.table[:, 1], strict=True) if label.startswith("length")]
+    answer = ASKS["contributions"](line, 5 * UM)
+    nodes = [v for label, v in zip(answer.labels, answer.table[:, 1], strict=True) if label.startswith("node")]
+    lengths = [v for label, v in zip(answer.labels, answer.table[:, 1], strict=True) if label.startswith("length")]
     whole = generate.predict(line, quiet)
     assert sum(nodes) == pytest.approx(statistics(whole.deviation())["total"]["max_um"], abs=2.5)
     assert sum(lengths) == pytest.approx(sum(nodes), abs=0.05)
@@ -359,14 +359,14 @@ def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
 
 
 def test_steady_is_ninety_five_percent_of_the_end(line):
-    told = ASKS["steady"](line, 5 * UM)
-    hours, error = told.table[:, 0], told.table[:, 1]
+    answer = ASKS["steady"](line, 5 * UM)
+    hours, error = answer.table[:, 0], answer.table[:, 1]
     late = load_job(PATH, overrides=["before.0.duration_h=2000"])
     cold, geometry = load_job(PATH, overrides=["before=[]"]), lay_out(late)
     end = np.linalg.norm(
         execute_with(late, geometry).actual.position - execute_with(cold, geometry).actual.position, axis=1
     ).max()
-    at = float(told.sentence.split("after ")[1].split()[0])
+    at = float(answer.sentence.split("after ")[1].split()[0])
     assert np.interp(at, hours, error) / (end / UM) == pytest.approx(0.95, abs=0.01)
 
 

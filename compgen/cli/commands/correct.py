@@ -76,9 +76,9 @@ class Wishes:
         from compgen.pipelines.correct.result import options_of
 
         return options_of(
-            self.split,
-            self.insert,
-            self.strict,
+            split=self.split,
+            insert_um=self.insert,
+            strict=self.strict,
             again=self.again,
             mark=self.mark,
             max_um=self.max_um,

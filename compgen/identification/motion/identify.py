@@ -179,26 +179,27 @@ def _draws(numbers: Array, spread: Array) -> Array:
     return np.asarray(draws)
 
 
-def _verdict(found: IdentifiedMotion, period: float) -> tuple[Finding, ...]:
+def _verdict(identified: IdentifiedMotion, period: float) -> tuple[Finding, ...]:
     """What speaks against a controller, and that a lag is not seen."""
-    findings, kind, limit = list[Finding](), found.chosen.kind, found.limit
-    known = f"sigma is {found.sigma[0] / MS:.1f} to {found.sigma[1] / MS:.1f} ms"
+    findings, kind, limit = list[Finding](), identified.chosen.kind, identified.limit
+    known = f"sigma is {identified.sigma[0] / MS:.1f} to {identified.sigma[1] / MS:.1f} ms"
 
     def refuse(code: Code, message: str) -> None:
         findings.append(Finding(Level.REFUSED, code, message))
 
-    if found.blocks < LEAST_BLOCKS:
+    if identified.blocks < LEAST_BLOCKS:
         refuse(
             Code.MOTION_SHORT,
-            f"{found.blocks} blocks of rows away from stops are too few to hold some out; log a longer run",
+            f"{identified.blocks} blocks of rows away from stops are too few to hold some out; log a longer run",
         )
-    if found.held_out > limit:
+    if identified.held_out > limit:
         refuse(
             Code.MOTION_HELD_OUT,
-            f"{kind.words} foretells stretches that it was not fitted to with {found.held_out / UM:.2f} um rms, above "
-            f"{limit / UM:.2f} ({NOISE_MULTIPLE:g} times the noise and {FLOOR / UM:g}): it is none of those tried",
+            f"{kind.words} foretells stretches that it was not fitted to with {identified.held_out / UM:.2f} um rms, "
+            f"above {limit / UM:.2f} ({NOISE_MULTIPLE:g} times the noise and {FLOOR / UM:g}): it is none of those "
+            "tried",
         )
-    elif not kind.count and found.sigma[1] > BLIND:
+    elif not kind.count and identified.sigma[1] > BLIND:
         refuse(
             Code.MOTION_BLIND,
             f"the path curves too little at its speed to show smoothing: {known}; log a program with corners at CNT100 "
@@ -211,14 +212,16 @@ def _verdict(found: IdentifiedMotion, period: float) -> tuple[Finding, ...]:
             f"the log has commanded positions from before the smoothing; {known}",
         )
     else:
-        others = [other for other in found.alike if not other.includes(kind)]
+        others = [other for other in identified.alike if not other.includes(kind)]
         if others:
             refuse(
                 Code.MOTION_ALIKE,
                 f"the log cannot tell {kind.words} from {others[0].words}: only the smoothing's {known}; log a "
                 "program with corners at CNT100 or curvature that changes, at full speed",
             )
-        for time, (low, high) in zip(times_of(kind, found.chosen.numbers), found.intervals.tolist(), strict=True):
+        for time, (low, high) in zip(
+            times_of(kind, identified.chosen.numbers), identified.intervals.tolist(), strict=True
+        ):
             if (high - low) / 2 > max(KNOWN * time, period):
                 refuse(
                     Code.MOTION_UNSURE,

@@ -44,7 +44,7 @@ from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.draws import fly_draws
 from compgen.pipelines.correct.proof import ServedProof, unexplained_turns
-from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
+from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options, corrected_stations
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.files.twin_of_job import twin_of_cell
@@ -61,7 +61,7 @@ MAX_PIECES = 1000  # of one straight way
 MAX_ROUNDS = 5  # of cutting ways whose pieces still deviate midway
 
 
-def correct(
+def correct(  # noqa: PLR0913  what a program is corrected with, each by its name
     data: bytes,
     cell: Cell,
     frames: Frames,
@@ -315,9 +315,8 @@ def _between_corrected(
     plan: CorrectionPlan, shared: SharedCorrections, station: IntArray, fraction: Array
 ) -> BoolArray:
     """Which samples, stations and fractions of the ways to them (M,), lie at or between corrected stations."""
-    drive, first = plan.drive, plan.poses.first
-    moved = plan.free & shared.changed[first[drive.pose]] if len(first) else plan.free
-    return np.asarray(moved[station] & np.where(fraction < 1, moved[drive.origin[station]], np.True_))
+    moved = corrected_stations(plan, shared)
+    return np.asarray(moved[station] & ((fraction >= 1) | moved[plan.drive.origin[station]]))
 
 
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:

@@ -183,10 +183,11 @@ def _scope_findings(result: Correction) -> list[Finding]:
         findings.append(
             Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
         )
-    found = contradictions(result.plan.program, result.plan.drive, result.around.called.motionless)
-    if found:
-        lines = sorted({u.line for u in found})
-        message = f"the program contradicts itself at {_lines(lines)}; first: {found[0].text}: {found[0].reason}"
+    contradicted = contradictions(result.plan.program, result.plan.drive, result.around.called.motionless)
+    if contradicted:
+        lines = sorted({u.line for u in contradicted})
+        first = contradicted[0]
+        message = f"the program contradicts itself at {_lines(lines)}; first: {first.text}: {first.reason}"
         findings.append(Finding(Level.WARNING, Code.PROGRAM_CONTRADICTION, message))
     reasons: dict[str, list[int]] = {}
     for station, reason in result.plan.stations.held:

@@ -37,10 +37,13 @@ def fly_draws(
         progress: Called with the share done.
     """
     guarantee, ensemble, judged = result.options.guaranteed, result.options.ensemble, result.judged
-    found = None if guarantee is None else station_columns(result.cell, result.plan, result.before)
-    if guarantee is None or found is None or not judged.any():
+    if guarantee is None or not judged.any():
         return None
-    (rows, columns), uncertainty, flight = found, quantities_of_cell(result.cell), result.execution
+    at_stations = station_columns(result.cell, result.plan, result.before)
+    if at_stations is None:
+        return None
+    rows, columns = at_stations.rows, at_stations.columns
+    uncertainty, flight = quantities_of_cell(result.cell), result.execution
     reached = np.flatnonzero(flight.fraction == 1)
     samples = reached[np.searchsorted(flight.station[reached], rows)]
     place, length = target.position[samples], result.length[judged]

@@ -44,7 +44,8 @@ class Options:
     guaranteed: Guarantee | None = None  # bounds with a probability, verified by draws
 
 
-def options_of(
+def options_of(  # noqa: PLR0913  the options of a command, each by its name
+    *,
     split: bool,
     insert_um: float | None,
     strict: bool,
@@ -90,6 +91,12 @@ class CorrectionPlan:
     scope: Scope
     stations: StationCorrections
     free: BoolArray  # (S,) stations that take a correction
+
+
+def corrected_stations(plan: CorrectionPlan, shared: SharedCorrections) -> BoolArray:
+    """Stations whose positions are written anew, (S,)."""
+    first = plan.poses.first
+    return plan.free & shared.changed[first[plan.drive.pose]] if len(first) else plan.free
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -1,6 +1,7 @@
 """The band of a program that exists: what the robot file leaves open at the stations that are corrected."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,15 +28,20 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
         plan: The program, its stations and their corrections.
         before: What the cell did.
     """
-    found = station_columns(cell, plan, before)
-    if found is None:
-        return None
-    rows, columns = found
-    return band_of([columns], rows, np.zeros(len(rows)), cell.fit.scale)
+    at = station_columns(cell, plan, before)
+    return None if at is None else band_of([at.columns], at.rows, np.zeros(len(at.rows)), cell.fit.scale)
 
 
-def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> tuple[IntArray, Columns] | None:
-    """Free stations, rising, and what one unit of each quantity does there; None where there are none."""
+@dataclass(frozen=True, eq=False, slots=True)
+class StationColumns:
+    """What one unit of each quantity does at M free stations."""
+
+    rows: IntArray  # (M,) rising
+    columns: Columns
+
+
+def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> StationColumns | None:
+    """What one unit of each quantity does at the free stations; None where there are none."""
     stations, poses = plan.stations, plan.drive.at
     rows = np.flatnonzero(plan.free & np.isfinite(stations.theta).all(axis=1))
     if not len(rows):
@@ -61,7 +67,7 @@ def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) ->
         parts.append((with_tool, columns_at(cell, history, feed, uncertainty, places, model)))
     order = np.argsort(np.concatenate([with_tool for with_tool, _ in parts]), kind="stable")
     first = parts[0][1]
-    return rows, Columns(
+    columns = Columns(
         column=np.concatenate([c.column for _, c in parts])[order],
         mean=first.mean,
         deviation=first.deviation,
@@ -69,3 +75,4 @@ def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) ->
         undirected={name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
         hidden=np.concatenate([c.hidden for _, c in parts])[order],
     )
+    return StationColumns(rows, columns)

@@ -6,7 +6,7 @@ workpiece stays smooth. A correction beyond the clamp or a joint limit is not ta
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -88,23 +88,57 @@ def correct_stations(
     """Corrections of all free stations, for one start or for the mean of the rises over an ensemble of them."""
     time, rise, start = rise_at_stations(cell, drive, before, ensemble)
     S = len(free)
-    correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
-    limited: list[tuple[int, str]] = []
-    uncorrected = StationCorrections(
+    if not free.any():
+        return StationCorrections(
+            correction=np.zeros((S, 6)),
+            theta=np.full((S, 6), np.nan),
+            rise=rise,
+            time=time,
+            held=(),
+            limited=(),
+            start=start,
+            midway=NO_DIRECTION,
+        )
+    motion, midway = station_directions(cell.robot, cell.sources, drive)
+    correction, theta, limited = _correct_free(cell, drive, free, rise, motion, settings, progress)
+    illegal = _illegal_corrections(cell, drive.at, correction, theta, drive.pose, free, settings)
+    for station, _ in illegal:
+        correction[station] = 0.0
+        theta[station] = drive.at.theta[drive.pose[station]]
+    return StationCorrections(
         correction=correction,
         theta=theta,
         rise=rise,
         time=time,
-        held=(),
-        limited=(),
+        held=tuple(illegal),
+        limited=limited,
         start=start,
-        midway=NO_DIRECTION,
+        midway=midway,
     )
-    rows = np.flatnonzero(free)
-    if not len(rows):
-        return uncorrected
+
+
+class _FreeCorrections(NamedTuple):
+    """Corrections of S stations before the illegal ones are held; NaN where none is legal."""
+
+    correction: Array  # (S, 6)
+    theta: Array  # (S, 6) [rad]
+    limited: tuple[tuple[int, str], ...]  # station, limit that binds there
+
+
+def _correct_free(
+    cell: Cell,
+    drive: DrivenProgram,
+    free: BoolArray,
+    rise: Array,
+    motion: DirectionState,
+    settings: Settings,
+    progress: Callable[[float], None],
+) -> _FreeCorrections:
+    """Each free station by itself, then runs of short lines together."""
+    S, rows = len(free), np.flatnonzero(free)
+    correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
+    limited: list[tuple[int, str]] = []
     models = error_models(cell, drive.at, drive.pose[rows])
-    motion, midway = station_directions(cell.robot, cell.sources, drive)
     correction[rows], theta[rows] = cancel_errors(cell, models, drive.at, drive.pose[rows], rise[rows], motion.at(rows))
     runs = dense_runs(drive, free, settings.curvature_period)
     for i, (first, last) in enumerate(runs):
@@ -126,11 +160,7 @@ def correct_stations(
             correction[rows] = np.nan  # none is legal
         limited += [(first + n - 1, limit) for n, limit in solution.active_limits]
         progress((i + 1) / len(runs))
-    illegal = _illegal_corrections(cell, drive.at, correction, theta, drive.pose, free, settings)
-    for station, _ in illegal:
-        correction[station] = 0.0
-        theta[station] = drive.at.theta[drive.pose[station]]
-    return replace(uncorrected, held=tuple(illegal), limited=tuple(limited), midway=midway)
+    return _FreeCorrections(correction, theta, tuple(limited))
 
 
 def error_models(cell: Cell, poses: Positions, pose: IntArray) -> dict[int, ErrorModel]:
@@ -167,7 +197,7 @@ def cancel_errors(
     return correction, theta
 
 
-def _build_problem(
+def _build_problem(  # noqa: PLR0913  the fields of a problem, as far as stations have them
     cell: Cell,
     models: dict[int, ErrorModel],
     poses: Positions,

@@ -15,7 +15,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY
-from compgen.error_model.anchored_state import AnchoredState, parse_state
+from compgen.error_model.anchored_state import parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
@@ -48,7 +48,7 @@ class Begun:
     state: Array  # (S,) of the thermal model
     why: str  # in words
     cause: dict[str, Any]  # the same for a record
-    anchored: AnchoredState | None = None  # that says so
+    air: float | None = None  # [K] rise that a state found; None: nobody says
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -14,6 +14,7 @@ from compgen.error_model.direction_memory import DirectionState
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.result import corrected_stations
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.resume.corrected import (
     ResumedProgram,
@@ -79,14 +80,13 @@ def corrected_run(job: CorrectedJob, progress: Progress) -> CorrectedRun:
         InputError: The files make another program than it was.
     """
     first = corrected_first(job, progress)
-    cell, drive, poses = job.cell, first.plan.drive, first.plan.poses
+    cell, drive = job.cell, first.plan.drive
     driven = drive.joint_motion()
     before = tuple(with_losses(cell.heat, job.before, driven))
     (standing,) = with_losses(cell.heat, [STANDING], driven)
     history = History(before=before, standing=standing)
     motion, rows = in_steps(driven)
     stations = [*page_stations(first, job), len(drive.pose)]
-    judged = first.plan.free & first.shared.changed[poses.first[drive.pose]] if len(poses.row) else first.plan.free
     reference = AmbientTable().reference_degC
     return CorrectedRun(
         written=job.written,
@@ -102,7 +102,7 @@ def corrected_run(job: CorrectedJob, progress: Progress) -> CorrectedRun:
         places=rows[2::2],
         job=job,
         first=first,
-        judged=judged,
+        judged=corrected_stations(first.plan, first.shared),
         directions=station_directions(cell.robot, cell.sources, drive)[0],
         theta=commanded_by_pages(first, job, job.written),
     )

@@ -57,7 +57,7 @@ class Look:
         own(self, rise=("K",), sigma=("K",), missed=("K",))
 
 
-def look_at(
+def look_at(  # noqa: PLR0913  what a user may say of a running job
     run: PagedRun,
     log: GrowingLog,
     source: str,

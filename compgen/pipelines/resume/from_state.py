@@ -46,7 +46,6 @@ def begin_anchored(plain: Cell, file: str, age: float, standing: Duty, earlier: 
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     return Begun(
         cell=cell,
-        anchored=state,
         state=start,
         why=f"state {state.digest[:8]} says so ({state.verdict}, at {state.time:.0f} s{since})",
         cause={
@@ -56,6 +55,7 @@ def begin_anchored(plain: Cell, file: str, age: float, standing: Duty, earlier: 
             "state_age_s": age,
             "state_toml": state_text(state),
         },
+        air=state.air,
     )
 
 
@@ -69,7 +69,5 @@ def begin_with_state(whole: Whole, known: Known, file: str, age: float) -> Begin
     job = whole.job
     now = begin_anchored(unmoved(job), file, age, job.history.standing, known.earlier)
     is_air_given = bool(path_tables(job).ambient.model_fields_set - {"reference_degC", "clock_h"})
-    begun = begin_at(
-        whole, known, now.state, None if is_air_given or now.anchored is None else now.anchored.air, now.why, now.cause
-    )
+    begun = begin_at(whole, known, now.state, None if is_air_given else now.air, now.why, now.cause)
     return replace(begun, cell=now.cell)

@@ -53,7 +53,7 @@ JOIN = 1.0 * UM  # that a step on the part may be beyond what has drifted
 SEEN = 1.0 * UM  # from which on a step on the part is worth a warning
 
 
-def resume(
+def resume(  # noqa: PLR0913  what a user may say of a job in pages
     written: WrittenJob,
     whole: Whole,
     from_page: int,

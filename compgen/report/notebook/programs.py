@@ -195,7 +195,16 @@ def correct(
     mark_kind = text_of(mark, "mark", "give digits or remark")
     starts = _typed(average_over, "average_over", "give a dict, as {'delay_s': [0, 1200]}")
     promise = _typed(guaranteed, "guaranteed", "give a dict, as {'max_um': 60}")
-    options = options_of(split, lengths[0], strict, again, mark_kind, lengths[1], starts, guaranteed=promise)
+    options = options_of(
+        split=split,
+        insert_um=lengths[0],
+        strict=strict,
+        again=again,
+        mark=mark_kind,
+        max_um=lengths[1],
+        average_over=starts,
+        guaranteed=promise,
+    )
     report_progress = progress_of(progress)
     file, content = _listing(program)
     robot_name = optional_name(robot, "robot", "a robot's name, as 'm710ic50', or its file")
