@@ -109,7 +109,6 @@ def identify(
         cgen identify m710ic50 --touches touches.csv --artefact artefact.toml -o mine.toml
     """
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.identification import identify as identification
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure import identification_files as pipeline
 
@@ -120,19 +119,8 @@ def identify(
     check_robot_files(target, Command.IDENTIFY, IDENTIFIED)
     use_cores(workers)
     options = page_options(target.parent, page, date)
-    measurements, of_log = pipeline.read_measurements(arm, files, force=force, reference=measured.reference)
     with show_progress(quiet=screen.is_silent) as progress:
-        identified = identification.identify(
-            arm.robot,
-            arm.known,
-            measurements,
-            len(arm.nodes),
-            progress,
-            temperatures=files.log is not None,
-            facts=arm.facts,
-        )
-    findings = (*identified.findings, *of_log, *pipeline.log_findings(arm, identified), *arm.input_findings)
-    identified = replace(identified, findings=findings)
+        identified = pipeline.identify_files(arm, files, measured.reference, progress, force=force)
     return _publish(arm, identified, files.names, target, force=force, page=page, options=options)
 
 

@@ -15,6 +15,7 @@ from compgen.core.files import file_hash
 from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
 from compgen.core.rotations import rotation_matrix
+from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
 from compgen.fanuc.frames import default_frames, load_frames
@@ -28,7 +29,7 @@ from compgen.identification.identified_robot_file import (
     sensorless_nodes,
     with_sensorless_nodes,
 )
-from compgen.identification.identify import Identification
+from compgen.identification.identify import Identification, identify
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
 from compgen.identification.parameter_posterior import posterior_of
 from compgen.identification.pose_files import read_poses
@@ -263,9 +264,33 @@ def _sensorless(arm: Arm, identified: Identification) -> list[SensorlessNode]:
     return sensorless_nodes(identified.model, identified.selected.fit, arm.nodes)
 
 
-def log_findings(arm: Arm, identified: Identification) -> list[Finding]:
-    """What was fitted of nodes without a sensor in the log."""
-    return sensorless_findings(_sensorless(arm, identified), is_written=arm.law is not None)
+def identify_files(
+    arm: Arm, files: MeasurementFiles, reference: str, progress: Progress, *, force: bool
+) -> Identification:
+    """An identification from its files, with what must be known of its log and of the robot file.
+
+    Args:
+        arm: To identify.
+        files: Of its measurements.
+        reference: What rises in the log count from.
+        progress: Called with the stage and the share done.
+        force: Take also measurements that are refused for being too few.
+
+    Raises:
+        InputError: A file or what it holds is wrong.
+    """
+    measurements, of_log = read_measurements(arm, files, force=force, reference=reference)
+    identified = identify(
+        arm.robot,
+        arm.known,
+        measurements,
+        len(arm.nodes),
+        progress,
+        temperatures=files.log is not None,
+        facts=arm.facts,
+    )
+    of_nodes = sensorless_findings(_sensorless(arm, identified), is_written=arm.law is not None)
+    return replace(identified, findings=(*identified.findings, *of_log, *of_nodes, *arm.input_findings))
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:

@@ -1,7 +1,7 @@
 """A robot identified from measurements, in a notebook."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from compgen.core.arrays import Array
@@ -10,10 +10,9 @@ from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
 from compgen.core.stages import Progress
-from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
 from compgen.pipelines.files.robot_file import Arm, load_arm
-from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements
+from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, identify_files
 from compgen.report.identification import FIGURES, identification_figures, identification_html, identification_summary
 from compgen.report.inputs import Inputs, measured_inputs
 from compgen.report.notebook.arguments import (
@@ -156,17 +155,7 @@ def _identified(
     arm: Arm, files: MeasurementFiles, reference: str, progress: Progress, *, force: bool
 ) -> IdentifiedRobot:
     with numpy_alone():
-        measurements, of_log = read_measurements(arm, files, force=force, reference=reference)
-        fitted = pipeline.identify(
-            arm.robot,
-            arm.known,
-            measurements,
-            len(arm.nodes),
-            progress,
-            temperatures=files.log is not None,
-            facts=arm.facts,
-        )
-        result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.input_findings))
+        result = identify_files(arm, files, reference, progress, force=force)
         text, posterior = identified_texts(arm, result, files.names, f"{arm.robot.name}{POSTERIOR}")
     report = identification_summary(result)
     inputs = measured_inputs(
