@@ -18,7 +18,8 @@ from compgen import fanuc
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
-from compgen.fanuc.configuration import config_letters
+from compgen.program.configuration import config_letters
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 
 Result = TypeVar("Result")
@@ -29,7 +30,7 @@ _CONFIG = re.compile(r"CONFIG : '(.) (.) (.), (-?\d+), (-?\d+), (-?\d+)'")
 _NUMBER = re.compile(r"= +(-?\d+\.\d+)")
 
 
-def spiral(points: int) -> fanuc.Program:
+def spiral(points: int) -> Program:
     """A program of so many points on a spiral, with a tilting tool and a few speeds."""
     t = np.arange(points)
     radius = 0.2 * t / points
@@ -40,7 +41,7 @@ def spiral(points: int) -> fanuc.Program:
     speed = np.array([0.02, 0.025, 0.03, 0.125 / 60])[t[1:] % 4]
     fine = t % 1000 == 0
     posture = Posture(True, True, False)
-    return fanuc.Program(
+    return Program(
         name="LONG",
         comment="benchmark",
         date="26-01-01",
@@ -56,7 +57,7 @@ def spiral(points: int) -> fanuc.Program:
     )
 
 
-def write_by_lines(program: fanuc.Program) -> bytes:
+def write_by_lines(program: Program) -> bytes:
     """The same text, one line after the other."""
     small = fanuc.compose(program).split(b"/MN\r\n", 1)[0].decode()
     numbers = pose_numbers(program.position, program.rotation).tolist()

@@ -15,7 +15,6 @@ import numpy as np
 
 from compgen.cli.machine import use_machine
 from compgen.core.units import HOUR, MINUTE, UM
-from compgen.fanuc.paging.join_check import join_programs
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
@@ -29,6 +28,7 @@ from compgen.pipelines.resume.result import size_of
 from compgen.pipelines.resume.resume import resume, segments_on_part
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
+from compgen.program.pages import join_programs
 from compgen.thermal import Ambient, state_after, states_at
 from compgen.thermal.temperature_log import growing_log
 from compgen.verification.deviation import deviation_from_path

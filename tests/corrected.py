@@ -7,9 +7,9 @@ import numpy as np
 from shipped import ROOT, quiet
 
 from compgen.core.pose import IDENTITY
-from compgen.fanuc.frames import Frames, default_frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.files.history_words import load_before
+from compgen.program.frames import Frames, default_frames
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
 REAL = sorted(p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls")

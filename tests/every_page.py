@@ -10,9 +10,9 @@ from simulated_days import drawn_day
 from synthetic import made_up, measured, random_theta
 
 from compgen.core.units import DEG, MM
-from compgen.fanuc.frames import default_frames
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import default_frames
 
 LINE = path_file("line_y")
 COMMANDS = (

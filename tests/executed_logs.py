@@ -170,6 +170,7 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
     ``shift`` (N, 3) [m] moves its positions, as another correction does.
     """
     from compgen import fanuc
+    from compgen.program.program import Program
     from compgen.robot.inverse_kinematics import Posture
 
     corners = [(0, 0), (0.30, 0), (0.30, 0.04), (0, 0.04), (0, 0.08), (0.30, 0.08)]
@@ -190,7 +191,7 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
     local = local + (0 if shift is None else shift)
     N = len(local)
     return fanuc.compose(
-        fanuc.Program(
+        Program(
             name=name,
             comment="test",
             date="26-01-01",
@@ -210,13 +211,14 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
 def circle(name="PART", radius=0.15, speed=0.1):
     """A program that is one circle, from stop to stop."""
     from compgen import fanuc
+    from compgen.program.program import Program
     from compgen.robot.inverse_kinematics import Posture
 
     angle = np.radians(np.arange(0, 361, 2))
     local = np.column_stack([1.1 + radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), 0.1)])
     N = len(local)
     return fanuc.compose(
-        fanuc.Program(
+        Program(
             name=name,
             comment="test",
             date="26-01-01",

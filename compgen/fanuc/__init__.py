@@ -8,22 +8,17 @@ from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.canonical.speed_rounding import feed_errors, written_feeds
 from compgen.fanuc.canonical.writer import as_written, compose, printed_poses, resolution, writable_speed
 from compgen.fanuc.listing.listing import LsProgram, dumps, edited, loads
-from compgen.fanuc.paging.capacity import estimated_memory
-from compgen.program.program import Program, program_name
 
 __all__ = [
     "LsProgram",
-    "Program",
     "as_written",
     "compose",
     "dumps",
     "edited",
-    "estimated_memory",
     "feed_errors",
     "interpret",
     "loads",
     "printed_poses",
-    "program_name",
     "resolution",
     "writable_speed",
     "written_feeds",

@@ -13,7 +13,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.fanuc.canonical.writer import REMARK_LENGTH, pose_numbers
-from compgen.fanuc.configuration import config_letters
+from compgen.program.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
 SPEED_PERCENT = 20  # of full joint speed

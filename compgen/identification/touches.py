@@ -15,7 +15,6 @@ from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import Source
-from compgen.fanuc.configuration import parse_config
 from compgen.identification.pose_files import (
     JOINTS,
     check_within_limits,
@@ -26,6 +25,7 @@ from compgen.identification.pose_files import (
     words_or,
 )
 from compgen.identification.tables import ArtefactFile
+from compgen.program.configuration import parse_config
 from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot

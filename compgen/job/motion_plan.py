@@ -21,7 +21,6 @@ from compgen.core.units import DEG
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.error_model.validity import joint_halves, settling
-from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.job.job import Cell, Process, ProgramPlan
 from compgen.job.moves_in_arcs import page_stops_of_arcs, without_period
 from compgen.planning import retiming, toolpath
@@ -29,6 +28,7 @@ from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import LayoutSettings, ToolPath
 from compgen.planning.whole_periods import Periods
+from compgen.program.page_stops import PageStops, place_page_stops
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot

@@ -11,9 +11,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.core.units import MDEG
-from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.job.job import Process
 from compgen.planning.toolpath import ToolPath
+from compgen.program.page_stops import PageStops, place_page_stops
 from compgen.robot.robot import Robot
 from compgen.robot.turns import turn_digits
 

@@ -14,8 +14,8 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, read_toml
 from compgen.core.units import DEG, MM
-from compgen.fanuc.frames import load_frames
 from compgen.planning.tables import FrameFile, FrameTable, TaughtTable
+from compgen.program.frames import load_frames
 
 WARM = 1.0  # [K] from which a frame is taught hot
 FIGURES = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")

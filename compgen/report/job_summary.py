@@ -19,6 +19,7 @@ from compgen.pipelines.planned.written_program import WrittenFlight
 from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory
+from compgen.program.pages import estimated_memory
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import DRAWN, band_record, guaranteed_record
 from compgen.report.inputs import made_from
@@ -229,7 +230,7 @@ def _program(corrected: Corrected) -> dict[str, Any]:
         "positions": len(program.position),
         "arcs": int(program.via.sum()),
         "bytes": sum(len(content) for name, content in delivered.files if name.endswith(".LS")),
-        "memory_kB": fanuc.estimated_memory(program) / KB,
+        "memory_kB": estimated_memory(program) / KB,
         "largest_feed_error": feed_error,
         "largest_time_error_s": time_error,
         "sha256": {name: sha256(text).hexdigest() for name, text in delivered.files if name.endswith(".LS")},

@@ -20,13 +20,13 @@ import executed_logs as logs
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.fanuc.frames import default_frames
 from compgen.identification.motion.fit import times_of
 from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.pipelines.measure.identify_motion import identify_motion
+from compgen.program.frames import default_frames
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.executed.position_log import read_position_log
 from compgen.verification.twin.controller.smoothing import settling_time

@@ -27,10 +27,10 @@ from shrinking import shrunk  # noqa: E402
 
 from compgen.core.exceptions import CompgenError  # noqa: E402
 from compgen.fanuc.analysis import inspection  # noqa: E402
-from compgen.fanuc.frames import default_frames  # noqa: E402
 from compgen.fanuc.listing.listing import LsProgram, dumps, loads  # noqa: E402
 from compgen.fanuc.listing.templates import FEW_TEXTS  # noqa: E402
 from compgen.pipelines.files.robot_file import load_robot  # noqa: E402
+from compgen.program.frames import default_frames  # noqa: E402
 
 SAMPLES = TESTS.parents[1] / "shared" / "fanuc" / "samples"
 LONGEST_S = 1.0

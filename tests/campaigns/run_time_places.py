@@ -25,12 +25,12 @@ from compgen.fanuc.analysis.called_programs import called_programs  # noqa: E402
 from compgen.fanuc.analysis.correctable import read_scope  # noqa: E402
 from compgen.fanuc.analysis.program_context import ProgramContext  # noqa: E402
 from compgen.fanuc.analysis.traversal import read_traversal  # noqa: E402
-from compgen.fanuc.frames import Frames  # noqa: E402
-from compgen.fanuc.pose_table import pose_of  # noqa: E402
-from compgen.fanuc.registers import CARTESIAN, Register  # noqa: E402
 from compgen.pipelines.correct import Options, correct  # noqa: E402
 from compgen.pipelines.files.history_words import load_before  # noqa: E402
 from compgen.pipelines.files.robot_file import load_cell, load_robot  # noqa: E402
+from compgen.program.frames import Frames  # noqa: E402
+from compgen.program.pose_table import pose_of  # noqa: E402
+from compgen.program.registers import CARTESIAN, Register  # noqa: E402
 
 FRAMES = {0: (0.0,) * 6, 1: (100.0, 50.0, -30.0, 0.0, 0.0, 30.0), 2: (-50.0, 20.0, 10.0, 2.0, -3.0, 0.0)}
 TOOLS = {0: (0.0,) * 6, 1: (0.0, 0.0, 120.0, 0.0, 5.0, 0.0)}

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from command_line import refused, run
 
-from compgen.fanuc.frames import default_frames, load_frames
 from compgen.pipelines.files.program_course import course_of_text
+from compgen.program.frames import default_frames, load_frames
 
 RUN = logs.Run(ramp=0.25)
 

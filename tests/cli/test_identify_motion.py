@@ -9,9 +9,9 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
-from compgen.fanuc.frames import default_frames
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import default_frames
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 

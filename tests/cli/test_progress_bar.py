@@ -13,11 +13,11 @@ from shipped import ROOT, path_file
 from compgen.cli.screen import progress_bar
 from compgen.core import stages
 from compgen.core.stages import RunStage
-from compgen.fanuc.frames import default_frames
 from compgen.pipelines import correct
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
+from compgen.program.frames import default_frames
 
 
 def reports_of(work):

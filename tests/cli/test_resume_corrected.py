@@ -10,8 +10,8 @@ from corrected_pages import pages_of
 from states import state_of, written
 
 from compgen import fanuc as ls
-from compgen.fanuc.paging.manifest import with_checksum
 from compgen.pipelines.files.path_file import load_job
+from compgen.program.manifest import with_checksum
 
 RESUME = ("--late", "35min", "--max-um", "5", "--date", "2026-01-31")
 

@@ -11,7 +11,7 @@ from command_line import refused, run
 from compgen.core.exceptions import InputError
 from compgen.core.files import near_file, read_regular
 from compgen.core.toml import read_toml
-from compgen.fanuc.frames import load_frames
+from compgen.program.frames import load_frames
 
 
 @pytest.fixture

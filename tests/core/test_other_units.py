@@ -10,7 +10,7 @@ from shipped import ROOT
 from compgen.core.codes import Level
 from compgen.core.other_units import lengths_in_other_units, values_in_other_units
 from compgen.core.toml import override
-from compgen.fanuc.frames import load_frames
+from compgen.program.frames import load_frames
 
 ROBOT = (ROOT / "robots/m710ic50.toml").read_text()
 PATH = (ROOT / "paths/line_y.toml").read_text()

@@ -8,7 +8,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError, TableError
 from compgen.core.toml import Table, check, override, read_toml
-from compgen.fanuc.frames import load_frames
+from compgen.program.frames import load_frames
 
 
 class Inner(Table):

@@ -8,9 +8,9 @@ from command_line import refused, run
 from compgen import fanuc
 from compgen.core.exceptions import CompgenError
 from compgen.fanuc.analysis import inspection
-from compgen.fanuc.frames import default_frames
 from compgen.fanuc.listing.templates import FEW_TEXTS
 from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import default_frames
 
 GOOD = b"""/PROG  GOOD
 /ATTR

@@ -16,7 +16,8 @@ from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical import reader
 from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
-from compgen.fanuc.configuration import config_letters
+from compgen.program.configuration import config_letters
+from compgen.program.program import Program, program_name
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
 from compgen.robot.turns import apply_turns, postures_of, turn_digits
 
@@ -71,7 +72,7 @@ P[3]{
 
 
 def demo():
-    return ls.Program(
+    return Program(
         name="DEMO",
         comment="compgen 01234567",
         date="26-01-01",
@@ -259,7 +260,7 @@ def test_columns_never_read_what_lines_do_not(count, decimals, monkeypatch):
     for found, data in zip(quick, texts, strict=True):
         if found is not None:
             careful = ls.interpret(data)
-            for field in fields(ls.Program):
+            for field in fields(Program):
                 a, b = getattr(found, field.name), getattr(careful, field.name)
                 same = a.tobytes() == b.tobytes() and a.dtype == b.dtype if isinstance(a, np.ndarray) else a == b
                 assert same, (field.name, data)
@@ -400,7 +401,7 @@ def test_w_near_180_reads_as_the_same_rotation():
     ],
 )  # fmt: skip
 def test_names_are_ones_the_controller_takes(name, length, said):
-    assert ls.program_name(name, length) == said
+    assert program_name(name, length) == said
 
 
 @pytest.mark.parametrize(
@@ -411,7 +412,7 @@ def test_names_are_ones_the_controller_takes(name, length, said):
     ],
 )  # fmt: skip
 def test_names_that_lose_letters_do_not_become_one(one, other, length, start):
-    names = [ls.program_name(name, length) for name in (one, other)]
+    names = [program_name(name, length) for name in (one, other)]
     assert names[0] != names[1]
     assert names[0].startswith(start)
     assert all(re.fullmatch(r"[A-Z][A-Z0-9_]*", name) and len(name) <= length for name in names)

@@ -12,10 +12,10 @@ from compgen.core.exceptions import ImpossibleError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.writer import APPROACH_PERCENT
-from compgen.fanuc.paging.capacity import Capacity
-from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
-from compgen.fanuc.paging.split import excerpt, split_canonical, split_program
+from compgen.fanuc.paging.join_check import check_join, interpret_pages
+from compgen.fanuc.paging.split import split_canonical, split_program
 from compgen.pipelines.planned import delivery
+from compgen.program.pages import Capacity, JoinError, excerpt
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 

@@ -15,6 +15,7 @@ from compgen.core.arcs import arcs_through, segment_lengths
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 
 
@@ -37,7 +38,7 @@ def drawn(seed, arcs=6):
             via, speed, fine = [*via, False], [*speed, v], [*fine, stop]
     N = len(places)
     fine[-1] = True
-    return ls.Program(
+    return Program(
         name="ARCS", comment="drawn", date="26-01-01", remarks=("arcs",), uframe=0, utool=1,
         position=np.array(places) / 2, rotation=from_wpr(*(rng.uniform(-80, 80, size=(3, N)) * DEG)),
         posture=Posture(), turns=np.zeros((N, 3), dtype=np.int64), speed=np.array(speed), fine=np.array(fine),
@@ -63,7 +64,7 @@ def quarters():
     angle = np.arange(5) * 45 * DEG
     circle = np.column_stack([np.sin(angle), 1 - np.cos(angle), 0 * angle]) * 0.05
     position = np.array([1.2, 0.0, 0.2]) + np.vstack([[[-0.1, 0, 0]], circle])
-    return ls.Program(
+    return Program(
         name="ARCS", comment="drawn", date="26-01-01", remarks=("arcs",), uframe=0, utool=1, position=position,
         rotation=np.tile(np.diag([1.0, -1.0, -1.0]), (6, 1, 1)), posture=Posture(),
         turns=np.zeros((6, 3), dtype=np.int64), speed=np.array([0.2, 0.1, 0.1, 0.1, 0.1]),

@@ -14,6 +14,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.comparison.backup import compare_programs
 from compgen.fanuc.comparison.statements import core
 from compgen.fanuc.listing.listing import statement_texts
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
@@ -21,7 +22,7 @@ SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
 
 def written(count=30, seed=3, decimals=3):
     rng = np.random.default_rng(seed)
-    return ls.compose(ls.Program(
+    return ls.compose(Program(
         name="PLATE", comment="compgen 01234567", date="26-01-01", remarks=("compgen 1.0 arm", "RUN AT 100% OVERRIDE"),
         uframe=2, utool=3, position=rng.uniform(-2, 2, (count, 3)),
         rotation=from_wpr(*(rng.uniform(-179, 179, size=(3, count)) * [[1], [0.4], [1]] * DEG)),

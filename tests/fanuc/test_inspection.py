@@ -19,8 +19,8 @@ from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
-from compgen.fanuc.frames import default_frames, load_frames
 from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import default_frames, load_frames
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
 

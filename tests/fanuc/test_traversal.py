@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 from compgen import fanuc
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.traversal import RAMP, read_traversal
-from compgen.fanuc.frames import default_frames
 from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import default_frames
 
 DOWN = (180.0, 0.0, 0.0)
 PLACES = [(1300.0, 0.0, 203.0, *DOWN), (1400.0, 0.0, 203.0, *DOWN), (1400.0, 0.0, 203.0, 180.0, 0.0, 90.0)]

@@ -18,12 +18,12 @@ from compgen.fanuc import compose, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.inspection import inspect
 from compgen.fanuc.analysis.watermark import Mark
-from compgen.fanuc.frames import Frames, default_frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
+from compgen.program.frames import Frames, default_frames
 from compgen.report.provenance import provenance_json, restore_planned
 
 

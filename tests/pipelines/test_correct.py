@@ -18,12 +18,12 @@ from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import Pose
 from compgen.fanuc import compose
 from compgen.fanuc.editing.numbers import format_like
-from compgen.fanuc.frames import Frames, load_frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
+from compgen.program.frames import Frames, load_frames
 from compgen.verification.verdict import Verdict
 
 

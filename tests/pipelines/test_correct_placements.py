@@ -16,11 +16,11 @@ from shipped import ROOT, quiet
 from compgen.core.exceptions import InputError
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.inspection import inspect
-from compgen.fanuc.frames import default_frames, load_frames
-from compgen.fanuc.registers import load_registers
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.files.history_words import load_before
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.program.frames import default_frames, load_frames
+from compgen.program.registers import load_registers
 
 THERE = (15.0, 25.0, -20.0, 25.0, -55.0, 40.0)
 AWAY = (-30.0, 35.0, 5.0, 40.0, -75.0, -20.0)

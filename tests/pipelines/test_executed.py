@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose
 
 from compgen import fanuc
 from compgen.core.exceptions import InputError
-from compgen.fanuc.frames import default_frames
 from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.program_course import course_of_text
+from compgen.program.frames import default_frames
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.executed.position_log import read_position_log
 

@@ -28,7 +28,6 @@ from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.error_model.uncertain_sources import source_table
-from compgen.fanuc.frames import default_frames
 from compgen.job.motion_plan import plan_motion
 from compgen.pipelines import correct
 from compgen.pipelines.files.path_file import load_job
@@ -36,6 +35,7 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.planning import toolpath
+from compgen.program.frames import default_frames
 from compgen.report import job_summary
 
 # by a robot whose hysteresis is of the study's size

@@ -13,7 +13,6 @@ from compgen import fanuc
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
-from compgen.fanuc.frames import Frames, default_frames
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.correct.program_offsets import offsets_of_program
@@ -22,6 +21,7 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned.offset_kinds import FRAME, FULL, NOTHING, REGISTER, SHIFT
 from compgen.pipelines.planned.offsets import moved, offsets_of_job
 from compgen.pipelines.planned.program_text import planned_program
+from compgen.program.frames import Frames, default_frames
 from compgen.thermal import Duty
 
 SHIFTED = np.array([0.12, -0.08, 0.05])  # mm

@@ -15,13 +15,12 @@ from shipped import path_file, quiet
 from compgen import fanuc as ls
 from compgen.core.codes import Level
 from compgen.core.units import UM
-from compgen.fanuc.paging.capacity import Capacity
-from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
-from compgen.fanuc.paging.manifest import check_manifest
-from compgen.fanuc.paging.stops import add_stops, head_line_count, joint_rates, positions_per_page
+from compgen.fanuc.paging.join_check import check_join, check_manifest, interpret_pages
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import delivery, generate
+from compgen.program.page_stops import add_stops, head_line_count, joint_rates, positions_per_page
+from compgen.program.pages import Capacity, JoinError
 from compgen.thermal import Duty, state_after
 from compgen.verification.twin import execute
 from compgen.verification.verdict import Verdict

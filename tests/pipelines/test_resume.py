@@ -16,8 +16,7 @@ from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import UM
-from compgen.fanuc.paging.join_check import JoinError
-from compgen.fanuc.paging.manifest import CHECKSUM, check_manifest, with_checksum
+from compgen.fanuc.paging.join_check import check_manifest
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
@@ -27,6 +26,8 @@ from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
+from compgen.program.manifest import CHECKSUM, with_checksum
+from compgen.program.pages import JoinError
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import Duty, state_after
 from compgen.verification.deviation import deviation_from_path

@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file
 
-from compgen import fanuc
 from compgen.core.rotations import rotation_matrix, rotation_vector
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.kinematics import flange_pose
 from compgen.verification.twin import TwinError, prepare
@@ -37,7 +37,7 @@ def on_circle(radius, angles, normal, turn):
     fine, via = np.zeros(N, dtype=bool), np.arange(N) % 2 == 1
     fine[[0, -1]] = True
     axes = rotation_matrix(np.outer(np.linspace(0, 1, N) ** 2, turn)) @ DOWN
-    return fanuc.Program(
+    return Program(
         name="ARCS", comment="", date="26-01-01", remarks=(), uframe=0, utool=1, position=places, rotation=axes,
         posture=Posture(), turns=np.zeros((N, 3), dtype=np.int64), speed=np.full(N - 1, 0.1), fine=fine, via=via,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from compgen.fanuc import Program
+from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 from compgen.verification.twin.timing import RAMP_ACCELERATION, RAMP_JERK, ramp_duration, time_program
 

@@ -10,10 +10,10 @@ from shipped import path_file, quiet
 from compgen.core.pose import IDENTITY
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
-from compgen.fanuc.frames import Frames
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
+from compgen.program.frames import Frames
 from compgen.thermal import Duty, JointMotion, rises_during
 from compgen.verification.twin import TwinError, execute
 from compgen.verification.twin.timing import ramp_duration

@@ -171,7 +171,7 @@ def _publish(
     progress: Progress,
 ) -> None:
     """Put a job's files into its folder; an earlier run's program and pages go where this run writes none."""
-    from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
+    from compgen.program.manifest import MANIFEST_SUFFIX
 
     contents = {
         name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))

@@ -22,8 +22,7 @@ from compgen.core.units import KB
 
 if TYPE_CHECKING:
     from compgen.fanuc import LsProgram
-    from compgen.fanuc.paging.capacity import ProgramSize
-    from compgen.fanuc.paging.split import PagedProgram
+    from compgen.program.pages import PagedProgram, ProgramSize
 
 
 def pages(
@@ -49,13 +48,13 @@ def pages(
     from compgen.fanuc.analysis.watermark import carries_mark
     from compgen.fanuc.editing.insertion import marking_remark
     from compgen.fanuc.paging.capacity import program_size
-    from compgen.fanuc.paging.join_check import check_join
-    from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
+    from compgen.fanuc.paging.join_check import check_join, check_manifest
     from compgen.fanuc.paging.split import split_program
-    from compgen.fanuc.paging.stops import controller_capacity
     from compgen.pipelines.correct.program_file import provenance_beside, read_program
     from compgen.pipelines.files.robot_file import load_cell, robot_of_program
     from compgen.pipelines.resume.written_job import CORRECTED
+    from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
+    from compgen.program.page_stops import controller_capacity
 
     folder = opt.output_folder(program, output)
     content = read_program(program)

@@ -112,12 +112,12 @@ def plan_poses(
     import numpy as np
 
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.fanuc import program_name
     from compgen.fanuc.measuring_programs import measuring_program
     from compgen.identification import pose_planning
     from compgen.identification.model import build_model
     from compgen.identification.parameters import symbolic_sources
     from compgen.pipelines.files.robot_file import load_arm
+    from compgen.program.program import program_name
 
     arm = load_arm(robot)
     folder = opt.output_folder(f"{arm.robot.name}_poses", output)

@@ -84,11 +84,11 @@ def plan_touches(
         cgen plan-touches paths/spiral_1300.toml --artefact artefact.toml -n 8 -o touches
     """
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.fanuc import program_name
     from compgen.identification.touch_candidates import Search
     from compgen.identification.touches import read_artefact
     from compgen.pipelines.anchor.touch_model import frame_of_artefact
     from compgen.pipelines.anchor.touch_plan import plan_path_touches, positions_of, write_touches
+    from compgen.program.program import program_name
     from compgen.report.touch_plan import touch_record, touches_csv
 
     if artefact is None:

@@ -38,10 +38,10 @@ def teach_frame(
     Examples:
         cgen teach-frame mine.toml --touches touches.csv --artefact artefact.toml
     """
-    from compgen.fanuc.frames import default_frames, load_frames
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure import teach_frame as teaching
     from compgen.pipelines.measure.identification_files import artefact_of_touches, rise_reference
+    from compgen.program.frames import default_frames, load_frames
 
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")

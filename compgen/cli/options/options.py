@@ -19,9 +19,9 @@ from compgen.core.exceptions import InputError, naming_file
 from compgen.core.units import HOUR, MINUTE, UM
 
 if TYPE_CHECKING:
-    from compgen.fanuc.frames import Frames
-    from compgen.fanuc.registers import Register
     from compgen.job.job import Cell, Job
+    from compgen.program.frames import Frames
+    from compgen.program.registers import Register
     from compgen.thermal import Duty
 
 PathFile = Annotated[

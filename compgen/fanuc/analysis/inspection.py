@@ -20,13 +20,13 @@ from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, pose_rows, read_traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.fanuc.analysis.watermark import mark_of
-from compgen.fanuc.configuration import CONFIG
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.registers import Register
 from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
+from compgen.program.configuration import CONFIG
 from compgen.program.driven import NONE
+from compgen.program.frames import Frames
+from compgen.program.registers import Register
 from compgen.robot.joint_path import wrist_centre
 from compgen.robot.robot import Robot
 

@@ -26,13 +26,13 @@ from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.flow_graph import arrivals, link_nodes, read_nodes
 from compgen.fanuc.analysis.register_arithmetic import ANY, bracketed
 from compgen.fanuc.analysis.register_flow import KINDS, Numbers, RegisterFlow, State, acts, meet
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of
-from compgen.fanuc.pose_table import pose_of
-from compgen.fanuc.registers import JOINT, Register
 from compgen.fanuc.vocabulary import BESIDE, FRAME_BEGINS, FRAME_WRITTEN, REGISTER_INDEX, written_frames
+from compgen.program.frames import Frames
+from compgen.program.pose_table import pose_of
+from compgen.program.registers import JOINT, Register
 
 MOST_STATEMENTS = 5000  # that write registers; a program with more of them is not followed
 _NAMES = {"OFFSET": "Offset", "TOOL_OFFSET": "Tool_Offset"}

@@ -19,14 +19,14 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import DEG
+from compgen.fanuc.analysis.arm_bases import ArmBases, read_arm_bases
 from compgen.fanuc.analysis.placements import Placements, placed_poses
-from compgen.fanuc.configuration import parse_config
-from compgen.fanuc.extended_axes import ArmBases, read_arm_bases
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
-from compgen.fanuc.pose_table import pose_of
+from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, Positions
+from compgen.program.frames import Frames
+from compgen.program.pose_table import pose_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_from_tool, solve_flange
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot

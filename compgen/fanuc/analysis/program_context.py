@@ -7,10 +7,10 @@ from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledProgr
 from compgen.fanuc.analysis.placements import read_placements
 from compgen.fanuc.analysis.poses import Poses, read_poses
 from compgen.fanuc.analysis.traversal import read_traversal
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.fanuc.registers import Register
 from compgen.program.driven import DrivenProgram
+from compgen.program.frames import Frames
+from compgen.program.registers import Register
 from compgen.program.ways import measure_reach
 from compgen.robot.robot import Robot
 

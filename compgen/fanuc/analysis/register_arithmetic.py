@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from compgen.fanuc.registers import CARTESIAN, EITHER, JOINT, Register
+from compgen.program.registers import CARTESIAN, EITHER, JOINT, Register
 
 Key = tuple[str, int]  # kind and number: ("PR", 5), ("R", 1), ("UFRAME", 4), ("UTOOL", 2), ("OFFSET", 0)
 UNKNOWN = Register()

@@ -24,12 +24,9 @@ from compgen.fanuc.analysis.register_arithmetic import (
     evaluate_register,
     with_component,
 )
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
 from compgen.fanuc.motion_options import POINT_LOGIC
-from compgen.fanuc.pose_table import LARGEST
-from compgen.fanuc.registers import CARTESIAN, EITHER, JOINT, Register
 from compgen.fanuc.vocabulary import (
     CALL,
     CONDITION_OF_OFFSET,
@@ -46,6 +43,9 @@ from compgen.fanuc.vocabulary import (
     may_move_arm,
     written_frames,
 )
+from compgen.program.frames import Frames
+from compgen.program.pose_table import LARGEST
+from compgen.program.registers import CARTESIAN, EITHER, JOINT, Register
 
 Numbers = tuple[float, ...]  # X Y Z [mm], W P R [deg]
 State = Mapping[Key, Register | float | None]

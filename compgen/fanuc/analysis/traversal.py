@@ -18,11 +18,11 @@ from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.flow_graph import station_origins
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.extended_axes import SAME_VALUE
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
 from compgen.program.driven import NONE, DrivenProgram
+from compgen.program.extended_axes import SAME_VALUE
 from compgen.robot.robot import Robot
 
 RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses

@@ -10,12 +10,12 @@ import numpy as np
 
 from compgen.core.findings import printable
 from compgen.fanuc.analysis.placements import Placements
-from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
 from compgen.fanuc.listing.listing import LsProgram, head_text, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of, unsafe_options, without_offsets
 from compgen.fanuc.vocabulary import OFFSET_CONDITIONS, UNSAFE_HEADERS, unsafe_words
+from compgen.program.configuration import CONFIG
 
 AS_LISTED = Placements()
 

@@ -25,10 +25,10 @@ from compgen.fanuc.analysis.correctable import LONGEST_NUMBER, read_scope
 from compgen.fanuc.analysis.poses import J1, Poses
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import position_rows, read_traversal
-from compgen.fanuc.frames import default_frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.positions import decimal_places
 from compgen.program.driven import DrivenProgram
+from compgen.program.frames import default_frames
 from compgen.robot.robot import Robot
 
 MARKED_PLACES = 24  # of a program

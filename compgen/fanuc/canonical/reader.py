@@ -28,11 +28,11 @@ from compgen.fanuc.canonical.layout import (
 )
 from compgen.fanuc.canonical.writer import acc_text, fill_poses, parse_speed
 from compgen.fanuc.circular import check_circles
-from compgen.fanuc.configuration import CONFIG, config_letters, parse_config
 from compgen.fanuc.listing.listing import LsProgram, loads, statement_texts
 from compgen.fanuc.listing.templates import hash_rows, unique_keys, windows
 from compgen.fanuc.motion_options import ACC_OR_NOTHING
 from compgen.fanuc.vocabulary import FRAME_NUMBER, PAYLOAD_ALONE, PERCENT
+from compgen.program.configuration import CONFIG, config_letters, parse_config
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 

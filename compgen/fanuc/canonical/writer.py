@@ -15,8 +15,8 @@ from compgen.core.rotations import fill_rotation_matrices, to_wpr
 from compgen.core.units import DEG, INCH, MINUTE, MM
 from compgen.fanuc.canonical.layout import BLOCK, Frame, motions, positions
 from compgen.fanuc.circular import check_circles
-from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.templates import unique_rows
+from compgen.program.configuration import config_letters
 from compgen.program.program import Program
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly

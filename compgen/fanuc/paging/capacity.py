@@ -9,33 +9,9 @@ from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.program.program import Program
+from compgen.program.pages import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, ProgramSize
 
 USUAL_MOTION = 64  # [bytes] of text; what is longer has options, which take memory of their own
-
-
-@dataclass(frozen=True, slots=True)
-class Capacity:
-    """What a controller holds."""
-
-    max_lines: int  # of one program
-    max_positions: int  # of one program
-    memory: float  # [bytes] of all programs together
-    name_length: int
-
-
-@dataclass(frozen=True, slots=True)
-class ProgramSize:
-    """What a program takes of a controller."""
-
-    lines: int
-    positions: int
-    memory: float  # [bytes] estimated
-
-    def within(self, capacity: Capacity) -> bool:
-        """Whether one program of that size fits."""
-        lines, positions = self.lines <= capacity.max_lines, self.positions <= capacity.max_positions
-        return lines and positions and self.memory <= capacity.memory
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,14 +46,3 @@ def program_size(program: LsProgram) -> ProgramSize:
     positions = len(np.unique(program.positions.number))
     memory = MEMORY_PROGRAM + positions * MEMORY_POSITION + float(units.memory.sum())
     return ProgramSize(int(units.lines.sum()), positions, memory)
-
-
-#: Bytes of a program, of a single-group position and of a motion line.
-MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28
-MEMORY_REMARK = 40.0  # bytes that a remark at a page's head takes at most
-MEMORY_CALL = 50.0  # bytes of a call in the main program besides the name, its message and its pause included
-
-
-def estimated_memory(program: Program) -> float:
-    """Bytes of a program of compgen's own."""
-    return MEMORY_PROGRAM + len(program.position) * (MEMORY_POSITION + MEMORY_MOTION)

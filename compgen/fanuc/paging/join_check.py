@@ -4,18 +4,17 @@ Each page is read on its own, in the order in which the main program calls it. W
 start at the position where the first stopped, to the last digit of the text.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
 from itertools import chain
 from typing import Any, TypeVar
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, frozen
+from compgen.core.arrays import Array, IntArray
 from compgen.core.evaluation import map_blocks
-from compgen.core.exceptions import CompgenError
-from compgen.core.exit_codes import ExitCode
-from compgen.core.units import MM
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
@@ -23,18 +22,10 @@ from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.listing.templates import find_places
 from compgen.fanuc.motion_options import ACC_OR_NOTHING, ends_elsewhere
 from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
+from compgen.program.pages import JoinError, join_programs
 from compgen.program.program import Program
 
 T = TypeVar("T")
-SAME_STEP = 1e-6  # relative
-MOST_TURN = 0.02  # [rad] from page to page, where one was written anew
-NO_STEPS: Mapping[str, float] = {}
-
-
-class JoinError(CompgenError):
-    """Pages that are not the program they were made from: they must not be used."""
-
-    exit_code = ExitCode.OUTSIDE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -246,49 +237,27 @@ def read_pages(main: bytes, pages: Mapping[str, bytes]) -> list[Program]:
     return programs
 
 
-def join_programs(programs: Sequence[Program], steps: Mapping[str, float] = NO_STEPS) -> tuple[Program, Array]:
-    """The program that pages make together, one behind the other, and where each begins in it.
+def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict[str, bytes]]:
+    """The main program, and the pages by program name, that a manifest lists.
 
     Args:
-        programs: In order.
-        steps: How far a page may start from where the one before stopped, along any axis [m], by name: one that was
-            written anew for another warmth. Where it does, the joined program has the place of the stop.
+        data: The manifest.
+        files: File name to content.
 
     Raises:
-        JoinError: Two pages do not meet; names the page and the gap.
+        JoinError: A file is missing or another than was written, or the main program calls in another order.
     """
-    for before, after in zip(programs, programs[1:], strict=False):
-        require_meeting(before, after, steps.get(after.name, 0.0))
-    starts = np.cumsum([0] + [len(p.position) - 1 for p in programs[:-1]])
-    first, rest = programs[0], programs[1:]
-    whole = replace(
-        first,
-        position=frozen(np.concatenate([first.position, *(p.position[1:] for p in rest)])),
-        rotation=frozen(np.concatenate([first.rotation, *(p.rotation[1:] for p in rest)])),
-        turns=frozen(np.concatenate([first.turns, *(p.turns[1:] for p in rest)])),
-        speed=frozen(np.concatenate([p.speed for p in programs])),
-        fine=frozen(np.concatenate([first.fine, *(p.fine[1:] for p in rest)])),
-        via=frozen(np.concatenate([first.via, *(p.via[1:] for p in rest)])),
-    )
-    return whole, starts
-
-
-def gap_between(before: Program, after: Program) -> float:
-    """How far a page starts from where the one before it stops, along the axis where it is most [m]."""
-    return float(np.abs(after.position[0] - before.position[-1]).max())
-
-
-def require_meeting(before: Program, after: Program, step: float = 0.0) -> None:
-    """Raises JoinError when a page does not start where the one before stopped, or no farther than a step [m]."""
-    gap = gap_between(before, after)
-    turn = float(np.abs(after.rotation[0] - before.rotation[-1]).max())
-    if gap > step * (1 + SAME_STEP) or turn > (MOST_TURN if step else 0.0):
-        raise JoinError(
-            f"page {after.name}: it starts {gap / MM:.3f} mm from where {before.name} stopped; load matching pages"
-        )
-    if not before.fine[-1]:
-        raise JoinError(f"page {before.name}: it does not stop (FINE) at its end")
-    fields = ("uframe", "utool", "posture", "comment", "date", "payload", "acc")
-    different = next((name for name in fields if getattr(before, name) != getattr(after, name)), None)
-    if different or not np.array_equal(before.turns[-1], after.turns[0]):
-        raise JoinError(f"page {after.name}: its {different or 'turns'} differ from that of {before.name}")
+    record = json.loads(data)
+    for entry in [record["main"], *record["pages"]]:
+        content = files.get(entry["file"])
+        if content is None:
+            raise JoinError(f"{entry['file']}: the manifest names it, but it is not there")
+        if sha256(content).hexdigest() != entry["sha256"]:
+            raise JoinError(
+                f"{entry['file']}: it is not the file that the manifest names; load the one written with it"
+            )
+    main = files[record["main"]["file"]]
+    order = tuple(page["name"] for page in sorted(record["pages"], key=lambda page: page["order"]))
+    if (called := called_programs(main)) != order:
+        raise JoinError(f"{record['main']['file']}: it calls {', '.join(called)}; the manifest says {order}")
+    return main, {page["name"]: files[page["file"]] for page in record["pages"]}

@@ -14,7 +14,9 @@ from compgen.fanuc.analysis.modal_state import ModalState, read_modal_state
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import ends_elsewhere
-from compgen.fanuc.paging.capacity import (
+from compgen.fanuc.paging.capacity import UnitSizes, unit_sizes
+from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER, PALLETIZING
+from compgen.program.pages import (
     MEMORY_CALL,
     MEMORY_MOTION,
     MEMORY_POSITION,
@@ -22,10 +24,7 @@ from compgen.fanuc.paging.capacity import (
     MEMORY_REMARK,
     Capacity,
     ProgramSize,
-    UnitSizes,
-    unit_sizes,
 )
-from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER, PALLETIZING
 
 RangeT = TypeVar("RangeT")
 

@@ -15,7 +15,7 @@ program's text, which is never held whole.
 
 import re
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,18 +26,21 @@ from compgen.fanuc.canonical.writer import compose
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.paging.capacity import (
+from compgen.fanuc.paging.capacity import USUAL_MOTION
+from compgen.fanuc.paging.plan import PageRange, allocate_pages, page_positions, plan_pages
+from compgen.fanuc.vocabulary import SPEED_NEEDS_LENGTH
+from compgen.program.page_stops import FRAME_LINES
+from compgen.program.pages import (
     MEMORY_MOTION,
     MEMORY_POSITION,
     MEMORY_PROGRAM,
     MEMORY_REMARK,
-    USUAL_MOTION,
     Capacity,
+    Page,
+    PagedProgram,
     ProgramSize,
+    excerpt,
 )
-from compgen.fanuc.paging.plan import PageRange, allocate_pages, page_positions, plan_pages
-from compgen.fanuc.paging.stops import FRAME_LINES
-from compgen.fanuc.vocabulary import SPEED_NEEDS_LENGTH
 from compgen.program.program import Program
 
 #: Remarks at a page's head, from its number (from 0), the count of pages, and how many motions come before it.
@@ -51,36 +54,6 @@ _COUNT = re.compile(_BEGIN + rb"(LINE_COUNT[ \t]*=[ \t]*)\d+", re.IGNORECASE)
 _MASK = re.compile(_BEGIN + rb"(DEFAULT_GROUP[ \t]*=)([^;\r\n]*)", re.IGNORECASE)
 _NUMBER = re.compile(rb"([ \t]*)(\d+)(?=[ \t]*:)")
 _P = re.compile(rb"([Pp]\[(?<![A-Za-z_$]..)[ \t]*)(\d+)")  # its first letter first: four times as fast
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Page:
-    """One page of a program, as it is loaded."""
-
-    name: str
-    data: bytes
-    load: int  # from 1
-    motions: tuple[int, int]  # active ones of the undivided program, first and behind the last; without its start
-    size: ProgramSize
-    notes: tuple[str, ...]  # what it relies on the page before for, and why
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class PagedProgram:
-    """A program in pages."""
-
-    name: str
-    main: bytes
-    pages: tuple[Page, ...]
-
-    @property
-    def load_count(self) -> int:
-        """In how many loads the pages come; more than one is a drip feed."""
-        return self.pages[-1].load
-
-    def files(self) -> dict[str, bytes]:
-        """File name to content, pages in their order, the main program last."""
-        return {**{f"{p.name}.LS": p.data for p in self.pages}, f"{self.name}.LS": self.main}
 
 
 def split_program(  # noqa: PLR0913 - what pages look like, each named by its caller
@@ -310,20 +283,6 @@ def split_canonical(
     pages = tuple(map_blocks(len(ranges), page, 1))
     name = program.name[: capacity.name_length]
     return PagedProgram(name, main_program_text(head, name, pages, main_heading), pages)
-
-
-def excerpt(program: Program, first: int, last: int) -> Program:
-    """The program from position ``first`` to ``last``, both included and numbered from 0."""
-    rows = slice(first, last + 1)
-    return replace(
-        program,
-        position=program.position[rows],
-        rotation=program.rotation[rows],
-        turns=program.turns[rows],
-        speed=program.speed[first:last],
-        fine=program.fine[rows],
-        via=program.via[rows],
-    )
 
 
 def _page_ranges(program: Program, per_page: int) -> list[tuple[int, int]]:

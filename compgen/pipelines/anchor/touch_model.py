@@ -21,7 +21,6 @@ from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import MM
 from compgen.error_model.direction_memory import DirectionState
-from compgen.fanuc.frames import load_frames
 from compgen.identification.exchange import PathDrift, path_weight
 from compgen.identification.touch_candidates import Probe, Targets, Ways
 from compgen.identification.touches import Artefact, Touches
@@ -32,6 +31,7 @@ from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
 from compgen.pipelines.anchor.touching import missing_of, smooth, taught_rises, thermal_shift
 from compgen.pipelines.anchor.unknowns import unknowns_of
+from compgen.program.frames import load_frames
 
 RIDGE = 1e-9  # of the field's variance
 TINY = 1e-18  # [m^2] of a field that is none

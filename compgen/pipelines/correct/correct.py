@@ -36,8 +36,6 @@ from compgen.fanuc.editing.shared_positions import (
     average_shared,
     midway_deviation,
 )
-from compgen.fanuc.frames import Frames
-from compgen.fanuc.registers import Register
 from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
@@ -51,6 +49,8 @@ from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.planned.dry_run import raised_findings
 from compgen.pipelines.planned.program_text import running_override
 from compgen.program.driven import NONE
+from compgen.program.frames import Frames
+from compgen.program.registers import Register
 from compgen.program.sample_lengths import sample_lengths
 from compgen.program.ways import interpolate_poses, straight_lines
 from compgen.thermal import Duty

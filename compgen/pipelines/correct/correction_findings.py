@@ -15,7 +15,6 @@ from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
-from compgen.fanuc.paging.stops import controller_capacity
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
@@ -23,6 +22,7 @@ from compgen.pipelines.findings.motion_findings import motion_of_a_listing
 from compgen.pipelines.planned.averaging import WIDE, ensemble_words, start_words
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
+from compgen.program.page_stops import controller_capacity
 from compgen.program.ways import chains
 from compgen.thermal.model import extrapolations
 

@@ -9,8 +9,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, near_file, read_regular
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.watermark import carries_mark
-from compgen.fanuc.frames import Frames, default_frames, load_frames
-from compgen.fanuc.registers import Register, load_registers
+from compgen.program.frames import Frames, default_frames, load_frames
+from compgen.program.registers import Register, load_registers
 from compgen.robot.robot import Robot
 
 LARGEST = 10_000_000  # bytes

@@ -16,8 +16,6 @@ from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.canonical.writer import pose_numbers
-from compgen.fanuc.frames import Frames
-from compgen.fanuc.registers import Register
 from compgen.job.job import Cell
 from compgen.pipelines.correct.correct import correct
 from compgen.pipelines.correct.result import Correction, Options
@@ -34,6 +32,8 @@ from compgen.pipelines.planned.offset_kinds import (
     offset_findings,
 )
 from compgen.program.driven import NONE
+from compgen.program.frames import Frames
+from compgen.program.registers import Register
 from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty
 from compgen.verification.deviation import percentile99

@@ -13,10 +13,10 @@ from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.findings import Finding
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import loads
-from compgen.fanuc.registers import Register
 from compgen.pipelines.files.program_course import course_of_text
+from compgen.program.frames import Frames
+from compgen.program.registers import Register
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import follow_log

@@ -18,14 +18,14 @@ from compgen.fanuc.analysis.poses import Poses, require_frames
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import ASSUMED, parse_speeds, read_traversal
 from compgen.fanuc.canonical.reader import interpret
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.paging.join_check import called_programs as called_pages
 from compgen.fanuc.paging.join_check import interpret_pages
-from compgen.fanuc.registers import Register
 from compgen.fanuc.vocabulary import RATES
 from compgen.program.driven import NONE, DrivenProgram
+from compgen.program.frames import Frames
 from compgen.program.program import Program
+from compgen.program.registers import Register
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns

@@ -19,10 +19,10 @@ from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import MDEG, MM, MS, UM
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unknown import OF_WARMTH
-from compgen.fanuc import Program
 from compgen.job.job import Cell, Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.program.program import Program
 from compgen.robot.robot import SAME_PERIOD, Controller
 from compgen.verification.deviation import Deviation
 from compgen.verification.own_file.distance import distance_from_file

@@ -18,7 +18,6 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
-from compgen.fanuc.frames import default_frames, load_frames
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.distances import read_distances
 from compgen.identification.frames import InstrumentFrames
@@ -39,6 +38,7 @@ from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.job.tables import IdentifiedTable
 from compgen.pipelines.files.robot_file import Arm, arm_of
 from compgen.pipelines.files.schema import SCHEMA_FILES, robot_schema
+from compgen.program.frames import default_frames, load_frames
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 

@@ -13,14 +13,15 @@ from compgen.core.exceptions import naming_file
 from compgen.core.findings import Finding
 from compgen.core.units import KB
 from compgen.core.version import __version__
-from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import REMARK_LENGTH
-from compgen.fanuc.paging.join_check import JoinError, interpret_pages
-from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
-from compgen.fanuc.paging.split import Page, PagedProgram, excerpt, split_canonical
-from compgen.fanuc.paging.stops import PageStops, canonical_size, controller_capacity, head_line_count
+from compgen.fanuc.paging.join_check import check_manifest, interpret_pages
+from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
 from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks
+from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
+from compgen.program.page_stops import PageStops, canonical_size, controller_capacity, head_line_count
+from compgen.program.pages import JoinError, Page, PagedProgram, excerpt
+from compgen.program.program import Program
 
 BLOCK_ROWS = 16384  # positions compared at a time
 

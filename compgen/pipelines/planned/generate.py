@@ -21,7 +21,6 @@ from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
-from compgen.fanuc import Program
 from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion
 from compgen.job.moves_in_arcs import flown_at_waypoints
@@ -41,6 +40,7 @@ from compgen.pipelines.planned.program_text import compose_program, planned_prog
 from compgen.pipelines.uncertainty import model_form
 from compgen.pipelines.uncertainty.band_columns import assumed_findings, band_along
 from compgen.pipelines.uncertainty.draws import fly_draws
+from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion as Driven
 from compgen.thermal import states_at

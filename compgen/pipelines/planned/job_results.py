@@ -9,8 +9,6 @@ from compgen.core.evaluation import Background
 from compgen.core.findings import Finding
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
-from compgen.fanuc import Program
-from compgen.fanuc.paging.stops import PageStops
 from compgen.job.job import Job
 from compgen.pipelines.planned.averaging import Averaged
 from compgen.pipelines.planned.delivery import Delivery
@@ -19,6 +17,8 @@ from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.program.page_stops import PageStops
+from compgen.program.program import Program
 from compgen.thermal import Ambient, Duty
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation

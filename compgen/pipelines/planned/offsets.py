@@ -15,7 +15,6 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
-from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
@@ -33,6 +32,7 @@ from compgen.pipelines.planned.offset_kinds import (
     offset_findings,
 )
 from compgen.pipelines.planned.program_text import planned_program
+from compgen.program.program import Program
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import prepare
 

@@ -7,19 +7,18 @@ read back and is the program that the twin has flown for the prediction, number 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from compgen import fanuc
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.version import __version__
-from compgen.fanuc import Program
-from compgen.fanuc.paging.join_check import interpret_pages
-from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
+from compgen.fanuc.paging.join_check import check_manifest, interpret_pages
 from compgen.fanuc.paging.split import split_canonical
-from compgen.fanuc.paging.stops import controller_capacity, head_line_count
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import Delivery, deliver_file, require_equal, size_findings
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import REMARK_WIDTH, compose_program
+from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
+from compgen.program.page_stops import controller_capacity, head_line_count
+from compgen.program.program import Program, program_name
 
 PLAN = "_PLAN"  # behind the name of a program that is not corrected
 COMMENT = "compgen PLANNED"
@@ -27,7 +26,7 @@ COMMENT = "compgen PLANNED"
 
 def planned_name_of(job: Job) -> str:
     """The name of the job's planned program on the controller."""
-    return f"{fanuc.program_name(job.name, job.robot.controller.name_length - len(PLAN))}{PLAN}"
+    return f"{program_name(job.name, job.robot.controller.name_length - len(PLAN))}{PLAN}"
 
 
 def deliver_planned(planned: Planned, date: str = DEFAULT_DATE) -> tuple[Planned, Delivery]:

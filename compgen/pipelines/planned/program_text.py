@@ -10,11 +10,11 @@ from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.pose import Pose
 from compgen.core.version import __version__
-from compgen.fanuc import Program
 from compgen.job.job import Job
 from compgen.pipelines.planned.dry_run import dry_run_words
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.program.program import Program, program_name
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.turns import turn_digits
 
@@ -151,5 +151,5 @@ def program_name_of(job: Job) -> str:
     if not job.plan.path.raised:
         motion = job.robot.motion
         behind = "" if motion is None or not motion.may_predistort else FULL_SPEED
-        return f"{fanuc.program_name(job.name, length - len(behind))}{behind}"
-    return f"{fanuc.program_name(job.name.removesuffix('_dry'), length - len(DRY))}{DRY}"
+        return f"{program_name(job.name, length - len(behind))}{behind}"
+    return f"{program_name(job.name.removesuffix('_dry'), length - len(DRY))}{DRY}"

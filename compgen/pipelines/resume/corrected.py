@@ -28,8 +28,6 @@ from compgen.core.version import __version__
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.watermark import carries_mark
 from compgen.fanuc.editing.insertion import marking_remark
-from compgen.fanuc.paging.capacity import Capacity
-from compgen.fanuc.paging.manifest import with_checksum
 from compgen.fanuc.paging.split import split_program
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
@@ -41,6 +39,8 @@ from compgen.pipelines.resume.from_state import begin_anchored
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.program.manifest import with_checksum
+from compgen.program.pages import Capacity
 from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
 from compgen.thermal.history import STANDING

@@ -11,7 +11,6 @@ from compgen.core.pose import Pose
 from compgen.core.stages import Progress
 from compgen.core.units import MINUTE
 from compgen.error_model.model import build_error_model
-from compgen.fanuc import Program
 from compgen.job.job import Cell
 from compgen.pipelines.resume.beginning import Begun, Known, begin_at, unmoved
 from compgen.pipelines.resume.corrected import ResumedProgram
@@ -21,6 +20,7 @@ from compgen.pipelines.resume.result import Resumed
 from compgen.pipelines.resume.resume import resume, segments_on_part
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion
 from compgen.thermal.history import History

@@ -5,15 +5,15 @@ from dataclasses import replace
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
-from compgen.fanuc import Program
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.canonical.writer import compose
-from compgen.fanuc.paging.join_check import JoinError, join_programs, read_pages, require_meeting
-from compgen.fanuc.paging.split import excerpt
+from compgen.fanuc.paging.join_check import read_pages
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import PageStart, page_remarks, require_equal
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.program.pages import JoinError, excerpt, join_programs, require_meeting
+from compgen.program.program import Program
 
 
 def read_written(written: WrittenJob, whole: Whole) -> list[Program]:

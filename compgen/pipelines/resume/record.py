@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compgen.fanuc.paging.manifest import with_checksum
 from compgen.pipelines.planned.delivery import page_facts
+from compgen.program.manifest import with_checksum
 
 if TYPE_CHECKING:
     from compgen.pipelines.resume.result import Resumed

@@ -7,12 +7,12 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.evaluation import run_in_background
 from compgen.error_model.model import build_error_model
-from compgen.fanuc import Program
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
 from compgen.pipelines.resume.whole import Whole
+from compgen.program.program import Program
 from compgen.thermal import rises_during
 from compgen.thermal.history import History
 from compgen.verification.deviation import Deviation, deviation_from_path

@@ -8,11 +8,11 @@ import numpy as np
 from compgen.core.arrays import Array, rms
 from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
-from compgen.fanuc import Program
 from compgen.pipelines.planned.delivery import PageStart
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.program.program import Program
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation, percentile99
 from compgen.verification.verdict import Verdict, verdict_of

@@ -24,10 +24,7 @@ from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.fanuc import Program
 from compgen.fanuc.canonical.reader import interpret
-from compgen.fanuc.paging.join_check import gap_between, join_programs
-from compgen.fanuc.paging.split import excerpt
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.planned.delivery import PageStart
 from compgen.pipelines.planned.generate import find_correction, start_windows
@@ -43,6 +40,8 @@ from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
 from compgen.planning import retiming
 from compgen.planning.toolpath import ToolPath
+from compgen.program.pages import excerpt, gap_between, join_programs
+from compgen.program.program import Program
 from compgen.thermal.model import extrapolations
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import PreparedProgram

@@ -13,7 +13,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
-from compgen.fanuc.paging.stops import PageStops
 from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.planned.averaging import planned_rises
@@ -21,6 +20,7 @@ from compgen.pipelines.planned.generate import find_correction
 from compgen.pipelines.planned.job_results import Planned
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.program.page_stops import PageStops
 from compgen.thermal import JointMotion
 from compgen.verification.deviation import Deviation
 from compgen.verification.written_motion import WrittenMotion

@@ -10,10 +10,10 @@ from compgen.core.exceptions import InputError, TableError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.json_text import read_json
 from compgen.core.toml import check
-from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
 from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.resume.manifest_schema import JobManifest, ProgramManifest
+from compgen.program.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
 
 WRITTEN = "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into"
 EDITED = "it was edited since: put the file back as it was written, or write the pages anew"

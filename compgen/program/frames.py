@@ -19,8 +19,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
 from compgen.core.pose import IDENTITY, Pose
-from compgen.fanuc.extended_axes import ExtendedAxis, extended_axes
-from compgen.fanuc.pose_table import pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
+from compgen.program.extended_axes import ExtendedAxis, extended_axes
+from compgen.program.pose_table import pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)

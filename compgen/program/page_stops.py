@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own
-from compgen.fanuc.paging.capacity import (
+from compgen.planning.toolpath import ToolPath
+from compgen.program.pages import (
     MEMORY_CALL,
     MEMORY_MOTION,
     MEMORY_POSITION,
@@ -19,7 +20,6 @@ from compgen.fanuc.paging.capacity import (
     Capacity,
     ProgramSize,
 )
-from compgen.planning.toolpath import ToolPath
 from compgen.robot.robot import Robot
 
 FRAME_LINES = 2  # UFRAME_NUM and UTOOL_NUM

@@ -4,16 +4,13 @@ JSON, so that whoever loads the pages, a person or a program, can check them bef
 it (which pages have run, how warm the robot was) no other file says again: its last key is the checksum of the rest.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from typing import Any
 
 from compgen.core.json_text import json_text
 from compgen.core.units import KB
-from compgen.fanuc.paging.capacity import Capacity
-from compgen.fanuc.paging.join_check import JoinError, called_programs
-from compgen.fanuc.paging.split import PagedProgram
+from compgen.program.pages import Capacity, PagedProgram
 
 SCHEMA = 1
 MANIFEST_SUFFIX = ".pages.json"  # behind the program's name
@@ -81,29 +78,3 @@ def is_as_written(record: Mapping[str, Any]) -> bool:
         return CHECKSUM not in record or json_text(record) == with_checksum(record)
     except ValueError:  # NaN, which none has
         return False
-
-
-def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict[str, bytes]]:
-    """The main program, and the pages by program name, that a manifest lists.
-
-    Args:
-        data: The manifest.
-        files: File name to content.
-
-    Raises:
-        JoinError: A file is missing or another than was written, or the main program calls in another order.
-    """
-    record = json.loads(data)
-    for entry in [record["main"], *record["pages"]]:
-        content = files.get(entry["file"])
-        if content is None:
-            raise JoinError(f"{entry['file']}: the manifest names it, but it is not there")
-        if sha256(content).hexdigest() != entry["sha256"]:
-            raise JoinError(
-                f"{entry['file']}: it is not the file that the manifest names; load the one written with it"
-            )
-    main = files[record["main"]["file"]]
-    order = tuple(page["name"] for page in sorted(record["pages"], key=lambda page: page["order"]))
-    if (called := called_programs(main)) != order:
-        raise JoinError(f"{record['main']['file']}: it calls {', '.join(called)}; the manifest says {order}")
-    return main, {page["name"]: files[page["file"]] for page in record["pages"]}

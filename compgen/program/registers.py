@@ -15,7 +15,7 @@ import tomllib
 from dataclasses import dataclass
 
 from compgen.core.exceptions import InputError
-from compgen.fanuc.pose_table import pose_values, printed_coordinates, read_controller_table, unnamed
+from compgen.program.pose_table import pose_values, printed_coordinates, read_controller_table, unnamed
 
 CARTESIAN, JOINT, EITHER = "cartesian", "joint", ""  # forms of a register; EITHER where a program leaves it open
 _RECORD = re.compile(r"^\[\*POSREG\*\]\$POSREG\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)

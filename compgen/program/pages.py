@@ -1,0 +1,156 @@
+"""A long program in pages: what a controller holds, what it takes of it, and how pages meet.
+
+The main program calls the pages in order; where two meet, the second must start at the position where the first
+stopped, to the last digit of the text.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, frozen
+from compgen.core.exceptions import CompgenError
+from compgen.core.exit_codes import ExitCode
+from compgen.core.units import MM
+from compgen.program.program import Program
+
+#: Bytes of a program, of a single-group position and of a motion line.
+MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28
+
+MEMORY_REMARK = 40.0  # bytes that a remark at a page's head takes at most
+
+MEMORY_CALL = 50.0  # bytes of a call in the main program besides the name, its message and its pause included
+
+SAME_STEP = 1e-6  # relative
+
+MOST_TURN = 0.02  # [rad] from page to page, where one was written anew
+
+NO_STEPS: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Capacity:
+    """What a controller holds."""
+
+    max_lines: int  # of one program
+    max_positions: int  # of one program
+    memory: float  # [bytes] of all programs together
+    name_length: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramSize:
+    """What a program takes of a controller."""
+
+    lines: int
+    positions: int
+    memory: float  # [bytes] estimated
+
+    def within(self, capacity: Capacity) -> bool:
+        """Whether one program of that size fits."""
+        lines, positions = self.lines <= capacity.max_lines, self.positions <= capacity.max_positions
+        return lines and positions and self.memory <= capacity.memory
+
+
+def estimated_memory(program: Program) -> float:
+    """Bytes of a program of compgen's own."""
+    return MEMORY_PROGRAM + len(program.position) * (MEMORY_POSITION + MEMORY_MOTION)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Page:
+    """One page of a program, as it is loaded."""
+
+    name: str
+    data: bytes
+    load: int  # from 1
+    motions: tuple[int, int]  # active ones of the undivided program, first and behind the last; without its start
+    size: ProgramSize
+    notes: tuple[str, ...]  # what it relies on the page before for, and why
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PagedProgram:
+    """A program in pages."""
+
+    name: str
+    main: bytes
+    pages: tuple[Page, ...]
+
+    @property
+    def load_count(self) -> int:
+        """In how many loads the pages come; more than one is a drip feed."""
+        return self.pages[-1].load
+
+    def files(self) -> dict[str, bytes]:
+        """File name to content, pages in their order, the main program last."""
+        return {**{f"{p.name}.LS": p.data for p in self.pages}, f"{self.name}.LS": self.main}
+
+
+class JoinError(CompgenError):
+    """Pages that are not the program they were made from: they must not be used."""
+
+    exit_code = ExitCode.OUTSIDE
+
+
+def excerpt(program: Program, first: int, last: int) -> Program:
+    """The program from position ``first`` to ``last``, both included and numbered from 0."""
+    rows = slice(first, last + 1)
+    return replace(
+        program,
+        position=program.position[rows],
+        rotation=program.rotation[rows],
+        turns=program.turns[rows],
+        speed=program.speed[first:last],
+        fine=program.fine[rows],
+        via=program.via[rows],
+    )
+
+
+def join_programs(programs: Sequence[Program], steps: Mapping[str, float] = NO_STEPS) -> tuple[Program, Array]:
+    """The program that pages make together, one behind the other, and where each begins in it.
+
+    Args:
+        programs: In order.
+        steps: How far a page may start from where the one before stopped, along any axis [m], by name: one that was
+            written anew for another warmth. Where it does, the joined program has the place of the stop.
+
+    Raises:
+        JoinError: Two pages do not meet; names the page and the gap.
+    """
+    for before, after in zip(programs, programs[1:], strict=False):
+        require_meeting(before, after, steps.get(after.name, 0.0))
+    starts = np.cumsum([0] + [len(p.position) - 1 for p in programs[:-1]])
+    first, rest = programs[0], programs[1:]
+    whole = replace(
+        first,
+        position=frozen(np.concatenate([first.position, *(p.position[1:] for p in rest)])),
+        rotation=frozen(np.concatenate([first.rotation, *(p.rotation[1:] for p in rest)])),
+        turns=frozen(np.concatenate([first.turns, *(p.turns[1:] for p in rest)])),
+        speed=frozen(np.concatenate([p.speed for p in programs])),
+        fine=frozen(np.concatenate([first.fine, *(p.fine[1:] for p in rest)])),
+        via=frozen(np.concatenate([first.via, *(p.via[1:] for p in rest)])),
+    )
+    return whole, starts
+
+
+def gap_between(before: Program, after: Program) -> float:
+    """How far a page starts from where the one before it stops, along the axis where it is most [m]."""
+    return float(np.abs(after.position[0] - before.position[-1]).max())
+
+
+def require_meeting(before: Program, after: Program, step: float = 0.0) -> None:
+    """Raises JoinError when a page does not start where the one before stopped, or no farther than a step [m]."""
+    gap = gap_between(before, after)
+    turn = float(np.abs(after.rotation[0] - before.rotation[-1]).max())
+    if gap > step * (1 + SAME_STEP) or turn > (MOST_TURN if step else 0.0):
+        raise JoinError(
+            f"page {after.name}: it starts {gap / MM:.3f} mm from where {before.name} stopped; load matching pages"
+        )
+    if not before.fine[-1]:
+        raise JoinError(f"page {before.name}: it does not stop (FINE) at its end")
+    fields = ("uframe", "utool", "posture", "comment", "date", "payload", "acc")
+    different = next((name for name in fields if getattr(before, name) != getattr(after, name)), None)
+    if different or not np.array_equal(before.turns[-1], after.turns[0]):
+        raise JoinError(f"page {after.name}: its {different or 'turns'} differ from that of {before.name}")
