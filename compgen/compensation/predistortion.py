@@ -24,7 +24,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.signal import fftconvolve
 
-from compgen.core.arrays import Array, BoolArray, frozen, own, row_norms
+from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
@@ -43,6 +43,7 @@ HELD = 1e3  # weight of p = 0 at the stop
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(position=("N", 3), theta=("N", 6), arc=("N",), speed=("S",), stop=("N",))
 class Commanded:
     """A path of N waypoints as it shall be driven, for what a controller makes of it."""
 
@@ -53,9 +54,6 @@ class Commanded:
     stop: BoolArray  # (N,)
     by_lines: bool = False  # straight from waypoint to waypoint, whose inner side the smoothing averages
     beside: BoolArray | None = None  # (N,) off the part; None: nowhere
-
-    def __post_init__(self) -> None:
-        own(self, position=("N", 3), theta=("N", 6), arc=("N",), speed=("S",), stop=("N",))
 
 
 def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> Array:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.compensation.expressions import CorrectionFunctions, build_commanded_pose, build_correction_functions
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.core.evaluation import evaluate
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
@@ -163,6 +163,7 @@ class Optimum:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(correction=("N", 6), theta=("N", 6), residual=("N", 6))
 class Solution:
     """The correction of a program and how it was found."""
 
@@ -174,6 +175,3 @@ class Solution:
     last_step: float  # [m] what a further iteration would change, about
     active_limits: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
     unsolved: tuple[int, int] | None = None  # first and last waypoint, from 1, of a stretch without an optimum
-
-    def __post_init__(self) -> None:
-        own(self, correction=("N", 6), theta=("N", 6), residual=("N", 6))

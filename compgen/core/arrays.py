@@ -1,5 +1,6 @@
 """Arrays that own their data: copied, checked for shape, read-only."""
 
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -11,6 +12,7 @@ Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
+Record = TypeVar("Record")
 
 
 def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
@@ -38,6 +40,16 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
             raise ShapeError(f"{type(owner).__name__}.{name}: shape {array.shape}, expected {shape}")
         array.flags.writeable = False
         object.__setattr__(owner, name, array)
+
+
+def owns(**shapes: tuple[int | str, ...]) -> Callable[[type[Record]], type[Record]]:
+    """Decorate a class, below ``@dataclass``, so that its records ``own`` the named fields."""
+
+    def decorate(record: type[Record]) -> type[Record]:
+        record.__post_init__ = lambda self: own(self, **shapes)  # type: ignore[attr-defined]
+        return record
+
+    return decorate
 
 
 def frozen(a: AnyArray) -> AnyArray:

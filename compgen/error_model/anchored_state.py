@@ -17,7 +17,7 @@ import numpy as np
 import tomlkit
 from pydantic import Field, FiniteFloat
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
 from compgen.core.toml import Number, Table, check, read_toml_text
 from compgen.core.units import MDEG, UM
@@ -31,6 +31,7 @@ _MEND = "take the file as cgen anchor wrote it"
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(rise=("K",), base=(BASE,), drift=("D",), covariance=("X", "X"))
 class AnchoredState:
     """A robot at a time."""
 
@@ -48,9 +49,6 @@ class AnchoredState:
     verdict: Verdict
     made_from: Mapping[str, str] = field(default_factory=dict)  # sha256 of each file
     digest: str = ""  # sha256 of the state's own file
-
-    def __post_init__(self) -> None:
-        own(self, rise=("K",), base=(BASE,), drift=("D",), covariance=("X", "X"))
 
     @property
     def sigma(self) -> Array:

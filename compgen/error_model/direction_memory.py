@@ -18,19 +18,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.error_model.source import DirectionDependent, Law, ReversalWidths, Source
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(direction=("N", 6), travel=("N", 3))
 class DirectionState:
     """Direction of motion at N waypoints, or one row for all."""
 
     direction: Array  # (N, 6) [-1, 1] of the joints
     travel: Array  # (N, 3) [-1, 1] of the TCP along World axes
-
-    def __post_init__(self) -> None:
-        own(self, direction=("N", 6), travel=("N", 3))
 
     def at(self, rows: slice | IntArray) -> "DirectionState":
         """Only these waypoints; one row serves all."""

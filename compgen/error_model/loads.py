@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.units import MM
 from compgen.error_model.expressions import cross
 from compgen.error_model.schema import LoadsTable
@@ -23,6 +23,7 @@ from compgen.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(mass=(6,), centre=(6, 3), payload_centre=(3,), gravity=(3,), force=(3,))
 class Loads:
     """Masses and forces that the joints carry; facts, not parameters."""
 
@@ -32,9 +33,6 @@ class Loads:
     payload_centre: Array  # (3,) [m] in the flange
     gravity: Array  # (3,) [m/s2] in World
     force: Array  # (3,) [N] on the tool, in tool axes
-
-    def __post_init__(self) -> None:
-        own(self, mass=(6,), centre=(6, 3), payload_centre=(3,), gravity=(3,), force=(3,))
 
     @property
     def have_weight(self) -> bool:

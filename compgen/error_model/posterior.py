@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.error_model.uncertain_sources import UncertainSource
@@ -41,15 +41,13 @@ class KnownParameter:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(value=("P",), covariance=("P", "P"))
 class ParameterPosterior:
     """Values of parameters, and their covariance, after measurements."""
 
     parameters: tuple[KnownParameter, ...]
     value: Array  # (P,) [SI]
     covariance: Array  # (P, P) [SI]
-
-    def __post_init__(self) -> None:
-        own(self, value=("P",), covariance=("P", "P"))
 
     @property
     def sigma(self) -> Array:

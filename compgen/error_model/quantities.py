@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.thermal.uncertainty import HeatChange, Interval
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(parameters=("P",), width=(6,))
 class Cause:
     """How the world differs from what the files say."""
 
@@ -26,9 +27,6 @@ class Cause:
     heat: HeatChange
     width: Array  # (6,) change of the logarithm of the way over which each joint forgets a reversal
     delay: float = 0.0  # [s] that the program starts late
-
-    def __post_init__(self) -> None:
-        own(self, parameters=("P",), width=(6,))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.error_model.model import build_error_model
@@ -27,6 +27,7 @@ SAME = 1e-9  # m and rad
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(line=(6, 3), point=(6, 3))
 class RigidChain:
     """Six lines at pendant zero in World, and the flange there."""
 
@@ -35,9 +36,6 @@ class RigidChain:
     flange: Pose
     left_out: tuple[str, ...]  # sources that are no fixed lines
     off: float  # [m] by which the arm's model leaves the chain at most, over its joints' ranges: what is left out
-
-    def __post_init__(self) -> None:
-        own(self, line=(6, 3), point=(6, 3))
 
     def flange_pose(self, q: Array) -> Pose:
         """Flange poses in World of joints counted from pendant zero as theta counts, (N, 6) [rad]."""

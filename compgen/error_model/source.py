@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, own, owns
 from compgen.error_model.loads import Loads
 from compgen.error_model.schema import SourceTable
 from compgen.robot.kinematics import Chain
@@ -148,15 +148,13 @@ class DeclaredSource:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(joint=(6,), travel=(3,))
 class ReversalWidths:
     """How far a motion must go to be forgotten; infinite where nothing depends on it."""
 
     joint: Array  # (6,) [rad]
     travel: Array  # (3,) [m] of the TCP along each World axis
     law: Law = "dahl"  # of the joints
-
-    def __post_init__(self) -> None:
-        own(self, joint=(6,), travel=(3,))
 
 
 @runtime_checkable

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import InputError
 
@@ -23,6 +23,7 @@ MOUTH = 1e-6  # m by which a notch reaches past the hull
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(normals=("K", 2), offsets=("K",), edges=("E", 4))
 class Boundary:
     """The points p with normals . p <= offsets and |p| <= radius, about the surface's local origin."""
 
@@ -30,9 +31,6 @@ class Boundary:
     offsets: Array  # (K,) [m]
     radius: float  # [m], infinite when there is no circle
     edges: Array = field(default_factory=lambda: np.zeros((0, 4)))  # (E, 4) [m] x, y to x, y, of notches and holes
-
-    def __post_init__(self) -> None:
-        own(self, normals=("K", 2), offsets=("K",), edges=("E", 4))
 
     def coefficients(self) -> Array:
         """Each side's normal and offset, the radius, the edges: as ``inside_expr`` takes them, (1, 3 K + 1 + 4 E)."""

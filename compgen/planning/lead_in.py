@@ -20,7 +20,7 @@ from itertools import product
 import numpy as np
 from scipy.optimize import linprog
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector
 from compgen.planning import curves
@@ -35,14 +35,12 @@ SAMPLES = np.linspace(0, 1, 21)  # of the line, where the arm is asked whether i
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(start=(3,), tilt=(3,))
 class LeadIn:
     """The line on which a program comes to its path, in the local frame of the path's surface."""
 
     start: Array  # (3,) [m] x, y along the surface and the height above it, where the line begins
     tilt: Array  # (3,) [-] of the tool there, in its own axes: a Gibbs vector, as ``curves.tilted`` takes it
-
-    def __post_init__(self) -> None:
-        own(self, start=(3,), tilt=(3,))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, numbered, owns, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.units import MM
@@ -37,15 +37,13 @@ class Over(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(vertex=("V", 3), facet=("F", 3), normal=("V", 3))
 class Mesh:
     """V vertices and F facets, corners counter-clockwise seen from outside."""
 
     vertex: Array  # (V, 3) [m]
     facet: IntArray  # (F, 3)
     normal: Array  # (V, 3) unit
-
-    def __post_init__(self) -> None:
-        own(self, vertex=("V", 3), facet=("F", 3), normal=("V", 3))
 
     @classmethod
     def of_corners(cls, corners: Array) -> "Mesh":

@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import InputError
 
@@ -22,15 +22,13 @@ LOCAL_ROUNDS = 8  # each leaves the share height / radius of curvature of the on
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(origin=(3,), A=(3, 3), b=(3,))
 class Quadric:
     """A surface placed in the base frame with its local axes parallel to the base axes."""
 
     origin: Array  # (3,) [m] where the local origin stands in the base frame
     A: Array  # (3, 3) [1/m]
     b: Array  # (3,) [-]
-
-    def __post_init__(self) -> None:
-        own(self, origin=(3,), A=(3, 3), b=(3,))
 
     def coefficients(self) -> Array:
         """Origin, A row by row and b, (1, 15), as ``lift_expr`` and ``curve_derivatives_expr`` take them."""

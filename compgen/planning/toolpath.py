@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, numbered, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, numbered, owns, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.planning import curves
@@ -39,6 +39,9 @@ CHUNK = 24_576  # cells at a time
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    arc=("N",), contact=("N",), stop=("N",), piece=("S",), span=("S", 2), slope=("S", 2), via=("N",), balance=("N", 3)
+)
 class ToolPath:
     """N waypoints with N - 1 segments between them."""
 
@@ -54,19 +57,6 @@ class ToolPath:
     balance: (
         Array  # (N, 3) [m] from the target to where the line's ends stand, so that it leaves the path to both sides
     )
-
-    def __post_init__(self) -> None:
-        own(
-            self,
-            arc=("N",),
-            contact=("N",),
-            stop=("N",),
-            piece=("S",),
-            span=("S", 2),
-            slope=("S", 2),
-            via=("N",),
-            balance=("N", 3),
-        )
 
     @property
     def pace(self) -> Array:

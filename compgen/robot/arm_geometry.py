@@ -17,7 +17,7 @@ from itertools import product
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
@@ -39,6 +39,7 @@ STEPS = 1.1127756842787055 ** -np.arange(1.0, 7.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(line=(6, 3), point=(6, 3))
 class Axes:
     """Six joint axes in one pose, and the flange there."""
 
@@ -46,11 +47,9 @@ class Axes:
     point: Array  # (6, 3) [m]
     flange: Pose
 
-    def __post_init__(self) -> None:
-        own(self, line=(6, 3), point=(6, 3))
-
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(a=(6,), d=(6,), alpha=(6,), zero=(6,), sign=(6,), origin=(3,), turned=(3, 3))
 class ClassArm:
     """An arm of the class: theta = zero + sign q of joints q counted from the pose that it was read in."""
 
@@ -61,9 +60,6 @@ class ClassArm:
     sign: Array  # (6,)
     origin: Array  # (3,) [m] World's in the axes' frame
     turned: Array  # (3, 3) the given flange in ours
-
-    def __post_init__(self) -> None:
-        own(self, a=(6,), d=(6,), alpha=(6,), zero=(6,), sign=(6,), origin=(3,), turned=(3, 3))
 
     def flange_pose(self, q: Array) -> Pose:
         """The given flange in World, of joints (N, 6) [rad]."""

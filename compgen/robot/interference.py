@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, norm, own
+from compgen.core.arrays import Array, BoolArray, norm, owns
 
 ON_EDGE = 1e-9  # [rad] nearer than this, the way to an edge has no direction: the edge's own normal is taken
 
@@ -33,6 +33,7 @@ class HalfPlanes(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(corner=("E", 2), to_plane=(2, 6), zero=(6,))
 class Interference:
     """The polygon that J2 and J3 may be in, corners counter-clockwise."""
 
@@ -40,9 +41,6 @@ class Interference:
     to_plane: Array  # (2, 6) (J2, J3) = to_plane (theta - zero)
     zero: Array  # (6,) [rad] theta at pendant zero
     margin: float = 0.0  # [rad] kept from the edges
-
-    def __post_init__(self) -> None:
-        own(self, corner=("E", 2), to_plane=(2, 6), zero=(6,))
 
     @classmethod
     def of(cls, corner: Array, pendant_map: Array, pendant_zero: Array) -> "Interference":

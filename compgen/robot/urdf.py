@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_named
 from compgen.core.pose import Pose
@@ -34,6 +34,7 @@ class UrdfJoint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(limits=(6, 3))
 class UrdfArm:
     """What a file says of an arm of the class."""
 
@@ -41,9 +42,6 @@ class UrdfArm:
     joints: tuple[str, ...]
     limits: Array  # (6, 3) [rad], [rad], [rad/s] of the file's joints
     off: float  # [m] and [rad] largest difference from the file at 1,000 poses
-
-    def __post_init__(self) -> None:
-        own(self, limits=(6, 3))
 
 
 def read_urdf(source: str) -> UrdfArm:

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.units import DAY
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(time=("Q",), rise=("Q",))
 class Ambient:
     """Rise of the air above the temperature at which the robot counts as cold."""
 
@@ -25,9 +26,6 @@ class Ambient:
     amplitude: float = 0.0  # [K] of the wave
     period: float = DAY  # [s]
     peak: float = 0.0  # [s] when the wave is highest
-
-    def __post_init__(self) -> None:
-        own(self, time=("Q",), rise=("Q",))
 
     @property
     def is_still(self) -> bool:

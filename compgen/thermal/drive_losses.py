@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.robot.robot import Robot
 from compgen.thermal.duty import JointMotion, MeanLosses
 
@@ -23,6 +23,7 @@ SAMPLES = 2000  # of a motion: heat answers to its mean over minutes
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(rated_power=(6,), rated_speed=(6,), link_mass=(6,), link_centre=(6, 3), payload_centre=(3,))
 class Drives:
     """Six drives and the masses that they carry."""
 
@@ -35,9 +36,6 @@ class Drives:
     link_centre: Array  # (6, 3) [m] in the frame at each joint with all pendant angles zero, axes as World
     payload_mass: float  # [kg]
     payload_centre: Array  # (3,) [m] in the flange
-
-    def __post_init__(self) -> None:
-        own(self, rated_power=(6,), rated_speed=(6,), link_mass=(6,), link_centre=(6, 3), payload_centre=(3,))
 
 
 def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:

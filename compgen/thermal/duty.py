@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +39,13 @@ class MeanLosses(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(time=("N",), theta=("N", 6), driven=("S",))
 class JointMotion:
     """The motion of a program at N waypoints: all that its heat depends on."""
 
     time: Array  # (N,) [s]
     theta: Array  # (N, 6) [rad] DH angles
     driven: Array  # (N - 1,) [m/s] speed really driven on each segment
-
-    def __post_init__(self) -> None:
-        own(self, time=("N",), theta=("N", 6), driven=("S",))
 
     def at_override(self, share: float) -> "JointMotion":
         """The same way at a share of the speed."""

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import median_filter
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, owns
 from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.model import ArmHeat
 
@@ -30,6 +30,7 @@ LOOSE = 3.0  # [K] from the median of five readings: a loose contact
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(rise=("M", "K"), lag=("M", "K"), modelled=("K",))
 class FilledRises:
     """Rises of K nodes at M times."""
 
@@ -37,9 +38,6 @@ class FilledRises:
     lag: Array  # (M, K) [K] dh/dlog tau of nodes without a sensor, else 0
     modelled: BoolArray  # (K,) nodes without a sensor
     loose: int  # readings that were left out
-
-    def __post_init__(self) -> None:
-        own(self, rise=("M", "K"), lag=("M", "K"), modelled=("K",))
 
     @property
     def sigma(self) -> Array:

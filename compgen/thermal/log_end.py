@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.units import MINUTE
 from compgen.thermal.duty import JointMotion
 from compgen.thermal.log_doubt import hidden_lies
@@ -26,15 +26,13 @@ LAST = 20 * MINUTE  # before the log's end, within which a sensor must have a re
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(state=("S",))
 class LogEnd:
     """The robot when its log ends."""
 
     heat: ArmHeat  # which begins with that state
     warmth: ThermalUncertainty  # with what the log leaves open
     state: Array  # (S,)
-
-    def __post_init__(self) -> None:
-        own(self, state=("S",))
 
 
 def end_of(

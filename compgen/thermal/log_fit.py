@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.thermal.ambient import Ambient
@@ -33,6 +33,7 @@ PATTERN_WEIGHT = 0.1  # weight of a working robot's proportions
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(time=("M",), air=("M",))
 class TemperatureLog:
     """Readings as rises above the reference; nan where there is none."""
 
@@ -40,9 +41,6 @@ class TemperatureLog:
     air: Array  # (M,) [K]
     readings: Mapping[str, Array]  # name of a rise to (M,) [K]
     has_air: bool = True  # whether the air was measured
-
-    def __post_init__(self) -> None:
-        own(self, time=("M",), air=("M",))
 
     def rows(self, some: BoolArray) -> "TemperatureLog":
         """The log of some of its rows."""

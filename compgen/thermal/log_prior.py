@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.units import MINUTE
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.log_fit import EARLIER, TemperatureLog, block_responses
@@ -58,6 +58,7 @@ class Expected:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(which=("N",), time=("N",), value=("N",), sigma=("N",))
 class Medians:
     """Medians of n stretches, of all sensors."""
 
@@ -66,11 +67,9 @@ class Medians:
     value: Array  # (n,) [K]
     sigma: Array  # (n,) [K]
 
-    def __post_init__(self) -> None:
-        own(self, which=("N",), time=("N",), value=("N",), sigma=("N",))
-
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(beyond=("N",), spread=("N", "A"), covariance=("N", "N"), mean_at_end=("K",), spread_at_end=("K", "A"))
 class LogPrior:
     """Readings of a log beside what may honestly be: n medians, A amounts."""
 
@@ -80,9 +79,6 @@ class LogPrior:
     covariance: Array  # (n, n) [K^2] S
     mean_at_end: Array  # (K,) [K]
     spread_at_end: Array  # (K, A) [K]
-
-    def __post_init__(self) -> None:
-        own(self, beyond=("N",), spread=("N", "A"), covariance=("N", "N"), mean_at_end=("K",), spread_at_end=("K", "A"))
 
     def rises_at_end(self) -> tuple[Array, Array]:
         """The likeliest rises x at the log's end (K,) [K] and their covariance (K, K) [K^2], given its readings."""

@@ -18,7 +18,7 @@ from typing import Literal, Self
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.robot.robot import Robot
 from compgen.thermal.drive_losses import Drives, mean_losses, segment_losses
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
@@ -52,6 +52,7 @@ class Housing:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(capacity=("V",), laplacian=("V", "V"), film=("V",), power=("V", 6), part=("V",), place=("V",))
 class Volumes:
     """V volumes in a row."""
 
@@ -61,9 +62,6 @@ class Volumes:
     power: Array  # (V, 6) share of each drive's loss
     part: IntArray  # (V,) index of the body or housing in the row: 2 k is body k, 2 k + 1 housing k
     place: Array  # (V,) [m] middle of the volume along its body, 0 for a housing
-
-    def __post_init__(self) -> None:
-        own(self, capacity=("V",), laplacian=("V", "V"), film=("V",), power=("V", 6), part=("V",), place=("V",))
 
 
 def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor: float) -> Volumes:
@@ -96,6 +94,7 @@ def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(probe=("K", "V"), reference_rise=("K",), rate=("V",), to_volumes=("V", "V"))
 class NetworkModel:
     """The network in its modes; fulfils ``ArmHeat``."""
 
@@ -112,9 +111,6 @@ class NetworkModel:
     rate: Array  # (V,) [1/s]
     to_volumes: Array  # (V, V) C^-1/2 Q
     start: Array | None = None  # (V,) state that a log ends with; None: cold
-
-    def __post_init__(self) -> None:
-        own(self, probe=("K", "V"), reference_rise=("K",), rate=("V",), to_volumes=("V", "V"))
 
     @property
     def outputs(self) -> Array:

@@ -17,22 +17,20 @@ from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.units import HOUR
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.profiles import Profile, profile_rise
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(feed=(2,))
 class MeasuredBox:
     """Where the parameters of a model were measured."""
 
     feed: Array  # (2,) [m/s] least and most
     time: float  # [s] longest in motion
     rise: float  # [K] largest
-
-    def __post_init__(self) -> None:
-        own(self, feed=(2,))
 
 
 class HeatSources(NamedTuple):
@@ -43,6 +41,7 @@ class HeatSources(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(reference_rise=("K",), exponent=("K",), tau=("K",))
 class NodeModel:
     """K nodes; fulfil ``ArmHeat``."""
 
@@ -56,9 +55,6 @@ class NodeModel:
     box: MeasuredBox
     profiles: tuple[Profile, ...] = ()
     start: Array | None = None  # (K,) [K] what a log ends with; None: cold
-
-    def __post_init__(self) -> None:
-        own(self, reference_rise=("K",), exponent=("K",), tau=("K",))
 
     @property
     def rate(self) -> Array:

@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import expm
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.units import HOUR
 from compgen.thermal.uncertainty import ThermalUncertainty, steady_miss
 
@@ -33,14 +33,12 @@ FORGET = 600.0  # [s] after which a reading is compared with none before
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(mean=("X",), covariance=("X", "X"))
 class Miss:
     """What the forecast misses, with covariance."""
 
     mean: Array  # (2K + 1,) [K]: m, b, s
     covariance: Array  # (2K + 1, 2K + 1) [K^2]
-
-    def __post_init__(self) -> None:
-        own(self, mean=("X",), covariance=("X", "X"))
 
     @property
     def rise(self) -> Array:
@@ -59,6 +57,7 @@ class Miss:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(lag=("K",), law=("K",), start=("K",))
 class RiseFilter:
     """The law of what a forecast misses."""
 
@@ -68,9 +67,6 @@ class RiseFilter:
     sensors: float  # [K] standard deviation of s
     night: float = 0.0  # [K] standard deviation of what all m have in common at the beginning
     air: float = 0.0  # [K] the same of all b
-
-    def __post_init__(self) -> None:
-        own(self, lag=("K",), law=("K",), start=("K",))
 
     def begin(self) -> Miss:
         """Before any reading."""

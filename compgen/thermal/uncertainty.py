@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.history import History
 from compgen.thermal.integration import state_after
@@ -31,6 +31,7 @@ Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(lag=("K",))
 class ThermalUncertainty:
     """What a robot file says of how well it knows its warmth."""
 
@@ -48,9 +49,6 @@ class ThermalUncertainty:
     start: Array | None = None  # (K, K) [K] F, covariance F F^T of the rises that a log ends with; None: no log
     hidden: Array | None = None  # (L, K) [K] by which a sensor may shift those rises and not be contradicted
 
-    def __post_init__(self) -> None:
-        own(self, lag=("K",))
-
     def begun(self, covariance: Array, hidden: Array) -> "ThermalUncertainty":
         """With what a log leaves open of the rises that it ends with, (K, K) [K^2], and what it hides, (L, K) [K]."""
         values, vectors = np.linalg.eigh(covariance)
@@ -65,6 +63,7 @@ def nothing_warms(heat: ThermalModel) -> ThermalUncertainty:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(rise=("K",), start=("K",), scale=("K",), lag=("K",))
 class HeatChange:
     """How warmth differs from what the files say."""
 
@@ -74,9 +73,6 @@ class HeatChange:
     lag: Array  # (K,) change of the logarithm of the file's time constants
     air: float = 0.0  # [K]
     feed: float = 0.0  # relative
-
-    def __post_init__(self) -> None:
-        own(self, rise=("K",), start=("K",), scale=("K",), lag=("K",))
 
     @classmethod
     def none(cls, nodes: int) -> "HeatChange":

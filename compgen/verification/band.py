@@ -21,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import gammaincinv
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own, rms
+from compgen.core.arrays import Array, BoolArray, IntArray, owns, rms
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import percentile99
 
@@ -54,6 +54,7 @@ class Columns:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(rows=("M",), moment=("M", 6), radius=("M",))
 class Band:
     """What a file leaves open along a program of N waypoints."""
 
@@ -64,9 +65,6 @@ class Band:
     p99: float  # [m] what 99 % of the part's length stay at or below
     budget: tuple[BudgetShare, ...]  # the largest first
     hidden: float = 0.0  # [m] most on the part that a temperature sensor may add unseen; no part of the radius
-
-    def __post_init__(self) -> None:
-        own(self, rows=("M",), moment=("M", 6), radius=("M",))
 
     def world(self) -> Array:
         """k = 2 along World x, y, z where it was evaluated, (M, 3) [m]."""

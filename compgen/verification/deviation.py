@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, frozen, own, rms, row_norms
+from compgen.core.arrays import Array, frozen, owns, rms, row_norms
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.units import MDEG, UM
 from compgen.planning.curves import WIDTH
@@ -42,6 +42,7 @@ class Extent:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(arc=("M",), time=("M",), error=("M", 3), normal=("M",))
 class Deviation:
     """Actual against true pose at M samples of an execution."""
 
@@ -51,9 +52,6 @@ class Deviation:
     normal: Array  # (M,) [m] along the tool axis, away from the surface
     extents: dict[str, Extent]  # of COMPONENTS
     on_part: dict[str, Extent]  # of COMPONENTS where the tool touches; the same for a path that never does
-
-    def __post_init__(self) -> None:
-        own(self, arc=("M",), time=("M",), error=("M", 3), normal=("M",))
 
     def total(self) -> Array:
         """Size of the position error, (M,) [m]."""

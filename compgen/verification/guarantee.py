@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, frozen, own
+from compgen.core.arrays import Array, frozen, owns
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.job.bounds import Guarantee
@@ -19,6 +19,7 @@ from compgen.verification.verdict import checks, rounded_up, unit_of
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(values=("D",))
 class DrawnBound:
     """One bound of a guarantee, and what D draws came to."""
 
@@ -26,9 +27,6 @@ class DrawnBound:
     bound: float  # [SI]
     values: Array  # (D,) [SI] on the part
     guaranteed: float  # [SI] what the promised share of arms and days stays within
-
-    def __post_init__(self) -> None:
-        own(self, values=("D",))
 
     @property
     def breaking(self) -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, frozen, own, row_norms
+from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.controller.command import WrittenPath
@@ -20,6 +20,7 @@ HALF = 0.5  # the override whose effect is told beside
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(off=("S",))
 class MotionEffect:
     """Of a program at its written speeds, on the part."""
 
@@ -31,9 +32,6 @@ class MotionEffect:
     along: float  # [m] farthest from the nearest place along the way: what a way out and back is cut short by
     lag: float  # [m] behind the command at the highest speed
     off: Array  # (S,) [m] off each segment, on the part or not
-
-    def __post_init__(self) -> None:
-        own(self, off=("S",))
 
 
 def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffect:

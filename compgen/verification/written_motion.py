@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arcs import statement_starts
-from compgen.core.arrays import Array, BoolArray, frozen, own
+from compgen.core.arrays import Array, BoolArray, frozen, owns
 from compgen.verification.motion_effect import MotionEffect, motion_effect
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.timing import SAME_POSITION
@@ -25,6 +25,7 @@ AT_FEED = 1e-9  # relative
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(time=("N",), use=(2, 6))
 class WrittenMotion:
     """The motion of a text of N positions."""
 
@@ -35,9 +36,6 @@ class WrittenMotion:
     rounded_up: float  # [s] duration where every line takes whole interpolation periods
     hardest: int  # the position, from 1, where a joint's acceleration is nearest to its limit or farthest over
     effect: MotionEffect | None = None  # of the controller's motion; None: not looked at
-
-    def __post_init__(self) -> None:
-        own(self, time=("N",), use=(2, 6))
 
 
 def read_motion(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, first_true, numbered, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, first_true, numbered, owns, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.units import DEG, MM, UM
@@ -26,17 +26,16 @@ TURNED = 1e-6  # rad, of a tool that stands
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(centre=("M", 2), swept=("M",))
 class GivenArcs:
     """Which of the M ways to points are arcs, or helices, about an axis along z."""
 
     centre: Array  # (M, 2) [m]
     swept: Array  # (M,) [rad] counterclockwise; 0: the way is a line
 
-    def __post_init__(self) -> None:
-        own(self, centre=("M", 2), swept=("M",))
-
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(line=("M",), position=("M", 3), feed=("M",), contact=("M",), stop=("M",))
 class GivenPoints:
     """M points of a path in the frame of the part, in the order they are driven."""
 
@@ -50,9 +49,6 @@ class GivenPoints:
     stop: BoolArray  # (M,) the robot stops there
     arcs: GivenArcs | None = None  # None: every way is a line
     notes: tuple[str, ...] = ()  # what of the file is not driven
-
-    def __post_init__(self) -> None:
-        own(self, line=("M",), position=("M", 3), feed=("M",), contact=("M",), stop=("M",))
 
     def where(self, row: int) -> str:
         """File and line of a point, for messages."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.units import MM
 from compgen.planning import joint_curve
@@ -34,6 +34,7 @@ SAMPLES = 5  # of a stretch of constant jerk
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(time=("N",), speed=("S",), driven_speed=("S",), utilisation=(3, 6))
 class Trajectory:
     """Joint motion along a path, with the speeds its program must name."""
 
@@ -43,9 +44,6 @@ class Trajectory:
     phases: Phases
     utilisation: Array  # (3, 6) largest share of each joint's speed, acceleration and jerk limit
     at_feed: float  # share of the path length driven at feed
-
-    def __post_init__(self) -> None:
-        own(self, time=("N",), speed=("S",), driven_speed=("S",), utilisation=(3, 6))
 
     def at(self, rows: IntArray) -> "Trajectory":
         """Of the waypoints at rising rows, both ends of every run among them; the motion in between stays."""

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.rates import SAME_RATE, Stretch, badness, stretches_of, window_rates
 
@@ -44,6 +44,7 @@ class Stand:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(late=("M",))
 class ClockFit:
     """The log's clock against the course's."""
 
@@ -54,9 +55,6 @@ class ClockFit:
     took: float  # [s] from the first steady row to the last, less what it stood beyond the plan
     expected: float  # [s] for the same by the plan, at overrides in whole percent
     rounded: bool  # lines take whole interpolation periods: that clock fits better
-
-    def __post_init__(self) -> None:
-        own(self, late=("M",))
 
     @property
     def main(self) -> Stretch | None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arcs import Arcs, arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, own, step_lengths, unit
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths, unit
 from compgen.core.pose import Pose
 
 CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
@@ -22,6 +22,19 @@ LONGEST_DIVISION = 4000  # nodes of one arc
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    position=("N", 3),
+    rotation=("N", 3, 3),
+    arc=("N",),
+    judged=("S",),
+    cruise=("N",),
+    periods=("N",),
+    planned=("N",),
+    stop=("N",),
+    wait=("N",),
+    number=("N",),
+    theta=("N", 6),
+)
 class ProgramCourse:
     """N nodes in World; ``frame`` and ``tool`` are those that the program runs in."""
 
@@ -40,22 +53,6 @@ class ProgramCourse:
     tool: Pose  # the TCP in the flange
     numbers: tuple[int, int]  # of frame and tool on the controller
     counted: bool = False  # whether ``planned`` counts lines by whole periods
-
-    def __post_init__(self) -> None:
-        own(
-            self,
-            position=("N", 3),
-            rotation=("N", 3, 3),
-            arc=("N",),
-            judged=("S",),
-            cruise=("N",),
-            periods=("N",),
-            planned=("N",),
-            stop=("N",),
-            wait=("N",),
-            number=("N",),
-            theta=("N", 6),
-        )
 
     @property
     def length(self) -> float:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, dot, frozen, own, rms
+from compgen.core.arrays import Array, IntArray, dot, frozen, owns, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
@@ -39,6 +39,7 @@ SEVERAL = 400  # rows that orientations and shapes are compared at
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(time=("M",), position=("M", 3), travelled=("M",))
 class FollowedLog:
     """M rows of a log along a course."""
 
@@ -49,9 +50,6 @@ class FollowedLog:
     noise: float  # [m] of one coordinate, from row to row
     track: Track
     projection: Projection
-
-    def __post_init__(self) -> None:
-        own(self, time=("M",), position=("M", 3), travelled=("M",))
 
 
 def follow_log(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: bool) -> FollowedLog:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, own, rms
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, owns, rms
 from compgen.verification.deviation import Extent, percentile99
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, row_noise
@@ -32,6 +32,7 @@ RESTING = 0.01  # of the written speed: the robot stands
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(row=("R",), time=("R",), arc=("R",), across=("R",), normal=("R",), distance=("R",), speed=("R",), judged=("R",))
 class PathDeviation:
     """R rows of a log that are on the course, from the first to the last of them."""
 
@@ -46,19 +47,6 @@ class PathDeviation:
     noise: float  # [m] of across and normal from row to row
     extents: dict[str, Extent]  # total, across, normal; empty where nothing is judged
     away: int  # rows farther than that from the course between the first and the last that is on it
-
-    def __post_init__(self) -> None:
-        own(
-            self,
-            row=("R",),
-            time=("R",),
-            arc=("R",),
-            across=("R",),
-            normal=("R",),
-            distance=("R",),
-            speed=("R",),
-            judged=("R",),
-        )
 
 
 def deviation_of(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:

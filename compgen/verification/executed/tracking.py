@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, own, step_lengths
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths
 from compgen.verification.executed.course import ProgramCourse
 
 GATE = 5e-3  # [m] off the course, and yet on it: corrections are clamped at 3 mm
@@ -45,6 +45,7 @@ THINNED = 200_000  # rows at most that marks are taken from
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(row=("K",), travelled=("K",), arc=("K",), distance=("K",), on=("K",))
 class Track:
     """K marks of a log along a course."""
 
@@ -53,9 +54,6 @@ class Track:
     arc: Array  # (K,) [m] along the course
     distance: Array  # (K,) [m] off it
     on: BoolArray  # (K,) nearer than the gate
-
-    def __post_init__(self) -> None:
-        own(self, row=("K",), travelled=("K",), arc=("K",), distance=("K",), on=("K",))
 
     @property
     def share(self) -> float:
@@ -220,6 +218,7 @@ class _Follower:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(arc=("M",), way=("M",), off=("M", 3), distance=("M",))
 class Projection:
     """M rows of a log beside the course."""
 
@@ -227,9 +226,6 @@ class Projection:
     way: IntArray  # (M,)
     off: Array  # (M, 3) [m] from the nearest point of the course to the row
     distance: Array  # (M,) [m]
-
-    def __post_init__(self) -> None:
-        own(self, arc=("M",), way=("M",), off=("M", 3), distance=("M",))
 
 
 def project(course: ProgramCourse, position: Array, travelled: Array, track: Track) -> Projection:

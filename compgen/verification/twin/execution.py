@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, column_extremes, frozen, own
+from compgen.core.arrays import Array, IntArray, column_extremes, frozen, owns
 from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
@@ -36,6 +36,7 @@ CHUNK = 16384  # segments at a time
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(segment=("M",), fraction=("M",), time=("M",), rise=("M", "K"), theta=("M", 6))
 class Execution:
     """What the real arm does with a program, at M samples."""
 
@@ -45,9 +46,6 @@ class Execution:
     rise: Array  # (M, K) [K]
     theta: Array  # (M, 6) [rad] as the controller commands
     actual: Pose  # M of the TCP
-
-    def __post_init__(self) -> None:
-        own(self, segment=("M",), fraction=("M",), time=("M",), rise=("M", "K"), theta=("M", 6))
 
     @classmethod
     def concatenate(cls, parts: Sequence["Execution"]) -> "Execution":

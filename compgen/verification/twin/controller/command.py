@@ -17,7 +17,7 @@ from typing import Protocol
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.program.program import Program
@@ -46,6 +46,7 @@ class Prepared(Protocol):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(time=("N",), theta=("N", 6))
 class WrittenPath:
     """A program of N positions in World, with how its segments run and when the twin's clock passes its positions."""
 
@@ -54,9 +55,6 @@ class WrittenPath:
     time: Array  # (N,) [s] at full override, lines not rounded up
     theta: Array  # (N, 6) [rad]
     turn: Array | None = None  # (N - 1, 3) [rad] rotation vector over each segment, in the axes of its start
-
-    def __post_init__(self) -> None:
-        own(self, time=("N",), theta=("N", 6))
 
     @classmethod
     def of(cls, prepared: "Prepared") -> "WrittenPath":
@@ -106,6 +104,7 @@ class WrittenPath:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(time=("M",), segment=("M",), fraction=("M",), position=("M", 3), arc=("M",))
 class Command:
     """M samples of a commanded motion, a step apart, from the first position to the last and until all has settled."""
 
@@ -115,9 +114,6 @@ class Command:
     fraction: Array  # (M,) of the segment
     position: Array  # (M, 3) [m] of the TCP in World
     arc: Array  # (M,) [m] along the written path
-
-    def __post_init__(self) -> None:
-        own(self, time=("M",), segment=("M",), fraction=("M",), position=("M", 3), arc=("M",))
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
