@@ -135,8 +135,7 @@ class DensePath:
 
 def _between(start: IntArray, end: IntArray) -> IntArray:
     """Rows evenly between two, (M,) each, to (M, K)."""
-    share = np.linspace(0, 1, SAMPLES + 2)[1:-1]
-    return np.rint(start[:, None] + (end - start)[:, None] * share).astype(np.int64)
+    return np.rint(start[:, None] + (end - start)[:, None] * np.linspace(0, 1, SAMPLES + 2)[1:-1]).astype(np.int64)
 
 
 def _small_turns(start: Array, end: Array) -> Array:
@@ -168,8 +167,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
     densities = np.array([_density(path, samples, *reach, run, edge) for reach in reaches])
     count = np.array([_per_run(path, density, begin, last) for density in densities])
     arcs = (2 * np.ceil(count[0]) < np.ceil(count[1])) & (last - begin >= LEAST_ROWS)
-    of_run = np.repeat(np.arange(len(begin)), last - begin)
-    density = np.where(arcs[of_run], *densities)
+    density = np.where(arcs[np.repeat(np.arange(len(begin)), last - begin)], *densities)
     for _ in range(ROUNDS):
         start, end = _cut(path, density, begin, last, np.where(arcs, LEAST_ROWS, 1))
         via = np.where(arcs[np.searchsorted(begin, start, side="right") - 1], _middle(path, start, end), start)
@@ -177,8 +175,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
         bad = np.flatnonzero((misses > 1) & np.isfinite(misses) & (end - start > 1))
         if not len(bad):
             break
-        more = np.clip(np.cbrt(misses[bad]), 1.02, 2.0)
-        for k, factor in zip(bad.tolist(), more.tolist(), strict=True):
+        for k, factor in zip(bad.tolist(), np.clip(np.cbrt(misses[bad]), 1.02, 2.0).tolist(), strict=True):
             density[start[k] : end[k]] *= factor
     is_arc = (via > start) & (misses <= 1) & (end - start >= LEAST_ROWS)
     keep, middle = np.zeros(N, dtype=bool), np.zeros(N, dtype=bool)
@@ -200,8 +197,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
 
 def _sample_rows(begin: IntArray, last: IntArray, stride: int) -> IntArray:
     """Rows from which the reach is found: the first of each run, and every few rows on."""
-    count = np.maximum(1, -(-(last - begin) // stride))
-    run, step = numbered(count)
+    run, step = numbered(np.maximum(1, -(-(last - begin) // stride)))
     return np.asarray(begin[run] + stride * step)
 
 
@@ -308,5 +304,4 @@ def _cut(
     nearer = (row > 0) & (goal - total[row - 1] < total[np.minimum(row, len(total) - 1)] - goal)
     start = np.where(step == 0, begin[run], row - nearer)
     start = np.unique(np.clip(start, begin[run], last[run] - 1))
-    end = np.append(start[1:], last[-1])
-    return start, end
+    return start, np.append(start[1:], last[-1])

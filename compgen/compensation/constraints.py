@@ -127,8 +127,7 @@ class Balls:
     def value(self, x: Array) -> Array:
         """G at a point."""
         p, w = x[:, :3], x[:, 3:]
-        squares = np.column_stack([dot(p, p), dot(w, w)])
-        return np.asarray((squares - self.radius**2) / (2 * self.radius))
+        return np.asarray((np.column_stack([dot(p, p), dot(w, w)]) - self.radius**2) / (2 * self.radius))
 
     def about(self, x: Array) -> Derivative:
         """Its derivative about a point."""

@@ -155,8 +155,7 @@ def _settled_rows(arc: Array, binding: BoolArray, overlap: float) -> int:
     """How many rows of a window hold whatever comes after it: no limit binds in the overlap behind them."""
     N = len(arc)
     behind = np.searchsorted(arc, arc + overlap)  # (N,) the first row beyond each row's overlap
-    rows = np.arange(N)
-    next_binding = np.minimum.accumulate(np.where(binding, rows, N)[::-1])[::-1]
+    next_binding = np.minimum.accumulate(np.where(binding, np.arange(N), N)[::-1])[::-1]
     holds = np.flatnonzero((behind < N) & (next_binding >= behind))
     return int(holds[-1]) if len(holds) else 0
 
@@ -327,8 +326,7 @@ def _edge_values(problem: Problem, theta0: Array, x: Any, free: BoolArray) -> An
     waypoint, edge = np.nonzero(edges.near & free[:, None])
     normal, bound = edges.normal[waypoint, edge], edges.bound[waypoint, edge]
     at_start = (bound - (normal * area.plane(theta0)[waypoint]).sum(axis=1)) / JOINT_SCALE
-    slope = ca.DM((normal @ area.to_plane).T)
-    return ca.DM(at_start) - ca.sum1(slope * x[:, waypoint.tolist()]).T
+    return ca.DM(at_start) - ca.sum1(ca.DM((normal @ area.to_plane).T) * x[:, waypoint.tolist()]).T
 
 
 def _gauss_newton_hessian(x: Any, r: Any, c: Any, h: Array, settings: Settings, edges: int) -> Any:

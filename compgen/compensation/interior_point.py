@@ -127,8 +127,7 @@ def solve(
             return Endpoint(start, Status.FAILED, iteration + 1)
         if last_step < TOLERANCE and primal_residual < TOLERANCE and mu < 2 * FINAL_MU and not relinearise:
             break
-    status = Status.CONVERGED if last_step < 10 * TOLERANCE else Status.UNSETTLED
-    return Endpoint(at.x, status, iteration + 1)
+    return Endpoint(at.x, Status.CONVERGED if last_step < 10 * TOLERANCE else Status.UNSETTLED, iteration + 1)
 
 
 def _first_iterate(local: LocalProgram) -> _Iterate:

@@ -110,8 +110,7 @@ def find_violations(problem: Problem, settings: Settings, correction: Array, joi
     violating |= dot(correction[:, :3], correction[:, :3]) > (settings.clamp_position * VIOLATED) ** 2
     violating |= dot(correction[:, 3:], correction[:, 3:]) > (settings.clamp_rotation * VIOLATED) ** 2
     change = correction[1:] - correction[:-1]
-    max_change = settings.rate * VIOLATED * np.diff(problem.arc) + CHANGE_NOISE
-    steep = dot(change[:, :3], change[:, :3]) > max_change**2
+    steep = dot(change[:, :3], change[:, :3]) > (settings.rate * VIOLATED * np.diff(problem.arc) + CHANGE_NOISE) ** 2
     violating[:-1] |= steep
     violating[1:] |= steep
     return np.asarray(violating)
@@ -292,8 +291,7 @@ def solve_stretch(
         limits = Box(included=near, rows=joint_rows, x=x, f=theta / UM, jacobian=G, lower=lower, upper=upper)
         constraints: tuple[Constraint, ...] = (limits, clamps, rate)
         if robot.interference is not None and edges is not None:
-            plane = robot.interference.plane(theta)[:, None, :]
-            beyond = (edges.bound - (edges.normal * plane).sum(axis=2)) / UM
+            beyond = (edges.bound - (edges.normal * robot.interference.plane(theta)[:, None, :]).sum(axis=2)) / UM
             constraints += (Rows(edge_counts, x, beyond, -edges.normal @ robot.interference.to_plane @ G),)
         return LocalProgram(x, transposed_times(E, weight * e), hessian, constraints)
 

@@ -78,8 +78,7 @@ def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> 
         weighted = (flange_pose(robot, path.theta + weighted) @ tool).position - path.position
     ahead = _directions(path)
     weighted -= np.einsum("ij,ij->i", weighted, ahead)[:, None] * ahead
-    size = row_norms(weighted)
-    return frozen(-weighted * np.minimum(1.0, largest / np.maximum(size, 1e-12))[:, None])
+    return frozen(-weighted * np.minimum(1.0, largest / np.maximum(row_norms(weighted), 1e-12))[:, None])
 
 
 def _breaks(path: Commanded) -> BoolArray:

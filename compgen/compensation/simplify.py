@@ -94,5 +94,4 @@ def _is_within(path: ToolPath, correction: Array, first: IntArray, last: IntArra
     middle = (first + last) // 2
     fraction = ((path.arc[middle] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
     bend = norm(correction[middle] - (1 - fraction) * correction[first] - fraction * correction[last])
-    sides = SIDES if path.balance.any() else 1.0
-    return np.asarray(chord / sides + bend <= tolerance)
+    return np.asarray(chord / (SIDES if path.balance.any() else 1.0) + bend <= tolerance)

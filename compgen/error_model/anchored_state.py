@@ -140,8 +140,7 @@ def parse_state(content: bytes, source: str) -> AnchoredState:
     sigma = np.array([*warmth.sigma_K, *base.sigma_um, *base.sigma_mdeg, *(d.sigma for d in drifting)]) * units
     names = [*warmth.node, *"xyzwpr", *(d.parameter for d in drifting)]
     if (sigma < 0).any():
-        name = names[int(np.argmin(sigma))]
-        raise InputError(f"{source}: {name}: a standard deviation below zero; {_MEND}")
+        raise InputError(f"{source}: {names[int(np.argmin(sigma))]}: a standard deviation below zero; {_MEND}")
     correlation = correlation_matrix(file.correlation, names, source, _MEND)
     return AnchoredState(
         model=file.state.heat_model,

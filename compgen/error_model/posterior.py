@@ -137,8 +137,7 @@ def read_posterior(
         if not (np.isfinite(sigma) and sigma >= 0):
             raise InputError(f"{where}: parameters: {name}: sigma {sigma:g}: must be a number from 0 up; {_MEND}")
     parameters = tuple(numbers[name][0] for name in names)
-    unit = np.array([p.unit for p in parameters])
-    sigma = np.array([s for *_, s in rows]) * unit
+    sigma = np.array([s for *_, s in rows]) * np.array([p.unit for p in parameters])
     correlation = correlation_matrix(lower, names, where, _MEND)
     return ParameterPosterior(
         parameters, np.array([numbers[name][1] for name in names]), correlation * np.outer(sigma, sigma)

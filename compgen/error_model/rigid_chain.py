@@ -65,8 +65,7 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
         model = build_error_model(robot, parts, len(rise), Pose(np.zeros(3), np.eye(3)))
 
         def pose(q: Array) -> Pose:
-            warmth = np.tile(rise if len(rise) else np.zeros(1), (len(q), 1))
-            return model.actual_pose(zero + q, warmth)
+            return model.actual_pose(zero + q, np.tile(rise if len(rise) else np.zeros(1), (len(q), 1)))
 
         axes = axes_of_poses(pose(np.vstack([np.zeros(6), QUARTER * np.eye(6)])))
         chain = RigidChain(axes.line, axes.point, axes.flange, (), 0.0)

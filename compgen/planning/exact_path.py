@@ -64,8 +64,7 @@ class ExactPath:
         Raises:
             InputError: The surface ends inside the path; so do the methods below.
         """
-        limits = np.array([[chord, max_spacing]])
-        speed, spacing = self._on_surface(path_functions().spacing, piece, t[:, None], limits)
+        speed, spacing = self._on_surface(path_functions().spacing, piece, t[:, None], np.array([[chord, max_spacing]]))
         return speed[:, 0], spacing[:, 0]
 
     def pose(self, piece: IntArray, t: Array) -> tuple[Pose, BoolArray]:
@@ -147,8 +146,7 @@ class ExactPath:
         """The parameter at a fraction of the arc length of a span, by Newton's method, (M,)."""
         if not len(piece):
             return np.zeros(0)
-        rows = np.column_stack([span, length, fraction])
-        return self._evaluate(path_functions().parameter, piece, rows)[0][:, 0]
+        return self._evaluate(path_functions().parameter, piece, np.column_stack([span, length, fraction]))[0][:, 0]
 
     def spin_vector(self) -> Array:
         """Cosine and sine of the spin, (1, 2)."""
@@ -316,7 +314,6 @@ def build_pose(shape: tuple[int, int]) -> Any:
     piece, surface, t = ca.SX.sym("piece", WIDTH), ca.SX.sym("surface", 15), ca.SX.sym("t")
     axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * shape[0] + 1 + 4 * shape[1])
     xy = curve_expr(piece, t)[0]
-    lifted = lift_expr(surface, xy, height_expr(piece, t)[0])
-    position, rotation, extent = pose_expr(lifted, axis, tilt_expr(piece, t))
+    position, rotation, extent = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis, tilt_expr(piece, t))
     outputs = ca.cse([position, ca.vec(rotation.T), extent, inside_expr(edge, xy, shape)])
     return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

@@ -104,8 +104,7 @@ def last_before(edges: Array, values: Array) -> IntArray:
     """Index of the last of rising edges that each of rising values (M,) has reached, (M,); -1 where none."""
     if len(values) < len(edges):
         return np.searchsorted(edges, values, side="right") - 1
-    first = np.searchsorted(values, edges)
-    return np.repeat(np.arange(-1, len(edges)), np.diff(first, prepend=0, append=len(values)))
+    return np.repeat(np.arange(-1, len(edges)), np.diff(np.searchsorted(values, edges), prepend=0, append=len(values)))
 
 
 def fit_joint_curve(arc: Array, theta: Array, stop: BoolArray) -> JointCurve:

@@ -68,8 +68,7 @@ class Mesh:
         there, back = ends[:, 0] * V + ends[:, 1], ends[:, 1] * V + ends[:, 0]
         rising = np.sort(there)
         first = np.searchsorted(rising, back)
-        count = np.searchsorted(rising, back, side="right") - first
-        return np.asarray(ends[count != 1])
+        return np.asarray(ends[(np.searchsorted(rising, back, side="right") - first) != 1])
 
     def turned(self) -> "Mesh":
         """The same with its facets' other sides outside."""
@@ -115,8 +114,7 @@ class Mesh:
     def _weights(self, facet: IntArray, xy: Array) -> tuple[Array, BoolArray]:
         """Barycentric weights of places in facets' projections, (M, 3), and whether they are inside."""
         a, b, c = (self.vertex[self.facet[facet, k], :2] for k in range(3))
-        whole = _area(a, b, c)
-        weight = np.column_stack([_area(b, c, xy), _area(c, a, xy), _area(a, b, xy)]) / whole[:, None]
+        weight = np.column_stack([_area(b, c, xy), _area(c, a, xy), _area(a, b, xy)]) / _area(a, b, c)[:, None]
         return weight, np.asarray(weight.min(axis=1) >= -INSIDE)
 
 
@@ -241,8 +239,7 @@ def _is_ascii(content: bytes) -> bool:
     """Whether it is text: binary files may begin with "solid" as well, but hold as many bytes as their count says."""
     if not content[:HEADER].lstrip().lower().startswith(b"solid"):
         return False
-    count = int.from_bytes(content[HEADER:COUNT], "little")
-    return len(content) != COUNT + count * RECORD.itemsize
+    return len(content) != COUNT + int.from_bytes(content[HEADER:COUNT], "little") * RECORD.itemsize
 
 
 def _binary(name: str, content: bytes) -> Array:

@@ -231,8 +231,7 @@ def _narrowed(limit: Array, at: Array, beyond: Array) -> Array:
 def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray, *, balanced: bool) -> ToolPath:
     """The path whose segments run over these parameters of their pieces."""
     point_piece = np.concatenate([[piece[0]], piece])
-    point_t = np.concatenate([[0.0], span[:, 1]])
-    target, on_part = exact.pose(point_piece, point_t)
+    target, on_part = exact.pose(point_piece, np.concatenate([[0.0], span[:, 1]]))
     length, slope = exact.length_and_slope(piece, span)
     arc = np.concatenate([[0.0], np.cumsum(length)])
     working = exact.curve.working[point_piece]
@@ -309,8 +308,7 @@ def _spans(
     way = np.cumsum(layout.length)
     way += (start - np.append(0.0, way[ends[:-1] - 1]))[chain]
     at = np.append(0.0, np.interp(way, edge, np.arange(K * C + 1) / C))
-    fixed = np.append(0, ends)
-    at[fixed] = np.append(first, K)
+    at[np.append(0, ends)] = np.append(first, K)
     for _ in range(CORRECTIONS if exactly else 0):
         row = np.minimum(np.floor(at[:-1]).astype(np.int64), K - 1)
         length = exact.length(pieces[row], at[:-1] - row, at[1:] - row)

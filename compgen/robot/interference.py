@@ -96,8 +96,7 @@ class Interference:
 def _nearest(x: Array, a: Array, b: Array) -> Array:
     """The points of the edge from a to b nearest to points (N, 2)."""
     along = b - a
-    share = np.clip((x - a) @ along / (along @ along), 0.0, 1.0)
-    return np.asarray(a + share[:, None] * along)
+    return np.asarray(a + np.clip((x - a) @ along / (along @ along), 0.0, 1.0)[:, None] * along)
 
 
 def _cross(a: Array, b: Array) -> Array:

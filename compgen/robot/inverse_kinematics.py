@@ -193,8 +193,7 @@ def branch_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) ->
     # columns of R_03: x3 (up across the forearm), y3 (-joint 3 axis), z3 (back along the forearm)
     x3 = ca.vertcat(-c1 * sf, -s1 * sf, cf)
     z3 = ca.vertcat(-c1 * cf, -s1 * cf, -sf)
-    y3 = ca.cross(z3, x3)
-    M = ca.horzcat(x3, y3, z3).T @ rotation
+    M = ca.horzcat(x3, ca.cross(z3, x3), z3).T @ rotation
     m13, m23, m33 = sign6 * M[0, 2], sign6 * M[1, 2], sign6 * M[2, 2]
     s5 = flip * ca.sqrt(m13 * m13 + m23 * m23)
     theta5 = ca.atan2(s5, m33)

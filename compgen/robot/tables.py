@@ -218,8 +218,7 @@ def robot_from_tables(
         acceleration_known=limits.acceleration_known,
     )
     robot = in_class_rows(robot)
-    interference = _interference(limits.interference, robot.pendant_map, robot.pendant_zero, file)
-    return replace(robot, interference=interference)
+    return replace(robot, interference=_interference(limits.interference, robot.pendant_map, robot.pendant_zero, file))
 
 
 def _ranges(limits: LimitsTable, file: str) -> tuple[Array, str]:

@@ -56,8 +56,7 @@ def read_urdf(source: str) -> UrdfArm:
     """
     joints = _chain(source, _joints(source))
     turning = [joint for joint in joints if joint.kind != "fixed"]
-    after = joints[joints.index(turning[0]) + 1 :]
-    longest = max(float(np.abs(joint.place.position).max()) for joint in after)
+    longest = max(float(np.abs(joint.place.position).max()) for joint in joints[joints.index(turning[0]) + 1 :])
     if longest > MOST_LENGTH:
         raise InputError(f"{source}: a link of {longest:g} m; a URDF file is in metres: is it in mm? export it anew")
     line, point = _lines(joints)
@@ -71,8 +70,7 @@ def read_urdf(source: str) -> UrdfArm:
     off = max(off, float(np.abs(ours.rotation - its.rotation).max()))
     if off > MATCH:
         raise InputError(f"{source}: its axes are the class's to {off / MM:.2g} mm only; give more digits")
-    names = tuple(joint.name for joint in turning)
-    return UrdfArm(arm, names, np.array([joint.limits for joint in turning]), off)
+    return UrdfArm(arm, tuple(joint.name for joint in turning), np.array([joint.limits for joint in turning]), off)
 
 
 def _joints(source: str) -> list[UrdfJoint]:

@@ -53,8 +53,7 @@ class Ambient:
         knots = np.unique(np.concatenate([[0.0, span], knots[(knots > 0) & (knots < span)]]))
         rise = sum(np.interp(clock + knots, self.time, self.rise) for clock in clocks.tolist()) / len(clocks)
         turn = complex(np.exp(1j * w * (clocks - self.peak)).mean())
-        peak = -float(np.angle(turn)) / w
-        return Ambient(knots, np.asarray(rise), self.amplitude * abs(turn), self.period, peak)
+        return Ambient(knots, np.asarray(rise), self.amplitude * abs(turn), self.period, -float(np.angle(turn)) / w)
 
     def response(self, rate: Array, start: float, time: Array) -> Array:
         """What the air does to modes that stood at zero at ``start``.
@@ -98,8 +97,7 @@ class Ambient:
         def forced(t: Array) -> Array:
             return np.asarray((gain * np.exp(1j * w * (t - self.peak))[:, None]).real)
 
-        fade = np.exp(-rate * (time - start)[:, None])
-        return np.asarray(forced(time) - forced(np.array([start])) * fade)
+        return np.asarray(forced(time) - forced(np.array([start])) * np.exp(-rate * (time - start)[:, None]))
 
 
 def _on_ramp(rate: Array, level: float, slope: float, offset: Array, elapsed: Array) -> Array:

@@ -195,8 +195,7 @@ def weighted_starts(ensemble: Ensemble) -> tuple[list[Start], Array]:
 def starts_to_fly(ensemble: Ensemble, *foretold: Start) -> list[Start]:
     """Corners, middle and what is foretold to be the worst, each once."""
     runs, delays, overrides = ensemble.run_numbers.tolist(), ensemble.delay, ensemble.overrides
-    ends = product(_ends(runs), _ends(list(delays)), _ends(list(overrides)))
-    corners = [Start(*values) for values in ends]
+    corners = [Start(*values) for values in product(_ends(runs), _ends(list(delays)), _ends(list(overrides)))]
     middle = Start(runs[len(runs) // 2], sum(delays) / 2, overrides[len(overrides) // 2])
     return list(dict.fromkeys([*corners, middle, *foretold]))
 

@@ -61,8 +61,7 @@ def fill_rises(log: TemperatureLog, heat: ArmHeat, time: Array, *, cold: bool) -
     loose = sum(int(np.isnan(readings[n]).sum() - np.isnan(v).sum()) for n, v in log.readings.items())
     log = replace(log, readings=readings)
     modelled = np.array([name not in readings for name in heat.names])
-    course = _course(log, heat, time)
-    rise = course.copy()
+    rise = _course(log, heat, time).copy()
     at_readings = _course(log, heat, log.time)
     for name, values in readings.items():
         k = heat.names.index(name)
@@ -91,6 +90,5 @@ def _without_loose_contacts(values: Array) -> Array:
     if len(valid) < 5:
         return values
     kept = values.copy()
-    median = median_filter(values[valid], size=5, mode="nearest")
-    kept[valid[np.abs(values[valid] - median) > LOOSE]] = np.nan
+    kept[valid[np.abs(values[valid] - median_filter(values[valid], size=5, mode="nearest")) > LOOSE]] = np.nan
     return kept

@@ -81,8 +81,7 @@ def doubt_of(
         "",
     )
     what = "all sensors" if lie.sensor < 0 else f"column {columns[names[lie.sensor]]}"
-    k = max(lie.sensor, 0)
-    value = zero + _value_at(log, names[k], lie.at)
+    value = zero + _value_at(log, names[max(lie.sensor, 0)], lie.at)
     reads = f"reads {value:.1f} degC" if lie.sensor >= 0 else f"read {lie.size:+.1f} K"
     by = "the other sensors and the heat model" if expected is None else "the other sensors and what the robot has done"
     allows = f"{value - lie.size:.1f}" if lie.sensor >= 0 else "0"

@@ -102,8 +102,7 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
         solution = np.linalg.lstsq(system, np.concatenate([y * weight, np.zeros(len(penalty))]), rcond=None)[0]
         residual = y - A @ solution
         weight = np.sqrt(np.minimum(1.0, SCATTER / np.maximum(np.abs(residual), 1e-9)))
-    amplitude = solution.reshape(count, len(pattern))
-    trajectory = np.einsum("tsbm,bm->ts", states, amplitude) + from_air
+    trajectory = np.einsum("tsbm,bm->ts", states, solution.reshape(count, len(pattern))) + from_air
     rms = {name: float(np.sqrt(np.mean(residual[sensor == k] ** 2))) for k, name in enumerate(log.readings)}
     return LogFit(trajectory[-1], log.time[0] + grid, trajectory @ heat.outputs.T, rms)
 

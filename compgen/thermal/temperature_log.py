@@ -267,8 +267,7 @@ def _number(cell: str) -> float:
 def _temperature(column: str, cell: str) -> str:
     """The cell, or nothing where it is no temperature that a cell can have."""
     value = _number(cell) if cell else math.nan
-    hottest = HOTTEST if column == "ambient_degC" else HOTTEST_PART
-    return cell if COLDEST <= value <= hottest else ""
+    return cell if COLDEST <= value <= (HOTTEST if column == "ambient_degC" else HOTTEST_PART) else ""
 
 
 def readings_in_steps(values: np.ndarray, time: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -280,8 +279,7 @@ def readings_in_steps(values: np.ndarray, time: np.ndarray, step: float) -> tupl
         step: [s]; step j ends at j step.
     """
     valid = np.isfinite(values)
-    number = np.ceil(time[valid] / step).astype(np.int64)
-    steps, first, count = np.unique(number, return_index=True, return_counts=True)
+    steps, first, count = np.unique(np.ceil(time[valid] / step).astype(np.int64), return_index=True, return_counts=True)
     readings = values[valid]
     medians = np.array([np.median(readings[a : a + n]) for a, n in zip(first.tolist(), count.tolist(), strict=True)])
     return steps, medians, count

@@ -150,8 +150,7 @@ class DisturbedHeat:
 
     def steady_states(self, motion: JointMotion) -> Array:
         """State that each segment of a program would reach in the end, (N - 1, S + K)."""
-        faster = replace(motion, driven=motion.driven * (1 + self.change.feed))
-        states = self.changed.steady_states(faster)
+        states = self.changed.steady_states(replace(motion, driven=motion.driven * (1 + self.change.feed)))
         return np.hstack([states, np.broadcast_to(self._goal, (len(states), len(self.names)))])
 
     def mean_losses(self, motion: Callable[[], JointMotion]) -> MeanLosses:
@@ -176,8 +175,7 @@ def share_of(duty: Duty, uncertainty: ThermalUncertainty) -> float:
     """Of the build-up in motion."""
     if duty.state == "off":
         return 0.0
-    moving = duty.share if duty.state == "moving" else 0.0
-    return uncertainty.idle + (1 - uncertainty.idle) * moving
+    return uncertainty.idle + (1 - uncertainty.idle) * (duty.share if duty.state == "moving" else 0.0)
 
 
 def missed_rise(

@@ -86,8 +86,7 @@ def error_at_half_override(prepared: PreparedProgram, error: Array, touching: Bo
     half = prepared.at_override(HALF).led
     if prepared.led is None or half is None:
         return 0.0
-    counts = prepared.samples_per_segment
-    on_part = np.append(np.repeat(touching, counts), touching[-1]) | ~touching.any()
+    on_part = np.append(np.repeat(touching, prepared.samples_per_segment), touching[-1]) | ~touching.any()
     return float(row_norms((error + half.across - prepared.led.across)[on_part]).max())
 
 

@@ -69,8 +69,7 @@ def read_motion(
         if share > use[1].max():
             hardest = int(np.searchsorted(chords.rows, np.argmax(qdd) + 1, side="right"))
         use[1, joint] = share
-    fast = program.speed >= feed * (1 - AT_FEED)
-    at_feed = float(prepared.at_word[fast].sum()) / float(length.sum())
+    at_feed = float(prepared.at_word[program.speed >= feed * (1 - AT_FEED)].sum()) / float(length.sum())
     as_written = float(prepared.unrounded[-1])
     statements = np.add.reduceat(np.diff(prepared.unrounded), np.flatnonzero(statement_starts(program.via)))
     rounded_up = float(robot.controller.whole_periods(statements).sum() * robot.controller.period)

@@ -91,8 +91,7 @@ def load_function(compiler: Compiler, identity: str, generate: Callable[[], str 
     Raises:
         InputError: The library in the folder is a link, somebody else's, or others can write it.
     """
-    parts = [identity, *FLAGS, *compiler.command, compiler.fingerprint]
-    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    key = hashlib.sha256("\0".join([identity, *FLAGS, *compiler.command, compiler.fingerprint]).encode()).hexdigest()
     library = compiler.folder / f"{key}.so"
     _check_library(library)
     if not _is_intact(library) and ((source := generate()) is None or not _build(compiler, source, library)):

@@ -49,8 +49,7 @@ def instructions_of(function: Any) -> Instructions:
             steps.append((operation, function.instruction_constant(k), target[0]))
         else:
             steps.append((operation, tuple(inputs), target[0]))
-    output_sizes = tuple(function.numel_out(k) for k in range(function.n_out()))
-    return Instructions(tuple(steps), output_sizes, function.sz_w())
+    return Instructions(tuple(steps), tuple(function.numel_out(k) for k in range(function.n_out())), function.sz_w())
 
 
 def run(instructions: Instructions, rows: Sequence[Rows], outputs: Sequence[Array], start: int, stop: int) -> None:

@@ -198,8 +198,7 @@ def _bend_of(link: str, plane: str, robot: Robot, column: float) -> tuple[int, A
     if plane == "twist":
         return row, vector / np.linalg.norm(vector), np.zeros(3)
     joint = axes[1 if link == "a1" else row - 1][:, 2]
-    sense = -1.0 if joint @ axes[1][:, 2] < 0 else 1.0
-    turn = axes[row].T @ joint * sense
+    turn = axes[row].T @ joint * (-1.0 if joint @ axes[1][:, 2] < 0 else 1.0)
     if plane == "side":
         turn = np.cross(vector / np.linalg.norm(vector), turn)
     return row, np.round(turn, 15), lever * vector

@@ -84,8 +84,7 @@ class GivenPoints:
             angle = np.arctan2(out[0][:, 1], out[0][:, 0]) + share * swept
             round_way = centre + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
             position[:, :2] = np.where((swept != 0)[:, None], round_way, position[:, :2])
-            parts = np.append(0.0, swept / count[way])
-            arcs = GivenArcs(np.vstack([arcs.centre[:1], centre]), parts)
+            arcs = GivenArcs(np.vstack([arcs.centre[:1], centre]), np.append(0.0, swept / count[way]))
         last = share == 1
         position[last] = end[last]
         rows = np.append(0, way + 1)

@@ -167,8 +167,7 @@ def _off_lines(
     for share in shares.tolist():
         at = curve(u[spans] + share * (u[spans + 1] - u[spans]))
         gap = at - place[spans]
-        along = np.clip(np.einsum("si,si->s", gap, line) / size, 0, 1)
-        off = np.maximum(off, row_norms(gap - along[:, None] * line))
+        off = np.maximum(off, row_norms(gap - np.clip(np.einsum("si,si->s", gap, line) / size, 0, 1)[:, None] * line))
         lowest = min(lowest, float(at[:, 2].min(initial=np.inf)))
     return off, lowest
 
@@ -178,8 +177,7 @@ def _explained(place: Array) -> Array:
     length, M = row_norms(np.diff(place, axis=0)), len(place)
     if M < 4:
         return np.zeros(M - 1)
-    along = np.diff(place, axis=0) / length[:, None]
-    change = np.diff(along, axis=0)
+    change = np.diff(np.diff(place, axis=0) / length[:, None], axis=0)
     bend = 2 * np.arcsin(np.clip(row_norms(change) / 2, 0, 1)) / ((length[:-1] + length[1:]) / 2)
     alike = np.einsum("mi,mi->m", change[:-1], change[1:]) > 0
     less, more = np.minimum(bend[:-1], bend[1:]), np.maximum(bend[:-1], bend[1:])

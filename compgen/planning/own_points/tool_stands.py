@@ -36,8 +36,7 @@ def place_points(points: GivenPoints, surface: Quadric, spin: float, feed: float
     """
     tilt = np.zeros_like(points.position)
     if points.normal is None and points.rotation is None:
-        curved = surface.A.any()
-        place = surface.local(points.position + surface.origin) if curved else points.position
+        place = surface.local(points.position + surface.origin) if surface.A.any() else points.position
     else:
         place = points.position
         rotation = points.rotation if points.normal is None else _standing(points, spin)
@@ -89,8 +88,7 @@ def _standing(points: GivenPoints, spin: float) -> Array:
     normal = points.normal
     if normal is None:
         raise ValueError("points without normals")
-    along = np.array([np.cos(spin), np.sin(spin), 0.0])
-    near = first_true(np.abs(normal @ along) > np.cos(ALONG_SPIN))
+    near = first_true(np.abs(normal @ np.array([np.cos(spin), np.sin(spin), 0.0])) > np.cos(ALONG_SPIN))
     if near is not None:
         raise InputError(f"{points.where(near)}: the normal points along the tool's x; set tool.spin_deg 90 deg off")
     return standing_on(normal, spin)

@@ -72,8 +72,7 @@ def cut_blocks(arc: Array, stop: BoolArray, followable: Array) -> Partition:
     step = ((end - begin) / count)[stretch]
     right = np.where(k + 1 == count[stretch], end[stretch], begin[stretch] + (k + 1) * step)
     run = (np.cumsum(stop[ends]) - 1)[stretch]
-    first = np.flatnonzero(np.diff(run, prepend=-1))
-    return Partition(begin[stretch] + k * step, right, run, first)
+    return Partition(begin[stretch] + k * step, right, run, np.flatnonzero(np.diff(run, prepend=-1)))
 
 
 def limit_blocks(
@@ -138,8 +137,7 @@ def _raise_too_slow(robot: Robot, joints: JointCurve, partition: Partition, bloc
     """Raises ImpossibleError naming the waypoint and the joint that is slowest in a block."""
     inside = joints.arc[(joints.arc >= partition.begin[block]) & (joints.arc <= partition.end[block])]
     s = np.unique(np.concatenate([np.linspace(partition.begin[block], partition.end[block], 50), inside]))
-    run = np.full(len(s), partition.run[block])
-    interval = joints.interval(s, run)
+    interval = joints.interval(s, np.full(len(s), partition.run[block]))
     # at unit speed a joint's shares of its three limits: the slowest is where its own root is largest
     worst = joints.utilisation(robot, s, interval, np.tile([1.0, 0.0, 0.0], (len(s), 1))).reshape(-1, 3, 6)
     roots = np.maximum.reduce([worst[:, 0], np.sqrt(worst[:, 1]), np.cbrt(worst[:, 2])])

@@ -75,8 +75,7 @@ def edge_speeds(limits: BlockLimits, first: IntArray) -> Array:
             rises = goal[far] > v[near]
             new = goal[far].copy()
             rising = todo[rises]
-            reachable = reachable_speed(v[near[rises]], length[rising], A[rising], J[rising])
-            new[rises] = np.minimum(new[rises], reachable)
+            new[rises] = np.minimum(new[rises], reachable_speed(v[near[rises]], length[rising], A[rising], J[rising]))
             changed = new != v[far]
             v[far[changed]] = new[changed]
             todo = todo[changed & ~bound[todo]] + step

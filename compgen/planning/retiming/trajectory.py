@@ -191,6 +191,5 @@ def largest_shares(robot: Robot, joints: JointCurve, phases: Phases, partition: 
         n = len(k[inside])
         within = np.minimum(joints.interval(np.maximum.accumulate(s[n:]), runs[n:]), ends[which[n:]])
         interval = np.concatenate([knot[inside], within])
-        used = joints.utilisation(robot, s, interval, rates)
-        largest = np.maximum(largest, used.max(axis=0))
+        largest = np.maximum(largest, joints.utilisation(robot, s, interval, rates).max(axis=0))
     return largest.reshape(3, 6)

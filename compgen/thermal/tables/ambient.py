@@ -78,5 +78,4 @@ def log_of(
     log = read_temperature_log(Path(where).parent / table.file, heat.names, sensors)
     check_sensors(log, [f"{name}_degC" for name in (*sensors, *heat.names)])
     refuse_doubtful(log, heat, warmth, zero)
-    reference = zero if table.reference is None else table.reference
-    return log.rises(reference, table.window_min * MINUTE)
+    return log.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)

@@ -61,8 +61,7 @@ class ProgramCourse:
 
     def way(self, arc: Array) -> IntArray:
         """The way on which each arc length (M,) [m] lies."""
-        last = len(self.arc) - 2
-        return np.asarray(np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, last))
+        return np.asarray(np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, len(self.arc) - 2))
 
     def at(self, clock: Array, arc: Array) -> Array:
         """What a clock of the nodes shows at arc lengths, (M,) [s]."""
@@ -129,8 +128,7 @@ def divided(position: Array, via: BoolArray) -> tuple[Array, Array]:
     share = (np.arange(len(half)) - np.repeat(np.cumsum(count - 1) - (count - 1), count - 1) + 1) / count[half]
     arc, second = half // 2, half % 2
     angle = np.where(second, arcs.angle[arc, 0], 0.0) + share * sweep.ravel()[half]
-    chosen = Arcs(*(values[arc] for values in arcs))
-    places = chosen.at(angle[:, None])[:, 0]
+    places = Arcs(*(values[arc] for values in arcs)).at(angle[:, None])[:, 0]
     number = np.concatenate([whole, middle[arc] - 1 + second + share])
     order = np.argsort(number, kind="stable")
     return number[order], np.concatenate([position, places])[order]
@@ -150,8 +148,7 @@ def tangents_of(position: Array) -> Array:
     moving = np.flatnonzero(dot(step, step) > 0)
     if not len(moving):
         return np.tile([1.0, 0.0, 0.0], (len(step), 1))
-    last = moving[np.maximum(np.searchsorted(moving, np.arange(len(step)), side="right") - 1, 0)]
-    return unit(step[last])
+    return unit(step[moving[np.maximum(np.searchsorted(moving, np.arange(len(step)), side="right") - 1, 0)]])
 
 
 def arc_lengths_of(position: Array) -> Array:

@@ -222,8 +222,7 @@ def constant_offset(course: ProgramCourse, way: IntArray, off: Array) -> Offset 
         if np.linalg.eigvalsh(normal)[0] < SHOWN * len(way):
             continue
         vector = np.linalg.solve(normal, np.einsum("mij,mi->j", matrix, off))
-        left = float(((off - np.einsum("mij,j->mi", matrix, vector)) ** 2).sum())
-        explained = 1 - left / max(total, 1e-30)
+        explained = 1 - float(((off - np.einsum("mij,j->mi", matrix, vector)) ** 2).sum()) / max(total, 1e-30)
         if best is None or explained > best.explained + 1e-6:
             best = Offset(vector, explained, in_tool)
     return best
@@ -247,8 +246,7 @@ def shape_elsewhere(course: ProgramCourse, position: Array, travelled: Array) ->
     if turn_of(moved) < 10 * SHAPE_TURNED:
         moved = _moved_only(course, position, travelled, moved)
     track = follow(course, moved.act(position), travelled)
-    off = _rms(track)
-    return moved if fits(course, track) and track.share > 0.9 and off < SHAPE else None
+    return moved if fits(course, track) and track.share > 0.9 and _rms(track) < SHAPE else None
 
 
 def _moved_only(course: ProgramCourse, position: Array, travelled: Array, moved: Pose) -> Pose:
@@ -276,8 +274,7 @@ def _rms(track: Track) -> float:
 def best_motion(start: Array, end: Array) -> Pose:
     """The rigid motion that brings points (m, 3) nearest to others, by least squares."""
     a, b = start.mean(axis=0), end.mean(axis=0)
-    spread = (start - a).T @ (end - b)
-    u, sizes, v = np.linalg.svd(spread)
+    u, sizes, v = np.linalg.svd((start - a).T @ (end - b))
     sign = np.sign(np.linalg.det(u @ v))
     rotation = (v.T * [1, 1, sign]) @ u.T
     if sizes[1] < STRAIGHT * sizes[0]:
@@ -293,8 +290,7 @@ def turn_of(moved: Pose) -> float:
 def motion_words(moved: Pose, course: ProgramCourse) -> str:
     """Where a log is against its course, and what that may come from; ``moved`` brings it there."""
     frame, tool = course.numbers
-    away = moved.inverse()
-    x, y, z = (v / MM + 0.0 for v in np.round(away.position, SHOWN_DIGITS).tolist())
+    x, y, z = (v / MM + 0.0 for v in np.round(moved.inverse().position, SHOWN_DIGITS).tolist())
     if turn_of(moved) > SHAPE_TURNED:
         return (
             f"it has this program's shape, moved by X {x:.3f} Y {y:.3f} Z {z:.3f} mm and turned by "

@@ -60,8 +60,7 @@ def measure(course: ProgramCourse, followed: FollowedLog) -> tuple[PathDeviation
     """
     deviation = deviation_of(course, followed)
     refuse_clock_steps(course, followed, deviation)
-    clock = fit_clock(course, deviation.time, deviation.arc, max(deviation.noise, 1e-6))
-    return deviation, clock
+    return deviation, fit_clock(course, deviation.time, deviation.arc, max(deviation.noise, 1e-6))
 
 
 def refuse_clock_steps(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> None:

@@ -79,8 +79,7 @@ def fits(course: ProgramCourse, track: Track) -> bool:
 
 def travelled_way(position: Array, noise: float) -> Array:
     """Way travelled at each row of a log, (M, 3) [m] to (M,) [m]; what noise moves a standing robot by is left out."""
-    every = max(1, len(position) // THINNED)
-    rows = np.append(np.arange(0, len(position) - 1, every), len(position) - 1)
+    rows = np.append(np.arange(0, len(position) - 1, max(1, len(position) // THINNED)), len(position) - 1)
     kept, last = [0], position[rows[0]]
     steps = step_lengths(position[rows])
     if (steps > MOVED * noise).all():
@@ -98,10 +97,8 @@ def travelled_way(position: Array, noise: float) -> Array:
 
 def marks(travelled: Array) -> IntArray:
     """Rows one step of way apart, the first and the last among them."""
-    step = max(float(travelled[-1] - travelled[0]) / MARKS, FINEST)
-    goal = np.arange(travelled[0], travelled[-1], step)
-    rows = np.searchsorted(travelled, goal)
-    return np.unique(np.concatenate([[0], rows, [len(travelled) - 1]]))
+    goal = np.arange(travelled[0], travelled[-1], max(float(travelled[-1] - travelled[0]) / MARKS, FINEST))
+    return np.unique(np.concatenate([[0], np.searchsorted(travelled, goal), [len(travelled) - 1]]))
 
 
 def follow(course: ProgramCourse, position: Array, travelled: Array, gate: float = GATE) -> Track:
@@ -163,8 +160,7 @@ class _Follower:
             k = int(np.argmin(distance))
             best.append(self.sample[group[k]])
             far.append(distance[k])
-        order = np.argsort(np.array(far), kind="stable")[:STARTS]
-        return np.array(best)[order]
+        return np.array(best)[np.argsort(np.array(far), kind="stable")[:STARTS]]
 
     def run(self, first: int, start: float, last: int) -> tuple[Array, Array, BoolArray]:
         """Arc length, distance and whether on the course of marks, followed from ``first`` at ``start`` to ``last``."""

@@ -91,8 +91,7 @@ class Chords:
         """When the F positions are passed, from when the program's own are, (N,) to (F,) [s]."""
         if len(self.fraction) == len(time) - 1:
             return time
-        between = time[self.segment] + self.fraction * np.diff(time)[self.segment]
-        return np.append(between, time[-1])
+        return np.append(time[self.segment] + self.fraction * np.diff(time)[self.segment], time[-1])
 
 
 def as_chords(program: Program, sweep: Sweeps) -> Chords:

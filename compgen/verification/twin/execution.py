@@ -214,8 +214,7 @@ class PreparedProgram:
         """The program with ramps at a share of the accelerations assumed; its warmth is left to ``reheated``."""
         robot = self.twin.robot
         slower = replace(robot, acceleration=share * robot.acceleration, jerk=share * robot.jerk)
-        timing = time_program(slower, self.program, self.sweep.length, self.theta)
-        return replace(self, **timing._asdict())
+        return replace(self, **time_program(slower, self.program, self.sweep.length, self.theta)._asdict())
 
     def with_rise(self, rise: Array) -> "PreparedProgram":
         """The program with given rises at its positions, (N, K) [K], what the air does among them."""
@@ -301,8 +300,7 @@ def _thermal_fields(
         steady = heat.steady_state(duty)
         state = steady - (steady - state) * np.exp(-duty.duration * heat.rate)
     states = mode_states(heat.rate, state, motion.time, heat.steady_states(motion))[rows]
-    start_time = sum(d.duration for d in duties)
-    return {"rise": states @ heat.outputs.T, "air": air or still_air(), "start_time": start_time}
+    return {"rise": states @ heat.outputs.T, "air": air or still_air(), "start_time": sum(d.duration for d in duties)}
 
 
 def _joints_of_chords(twin: Twin, chords: Chords) -> Array:

@@ -138,8 +138,7 @@ class FaultyArm:
             offset = offset + sine * np.sin(angle) + cosine * np.cos(angle)
         for n, wave in zip(f.ripple_orders, np.swapaxes(f.joint_ripple, 0, 1), strict=True):
             offset = offset + wave[:, 0] * np.sin(n * theta) + wave[:, 1] * np.cos(n * theta)
-        half_width = f.backlash + f.windup * np.sqrt(torque**2 + 1)
-        return np.asarray(offset - half_width * side)
+        return np.asarray(offset - (f.backlash + f.windup * np.sqrt(torque**2 + 1)) * side)
 
     def _axis_deviation(self, nominal: Array, travel: tuple[Array, ...]) -> Array:
         """What the deviations along World axes add to the TCP, (M, 3) [m]."""
@@ -200,8 +199,7 @@ class FaultyArm:
         for i in range(link):
             about_z = pin.utils.rotate("z", float(robot.pendant_zero[i]))
             about_x = pin.utils.rotate("x", float(robot.alpha[i]))
-            offset = np.array([robot.a[i], 0.0, robot.d[i]])
-            frame = frame * pin.SE3(about_z, np.zeros(3)) * pin.SE3(about_x, offset)
+            frame = frame * pin.SE3(about_z, np.zeros(3)) * pin.SE3(about_x, np.array([robot.a[i], 0.0, robot.d[i]]))
         return data.oMi[link].actInv(frame) if link else frame
 
     def _placements(self, growth: Mapping[str, Array], rise: Array) -> list[Pose]:
@@ -216,8 +214,7 @@ class FaultyArm:
                     offset = np.zeros((len(grown), 3))
                     offset[:, axis] = grown
                     change = _compose(Pose(offset, np.tile(np.eye(3), (len(offset), 1, 1))), change)
-            nominal = self.flange if i == 6 else self.model.jointPlacements[i + 1]
-            placements.append(_compose(change, _constant(nominal)))
+            placements.append(_compose(change, _constant(self.flange if i == 6 else self.model.jointPlacements[i + 1])))
         return placements
 
     def _frame_fault(self, i: int, rise: Array) -> Pose:

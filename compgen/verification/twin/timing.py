@@ -196,8 +196,7 @@ def _speeds(lines: _Lines, a_up: Array, a_down: Array) -> tuple[Array, Array, Ar
 def _rising(limit: Array, step: Array) -> Array:
     """The largest values within limits (N,) that rise from one to the next by no more than steps (N - 1,)."""
     sum_of_steps = np.concatenate([[0.0], np.cumsum(step)])
-    values = np.minimum.accumulate(limit - sum_of_steps) + sum_of_steps
-    return np.asarray(np.clip(values, 0.0, limit))
+    return np.asarray(np.clip(np.minimum.accumulate(limit - sum_of_steps) + sum_of_steps, 0.0, limit))
 
 
 def _ramp_limits(robot: Robot, program: Program, theta: Array, length: Array) -> tuple[Array, Array]:

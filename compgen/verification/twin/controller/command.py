@@ -138,8 +138,7 @@ class CommandClock:
         first, last = (int(n) for n in np.searchsorted(self.arrive, done[[0, -1]]))
         near = slice(max(first - 1, 0), last + 2)
         knots = np.column_stack([self.arrive[near], self.leave[near]]).ravel()
-        numbers = np.repeat(np.arange(len(self.arrive), dtype=float)[near], 2)
-        return np.asarray(np.interp(done, knots, numbers))
+        return np.asarray(np.interp(done, knots, np.repeat(np.arange(len(self.arrive), dtype=float)[near], 2)))
 
 
 def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle: Array | None = None) -> CommandClock:
@@ -227,8 +226,7 @@ def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
     inside = np.clip(time, 0.0, duration)
     rising = run_up(inside)
     falling = at_speed / np.maximum(rate, 1e-300) - run_up(duration - inside)
-    done = rate * np.where(inside < duration / 2, rising, falling)
-    return np.asarray(np.clip(done, 0.0, at_speed))
+    return np.asarray(np.clip(rate * np.where(inside < duration / 2, rising, falling), 0.0, at_speed))
 
 
 def statement_times(
