@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, numbered
+from compgen.core.arrays import Array, BoolArray, IntArray, bisected, dot, norm, numbered
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, MM
 
@@ -234,13 +234,7 @@ def _reach(path: DensePath, start: IntArray, last: IntArray, *, arcs: bool) -> t
         )
         rows = rows[~done & (good | (low[rows] <= least[rows]))]
         step *= 2
-    rows = np.flatnonzero(low < high)
-    while len(rows):
-        middle = (low[rows] + high[rows] + 1) // 2
-        good = within(rows, middle)
-        low[rows[good]] = middle[good]
-        high[rows[~good]] = middle[~good] - 1
-        rows = rows[low[rows] < high[rows]]
+    low = bisected(low, high, within)
     reaches = low > least
     rows = np.flatnonzero(~reaches)
     reaches[rows] = within(rows, low[rows])

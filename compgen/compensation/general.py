@@ -189,21 +189,12 @@ def solve(
     c, e = pose.map(N)(ca.DM(theta0.T) + JOINT_SCALE * x, *given)
     gap = np.maximum(np.diff(problem.arc), 1e-12)
     r = _residuals(problem, settings, c, e)
-    clamp = ca.vertcat(
-        ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
-    )
-    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) * _repeated(1 / (settings.rate * gap) ** 2, 1)
     edges = _edge_values(problem, theta0, x, free)
-    constraints = ca.vertcat(ca.vec(clamp), ca.vec(rate), edges)
+    constraints, bounds = _constraints(settings, c, gap, edges, free)
     lower = np.where(free[:, None], (robot.lower - theta0) / JOINT_SCALE, 0.0)
     upper = np.where(free[:, None], (robot.upper - theta0) / JOINT_SCALE, 0.0)
     program = {"x": ca.vec(x), "f": ca.sumsqr(r), "g": constraints}
     hessian = _gauss_newton_hessian(program["x"], r, c, gap, settings, edges.numel())
-    # constraints between two waypoints that both stay as they are cannot be changed
-    bounds = np.ones(constraints.numel())
-    bounds[: 2 * N] = np.where(np.repeat(free, 2), 1.0, np.inf)
-    bounds[2 * N : 3 * N - 1] = np.where(free[:-1] | free[1:], 1.0, np.inf)
-    bounds[3 * N - 1 :] = 0.0
     iterations = _Iterations(6 * N, constraints.numel(), progress)
     ipopt = {**OPTIONS["ipopt"], "max_iter": max_iterations}
     options = {**OPTIONS, "ipopt": ipopt, "hess_lag": hessian, "iteration_callback": iterations}
@@ -220,6 +211,20 @@ def solve(
     return Optimum(
         np.where(free[:, None], np.asarray(c_of_theta).T, start), _status(stats), stats["iter_count"], further
     )
+
+
+def _constraints(settings: Settings, c: Any, gap: Array, edges: Any, free: BoolArray) -> tuple[Any, Array]:
+    """Clamps of all waypoints, rates between neighbours, and the edges near them; and what they may be at most.
+
+    Those between two waypoints that both stay as they are cannot be changed.
+    """
+    clamp = ca.vertcat(
+        ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
+    )
+    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) * _repeated(1 / (settings.rate * gap) ** 2, 1)
+    counts = np.concatenate([np.repeat(free, 2), free[:-1] | free[1:]])
+    bounds = np.concatenate([np.where(counts, 1.0, np.inf), np.zeros(edges.numel())])
+    return ca.vertcat(ca.vec(clamp), ca.vec(rate), edges), bounds
 
 
 def _residuals(problem: Problem, settings: Settings, c: Any, e: Any) -> Any:

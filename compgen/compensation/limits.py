@@ -279,10 +279,8 @@ def solve_stretch(
     planned = problem.joints(start)[0] / UM
     near = free[:, None] & np.stack([planned > upper - HELD_FROM / UM, planned < lower + HELD_FROM / UM])
     joint_rows = np.flatnonzero(near.any(axis=(0, 2)))
-    edges, edge_counts = None, np.zeros((len(free), 0), dtype=bool)
-    if robot.interference is not None:  # the planned pose decides on which side of which edges a waypoint stays
-        edges = robot.interference.half_planes(problem.theta, NEAR_EDGE)
-        edge_counts = edges.near & free[:, None]
+    # the planned pose decides on which side of which edges a waypoint stays
+    edges = None if robot.interference is None else robot.interference.half_planes(problem.theta, NEAR_EDGE)
 
     def linearise(x: Array) -> LocalProgram:
         e, E, theta, G = problem.linearise(x * unit)
@@ -292,7 +290,9 @@ def solve_stretch(
         constraints: tuple[Constraint, ...] = (limits, clamps, rate)
         if robot.interference is not None and edges is not None:
             beyond = (edges.bound - (edges.normal * robot.interference.plane(theta)[:, None, :]).sum(axis=2)) / UM
-            constraints += (Rows(edge_counts, x, beyond, -edges.normal @ robot.interference.to_plane @ G),)
+            constraints += (
+                Rows(edges.near & free[:, None], x, beyond, -edges.normal @ robot.interference.to_plane @ G),
+            )
         return LocalProgram(x, transposed_times(E, weight * e), hessian, constraints)
 
     end = interior_point.solve(linearise, smoothness, start / unit, free, progress)

@@ -87,7 +87,8 @@ def _resampled(x: Array, y: Array, low: int, high: int) -> Array:
     c2 = f2[:-1] + (before - after) * c3
     c1 = f1[1:-1] - after * (f2[:-1] + before * c3)
     # each takes the samples from its second point to its third, the first and the last those beyond as well
-    counts = np.diff(np.clip(np.ceil(x[2:-2] / STEP).astype(np.int64), low, high), prepend=low, append=high)
+    ends = np.clip(np.ceil(x[2:-2] / STEP).astype(np.int64), low, high)
+    counts = np.diff(ends, prepend=low, append=high)
     x0, y0, c1, c2, c3 = (np.repeat(c, counts) for c in (x[1:-2], y[1:-2], c1, c2, c3))
     s = at - x0
     return np.asarray(y0 + s * (c1 + s * (c2 + s * c3)))

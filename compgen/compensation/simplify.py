@@ -10,7 +10,7 @@ follow at feed, the waypoint before moves back half way. All pieces are walked a
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, norm
+from compgen.core.arrays import Array, BoolArray, IntArray, bisected, norm
 from compgen.planning.toolpath import SIDES, ToolPath
 
 
@@ -69,22 +69,19 @@ def _farthest_rows(path: ToolPath, correction: Array, tolerance: float, last: In
     low, high = first + 1, last.copy()  # low is always within: a planned segment
     step = np.ones(S, dtype=np.int64)
     # doubling steps until one is too far, then bisection between it and the last that is not
+
+    def within(rows: IntArray, end: IntArray) -> BoolArray:
+        return _is_within(path, correction, rows, end, tolerance)
+
     rows = np.flatnonzero(low < high)
     while len(rows):
         candidate = np.minimum(first[rows] + 2 * step[rows], last[rows])
-        within = _is_within(path, correction, first[rows], candidate, tolerance)
-        low[rows[within]] = candidate[within]
-        high[rows[~within]] = candidate[~within] - 1
+        good = within(rows, candidate)
+        low[rows[good]] = candidate[good]
+        high[rows[~good]] = candidate[~good] - 1
         step[rows] *= 2
-        rows = rows[within & (candidate < last[rows])]
-    rows = np.flatnonzero(low < high)
-    while len(rows):
-        middle = (low[rows] + high[rows] + 1) // 2
-        within = _is_within(path, correction, first[rows], middle, tolerance)
-        low[rows[within]] = middle[within]
-        high[rows[~within]] = middle[~within] - 1
-        rows = rows[low[rows] < high[rows]]
-    return low
+        rows = rows[good & (candidate < last[rows])]
+    return bisected(low, high, within)
 
 
 def _is_within(path: ToolPath, correction: Array, first: IntArray, last: IntArray, tolerance: float) -> BoolArray:

@@ -8,12 +8,13 @@ longer moves says, without another solve, that the correction would not move eit
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from compgen.compensation.limits import MAX_WINDOW, WINDOW, enforce_limits, find_violations
-from compgen.compensation.problem import Joints, Problem, Settings, Solution, Status
+from compgen.compensation.problem import Joints, Problem, Residual, Settings, Solution, Status
 from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.core.arrays import Array, frozen
 
@@ -42,19 +43,7 @@ def optimise(
     Returns:
         The correction. Where a limit binds, ``status`` is LIMITED and ``active_limits`` names waypoints and limits.
     """
-    smooth = _build_smoother(problem, settings)
-    z = problem.pointwise_correction()
-    iterations = 0
-    while True:
-        correction = smooth(z)
-        iterations += 1
-        residual, theta, margin = problem.evaluate_residual(correction)
-        progress(min(0.9, iterations / 5))
-        next_z = correction - residual
-        step = _largest_component(next_z - z, settings.lever)
-        if step <= step_tolerance or iterations == MAX_ITERATIONS or not np.isfinite(step):
-            break
-        z = next_z
+    correction, (residual, theta, margin), step, iterations = _unlimited(problem, settings, progress, step_tolerance)
     active_limits: tuple[tuple[int, str], ...] = ()
     status = Status.CONVERGED if step <= step_tolerance else Status.UNSETTLED
     violating = find_violations(problem, settings, correction, Joints(theta, margin))
@@ -75,6 +64,32 @@ def optimise(
         last_step=step,
         active_limits=active_limits,
     )
+
+
+class _Unlimited(NamedTuple):
+    """The correction without limits."""
+
+    correction: Array  # (N, 6)
+    residual: Residual
+    step: float  # [m] the last one
+    iterations: int
+
+
+def _unlimited(
+    problem: Problem, settings: Settings, progress: Callable[[float], None], step_tolerance: float
+) -> _Unlimited:
+    """The smooth correction that leaves no error, by the fixed point z <- smooth(z) - e(smooth(z))."""
+    smooth = _build_smoother(problem, settings)
+    z = problem.pointwise_correction()
+    for iterations in range(1, MAX_ITERATIONS + 1):
+        correction = smooth(z)
+        residual = problem.evaluate_residual(correction)
+        progress(min(0.9, iterations / 5))
+        before, z = z, correction - residual.e
+        step = _largest_component(z - before, settings.lever)
+        if step <= step_tolerance or not np.isfinite(step):
+            break
+    return _Unlimited(correction, residual, step, iterations)
 
 
 def _largest_component(change: Array, lever: float) -> float:

@@ -129,6 +129,24 @@ def first_true(rows: BoolArray) -> int | None:
     return int(np.argmax(rows)) if rows.any() else None
 
 
+def bisected(low: IntArray, high: IntArray, holds: Callable[[IntArray, IntArray], BoolArray]) -> IntArray:
+    """The largest numbers up to ``high`` that hold, where ``low`` does, (N,), by bisection of all rows at once.
+
+    Args:
+        low: Changed in place to what is found.
+        high: Changed as well.
+        holds: Of some rows (M,) and a number for each of them: whether it holds.
+    """
+    rows = np.flatnonzero(low < high)
+    while len(rows):
+        middle = (low[rows] + high[rows] + 1) // 2
+        good = holds(rows, middle)
+        low[rows[good]] = middle[good]
+        high[rows[~good]] = middle[~good] - 1
+        rows = rows[low[rows] < high[rows]]
+    return low
+
+
 def unit(a: Array) -> Array:
     """Rows scaled to length one, (..., k)."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))

@@ -204,12 +204,7 @@ def read_growing_log(source: str | Path, nodes: Sequence[str], sensors: Mapping[
 
 def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str]) -> GrowingLog:
     """``read_growing_log`` for bytes that are at hand."""
-    lines = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
-    rows = [
-        (n, [cell.strip() for cell in line.split(",")])
-        for n, line in enumerate(lines.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    rows = _whole_rows(data)
     if not rows:
         return GrowingLog(None, 0, 0, 0.0)
     header = rows[0][1]
@@ -223,10 +218,7 @@ def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping
         if cells == header:
             continue
         time = _number(cells[at]) if len(cells) == len(header) else math.nan
-        if not math.isfinite(time) or time < 0:
-            left_out += 1
-            continue
-        if time + shift <= last and tuple(cells) in seen:
+        if not (math.isfinite(time) and time >= 0) or (time + shift <= last and tuple(cells) in seen):
             left_out += 1
             continue
         seen.add(tuple(cells))
@@ -246,6 +238,16 @@ def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping
         return GrowingLog(None, left_out, gaps, shift)
     read = _with_readings(table)
     return GrowingLog(None if read is None else temperatures_of(read, nodes, sensors), left_out, gaps, shift)
+
+
+def _whole_rows(data: bytes) -> list[tuple[int, list[str]]]:
+    """The cells of each line that has an end, with its number from 1; without remarks and empty lines."""
+    lines = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
+    return [
+        (n, [cell.strip() for cell in line.split(",")])
+        for n, line in enumerate(lines.splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
 
 
 def _with_readings(table: CsvTable) -> CsvTable | None:

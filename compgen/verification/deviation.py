@@ -78,14 +78,14 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
         arc[rows], error[rows], components = _compare(path, execution)
         feed[rows], cross[rows], normal[rows], angle[rows] = components.T
     weight = sample_lengths(arc)
-    extents = {"total": _extent(row_norms(error), weight, arc)}
+    extents = {"total": extent_of(row_norms(error), weight, arc)}
     for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle), strict=True):
-        extents[name] = _extent(np.abs(values), weight, arc)
+        extents[name] = extent_of(np.abs(values), weight, arc)
     touched = extents
     if touching.any() and not touching.all():
         sizes = {"total": row_norms(error), "feed": feed, "cross": cross, "normal": normal, "axis_angle": angle}
         part = weight[touching], arc[touching]
-        touched = {name: _extent(np.abs(values[touching]), *part) for name, values in sizes.items()}
+        touched = {name: extent_of(np.abs(values[touching]), *part) for name, values in sizes.items()}
     return Deviation(
         arc=frozen(arc), time=frozen(time), error=frozen(error), normal=frozen(normal), extents=extents, on_part=touched
     )
@@ -93,7 +93,7 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
 
 def sample_lengths(arc: Array) -> Array:
     """Length of path that each sample stands for, (M,) [m]."""
-    gaps = np.diff(arc)
+    gaps = np.abs(np.diff(arc))
     lengths = np.zeros_like(arc)
     lengths[:-1] = gaps
     lengths[1:] += gaps
@@ -148,7 +148,7 @@ def _build_components() -> Any:
     return ca.Function("components", inputs, ca.cse([error, components]))
 
 
-def _extent(values: Array, weight: Array, arc: Array) -> Extent:
+def extent_of(values: Array, weight: Array, arc: Array) -> Extent:
     """Of sizes (M,), each for a length of path (M,) [m] at an arc length (M,) [m]."""
     largest = int(np.argmax(values))
     return Extent(float(values[largest]), percentile99(values, weight), rms(values, weight), float(arc[largest]))

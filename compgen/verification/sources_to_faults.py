@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.arrays import Array
 from compgen.error_model.loads import Loads
 from compgen.error_model.source import Source
 from compgen.error_model.sources.compliance import JointCompliance
@@ -46,31 +47,16 @@ def faults_of(sources: Sequence[Source]) -> Faults | None:  # noqa: C901 - one c
             case JointCompliance():
                 fields |= {"compliance": source.compliance, **_load_fields(source.loads)}
             case GearHarmonics():
-                fields["gear_harmonics"] = np.stack([source.sine, source.cosine], axis=2)
-                fields["gear_cycles"] = source.cycles
+                fields |= {"gear_harmonics": _waves(source), "gear_cycles": source.cycles}
             case JointRipple():
-                fields["joint_ripple"] = np.stack([source.sine, source.cosine], axis=2)
-                fields["ripple_orders"] = source.order
+                fields |= {"joint_ripple": _waves(source), "ripple_orders": source.order}
             case Hysteresis():
                 fields |= {"backlash": source.backlash, "windup": source.windup, "reversal_width": source.width}
-                fields["reversal_law"] = source.law
-                fields |= _load_fields(source.loads)
-            case BaseFrame():
-                fields["base_frame"] = np.concatenate([source.position, source.rotation])
-            case ToolFrame():
-                fields["tool_frame"] = np.concatenate([source.position, source.rotation])
-            case ThermalBend():
-                bends = zip(source.rate, source.row, source.axis, source.lever, source.node, strict=True)
-                distortions += [
-                    ThermalDistortion(bend=float(r), row=int(i), axis=a, lever=v, node=int(k))
-                    for r, i, a, v, k in bends
-                ]
-            case ThermalShift():
-                shifts = zip(source.rate, source.row, source.axis, source.node, strict=True)
-                distortions += [
-                    ThermalDistortion(bend=0.0, row=int(i), axis=a, lever=a, node=int(k), shift=float(r))
-                    for r, i, a, k in shifts
-                ]
+                fields |= {"reversal_law": source.law, **_load_fields(source.loads)}
+            case BaseFrame() | ToolFrame():
+                fields[source.NAME] = np.concatenate([source.position, source.rotation])
+            case ThermalBend() | ThermalShift():
+                distortions += _distortions(source)
             case AxisMap():
                 deviations.append(
                     AxisDeviation(source.axis, source.station, source.forward, source.reverse, source.width)
@@ -80,6 +66,22 @@ def faults_of(sources: Sequence[Source]) -> Faults | None:  # noqa: C901 - one c
     if not (fields or distortions or deviations):
         return None
     return Faults(**fields, thermal_distortions=tuple(distortions), axis_deviations=tuple(deviations))
+
+
+def _waves(source: GearHarmonics | JointRipple) -> Array:
+    """Sine and cosine of each joint and order, (6, H, 2) [rad]."""
+    return np.stack([source.sine, source.cosine], axis=2)
+
+
+def _distortions(source: ThermalBend | ThermalShift) -> list[ThermalDistortion]:
+    """What each rise does to a link: it bends about an axis with a lever, or shifts along it."""
+    if isinstance(source, ThermalBend):
+        bends = zip(source.rate, source.row, source.axis, source.lever, source.node, strict=True)
+        return [ThermalDistortion(bend=float(r), row=int(i), axis=a, lever=v, node=int(k)) for r, i, a, v, k in bends]
+    shifts = zip(source.rate, source.row, source.axis, source.node, strict=True)
+    return [
+        ThermalDistortion(bend=0.0, row=int(i), axis=a, lever=a, node=int(k), shift=float(r)) for r, i, a, k in shifts
+    ]
 
 
 def _load_fields(loads: Loads) -> dict[str, Any]:

@@ -145,8 +145,7 @@ def c_source(instructions: Instructions) -> str | None:
             body.append(f"v w{target} = all({_literal(float(inputs))});")
         elif operation in C_OPERATIONS:
             expression, helper = C_OPERATIONS[operation]
-            if helper:
-                helpers[helper] = None
+            helpers[helper] = None
             body.append(f"v w{target} = {expression.format(*(f'w{i}' for i in inputs))};")
         else:
             return None
@@ -155,7 +154,7 @@ def c_source(instructions: Instructions) -> str | None:
     return "\n".join(
         [
             _HEAD,
-            *helpers,
+            *filter(None, helpers),
             f"void {FUNCTION_NAME}(long long start, long long stop, const double *const *in,",
             "    const long long *const *index, const long long *stride, double *const *out) {",
             "  for (long long row = start; row < stop; row += LANES) {",

@@ -1,5 +1,7 @@
 """The table of a robot file for how well its warmth is known."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from compgen.core.exceptions import InputError
@@ -37,13 +39,7 @@ def uncertainty_of(
         cte = next(iter(ctes), 0.0) / UM
         if len(ctes) == 1 and cte:  # lengths with coefficients of their own keep the priors of their own
             expansion = low / cte - 1, high / cte - 1
-    grown = [profile.length for profile in profiles]
-    growth: dict[str, Interval] = {}
-    for length, limits in table.growth_percent.items():
-        _check_rising(limits, f"{key}.growth_percent.{length}")
-        if length not in grown:
-            raise InputError(f"{key}.growth_percent.{length}: no profile; they are of {', '.join(grown)}")
-        growth[length] = limits[0] * PERCENT, limits[1] * PERCENT
+    growth = _growth_of(table, [profile.length for profile in profiles], key)
     is_network = heat.law is None
     if is_network:
         growth = {length: _from_the_other_end(limits) for length, limits in growth.items()}
@@ -68,6 +64,17 @@ def uncertainty_of(
         growth=growth,
         is_assumed=not table.model_dump(exclude={"provenance"}, exclude_defaults=True),
     )
+
+
+def _growth_of(table: sc.UncertaintyTable, grown: Sequence[str], key: str) -> dict[str, Interval]:
+    """How much each length that grows may grow beside its profile, less one."""
+    growth: dict[str, Interval] = {}
+    for length, limits in table.growth_percent.items():
+        _check_rising(limits, f"{key}.growth_percent.{length}")
+        if length not in grown:
+            raise InputError(f"{key}.growth_percent.{length}: no profile; they are of {', '.join(grown)}")
+        growth[length] = limits[0] * PERCENT, limits[1] * PERCENT
+    return growth
 
 
 def _from_the_other_end(limits: Interval) -> Interval:

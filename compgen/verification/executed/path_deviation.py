@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, owns, rms
-from compgen.verification.deviation import Extent, percentile99
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, owns
+from compgen.verification.deviation import Extent, extent_of, sample_lengths
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, row_noise
 from compgen.verification.executed.tracking import components, follow, project
@@ -64,10 +64,10 @@ def deviation_of(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:
     distance = projection.distance[rows]
     extents = {}
     if judged.any():
-        weight = _lengths(arc)[judged]
+        weight = sample_lengths(arc)[judged]
         weight = weight if weight.sum() > 0 else np.ones(len(weight))
         for name, values in (("total", distance), ("across", np.abs(across)), ("normal", np.abs(normal))):
-            extents[name] = _extent(values[judged], weight, arc[judged])
+            extents[name] = extent_of(values[judged], weight, arc[judged])
     return PathDeviation(
         row=rows,
         time=time,
@@ -81,17 +81,6 @@ def deviation_of(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:
         extents=extents,
         away=away,
     )
-
-
-def _lengths(arc: Array) -> Array:
-    """Length of path that each row stands for, (R,) [m]."""
-    gaps = np.abs(np.diff(arc))
-    return np.asarray((np.append(gaps, 0.0) + np.append(0.0, gaps)) / 2)
-
-
-def _extent(values: Array, weight: Array, arc: Array) -> Extent:
-    largest = int(np.argmax(values))
-    return Extent(float(values[largest]), percentile99(values, weight), rms(values, weight), float(arc[largest]))
 
 
 def _speed(time: Array, arc: Array) -> Array:

@@ -12,7 +12,7 @@ up and smoothed, which is right for the small angles in the smoothing's reach; s
 arm.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
-from compgen.verification.twin.controller.command import Command, WrittenPath, command_at, command_clock
+from compgen.verification.twin.controller.command import Command, CommandClock, WrittenPath, command_at, command_clock
 from compgen.verification.twin.controller.smoothing import coarser, moments, settling_time, smooth
 from compgen.verification.twin.nominal_arm import LENGTHS, build_grown_pose
 
@@ -89,18 +89,11 @@ def motion_deviation(
     in_joints = motion.space == "joint"
     pose_of = _joint_space(robot, motion, tool, path) if in_joints else _tool_space(motion, turned if turning else None)
     clock = command_clock(robot, path, override)
-    M, halo = int(np.ceil(clock.end / step)) + EDGE, int(np.ceil(settling_time(motion) / step)) + 2 * EDGE
     first = np.concatenate([[0], np.cumsum(counts)])
-    K, done = int(first[-1]) + 1, 0
+    K = int(first[-1]) + 1
     across, along, turn = np.empty((K, 3)), np.empty(K), np.empty((K, 3)) if turning else None
-    for begin in range(0, M, BLOCK):
-        samples = step * np.arange(max(begin - halo, 0), min(begin + BLOCK, M) + EDGE, dtype=float)
-        command = command_at(path, arc, clock.position_numbers(samples), samples, step)
-        way = np.maximum.accumulate(smooth(command.arc[:, None], step, motion)[:, 0])
-        end = K if begin + BLOCK >= M else _places_before(float(way[-EDGE]), arc, first)
-        if end <= done:
-            continue
-        rows, index = slice(done, end), np.arange(done, end)
+    for rows, command, way in _blocks(path, clock, motion, step, first):
+        index = np.arange(rows.start, rows.stop)
         segment = np.minimum(np.searchsorted(first, index, side="right") - 1, len(counts) - 1)
         fraction = (index - first[segment]) / counts[segment]
         at = np.interp(arc[segment] + fraction * path.sweep.length[segment], way, np.arange(len(way), dtype=float))
@@ -116,10 +109,28 @@ def motion_deviation(
             else:
                 written = turned[segment] + fraction[:, None] * (turned[segment + 1] - turned[segment])
                 turn[rows] = cubic(rotation, at) - written
-        done = end
     lag = moments(known, period).delay * override * float(program.speed.max())
     turns = turn is not None and np.abs(turn).max() > TURNING
     return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turn is not None and turns else None, lag)
+
+
+def _blocks(
+    path: WrittenPath, clock: CommandClock, motion: ControllerMotion, step: float, first: IntArray
+) -> Iterator[tuple[slice, Command, Array]]:
+    """Block by block of samples in time: the places that are passed in it, the command, and the smoothed way (M,) [m].
+
+    Each begins so early that what was before no longer counts; ``first`` are the first places of positions, (N,).
+    """
+    M, halo = int(np.ceil(clock.end / step)) + EDGE, int(np.ceil(settling_time(motion) / step)) + 2 * EDGE
+    arc, done = path.arcs(), 0
+    for begin in range(0, M, BLOCK):
+        samples = step * np.arange(max(begin - halo, 0), min(begin + BLOCK, M) + EDGE, dtype=float)
+        command = command_at(path, arc, clock.position_numbers(samples), samples, step)
+        way = np.maximum.accumulate(smooth(command.arc[:, None], step, motion)[:, 0])
+        end = int(first[-1]) + 1 if begin + BLOCK >= M else _places_before(float(way[-EDGE]), arc, first)
+        if end > done:
+            yield slice(done, end), command, way
+            done = end
 
 
 def has_corners(path: WrittenPath) -> bool:
