@@ -178,8 +178,7 @@ def solve(
         progress: Called at every iteration with the share done, a guess. What it raises ends the solution.
         max_iterations: After which it gives up.
     """
-    N = len(free)
-    robot = problem.robot
+    N, robot = len(free), problem.robot
     theta0, _ = problem.joints(start)
     pose = build_pose_differences(problem)
     x = ca.MX.sym("x", 6, N)

@@ -264,8 +264,7 @@ def solve_stretch(
         free: (N,).
         progress: Called with the share done, a guess.
     """
-    robot = problem.robot
-    unit = np.array([UM, UM, UM, *3 * [UM / settings.lever]])
+    robot, unit = problem.robot, np.array([UM, UM, UM, *3 * [UM / settings.lever]])
     h, ds = np.maximum(np.diff(problem.arc), 1e-12), waypoint_lengths(problem.arc)
     scale = 1 / float(ds[free].mean())  # a waypoint counts about one
     smoothness = smoothing_matrix(problem.arc, problem.stop, settings, 0.0) * scale
@@ -296,6 +295,5 @@ def solve_stretch(
         return LocalProgram(x, transposed_times(E, weight * e), hessian, constraints)
 
     end = interior_point.solve(linearise, smoothness, start / unit, free, progress)
-    if end.status is Status.FAILED:
-        return Optimum(start, end.status, end.iterations)
-    return Optimum(np.where(free[:, None], end.x * unit, start), end.status, end.iterations)
+    solved = free & (end.status is not Status.FAILED)
+    return Optimum(np.where(solved[:, None], end.x * unit, start), end.status, end.iterations)

@@ -163,7 +163,6 @@ def parse_state(content: bytes, source: str) -> AnchoredState:
 def state_text(state: AnchoredState) -> str:
     """The state's file."""
     sigma, K = state.sigma, len(state.nodes)
-    size = np.where(sigma > 0, sigma, 1.0)
     file = tomlkit.document()
     file.add(
         tomlkit.comment("What a robot is at a time, as cgen anchor wrote it; for --state of cgen generate and others")
@@ -171,7 +170,7 @@ def state_text(state: AnchoredState) -> str:
     # a key of the top level stands before any table: TOML reads keys into the table above them
     file.add(tomlkit.comment("of rises, base shift, base turn and drifting numbers, in this order, to the diagonal"))
     correlation = tomlkit.array()
-    for row in correlation_rows(state.covariance / np.outer(size, size)):
+    for row in correlation_rows(state.covariance):
         correlation.add_line(tomlkit.array(row), indent="  ")
     correlation.add_line(indent="")
     values = {

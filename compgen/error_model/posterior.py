@@ -89,14 +89,11 @@ def posterior_hash(content: bytes) -> str:
 
 def posterior_text(posterior: ParameterPosterior, robot: str) -> str:
     """The file: names, values and sigmas in the robot file's units, and the correlations row by row to the diagonal."""
-    sigma = posterior.sigma
-    scale = np.where(sigma > 0, sigma, 1.0)
-    correlation = posterior.covariance / np.outer(scale, scale)
     rows = [
         json.dumps({"name": p.name, "value": _digits(v / p.unit), "sigma": _digits(s / p.unit)})
-        for p, v, s in zip(posterior.parameters, posterior.value.tolist(), sigma.tolist(), strict=True)
+        for p, v, s in zip(posterior.parameters, posterior.value.tolist(), posterior.sigma.tolist(), strict=True)
     ]
-    lines = correlation_rows(correlation)
+    lines = correlation_rows(posterior.covariance)
     return (
         f'{{\n"robot": {json.dumps(robot)},\n"parameters": [\n' + ",\n".join(rows) + "\n],\n"
         '"correlation": [\n' + ",\n".join(lines) + "\n]\n}\n"
@@ -144,8 +141,11 @@ def read_posterior(
     )
 
 
-def correlation_rows(correlation: Array) -> list[str]:
-    """A matrix (P, P) as text, row by row to the diagonal."""
+def correlation_rows(covariance: Array) -> list[str]:
+    """The correlations of a covariance (P, P) as text, row by row to the diagonal."""
+    sigma = np.sqrt(np.diag(covariance))
+    scale = np.where(sigma > 0, sigma, 1.0)
+    correlation = covariance / np.outer(scale, scale)
     return [
         "[" + ", ".join([*(_decimals(r) for r in row[:i].tolist()), "1"]) + "]" for i, row in enumerate(correlation)
     ]

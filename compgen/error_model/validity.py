@@ -67,12 +67,16 @@ def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> l
 
 def joint_halves(model: ErrorModel, theta: Array) -> Array:
     """How far each joint's half-width moves the TCP at joints theta (N, 6) [rad], (N, 6) [m]."""
-    N = len(theta)
-    rows = np.repeat(np.arange(N), 7)
-    sides = np.tile(np.vstack([np.zeros(6), np.eye(6)]), (N, 1))
-    cold = np.zeros((len(rows), model.actual.size1_in(1)))
-    place = model.actual_pose(theta[rows], cold, DirectionState(sides, np.zeros((len(rows), 3)))).position
-    place = place.reshape(N, 7, 3)
+    return _moved_by_sides(model, theta, np.eye(9)[:6])
+
+
+def _moved_by_sides(model: ErrorModel, theta: Array, sides: Array) -> Array:
+    """How far states of direction and travel (S, 9) move the TCP from where none is, cold, at theta (N, 6), (N, S)."""
+    N, S = len(theta), len(sides) + 1
+    states = np.tile(np.vstack([np.zeros(9), sides]), (N, 1))
+    cold = np.zeros((N * S, model.actual.size1_in(1)))
+    place = model.actual_pose(np.repeat(theta, S, axis=0), cold, DirectionState(states[:, :6], states[:, 6:])).position
+    place = place.reshape(N, S, 3)
     return np.asarray(np.linalg.norm(place[:, 1:] - place[:, :1], axis=2))
 
 
@@ -87,10 +91,7 @@ def settling(sources: Sequence[Source], model: ErrorModel, theta: Array) -> tupl
     widths = reversal_widths(sources)
     if widths is None:
         return np.zeros(6), 0.0
-    sides = np.vstack([np.zeros(9), np.eye(9)])
-    cold = np.zeros((10, model.actual.size1_in(1)))
-    place = model.actual_pose(np.tile(theta, (10, 1)), cold, DirectionState(sides[:, :6], sides[:, 6:])).position
-    halves = np.linalg.norm(place[1:] - place[0], axis=1)
+    halves = _moved_by_sides(model, theta[None], np.eye(9))[0]
     depth = np.maximum(np.log(np.maximum(halves / SETTLED, 1.0)), LEAST_DEPTH)
     turn, travel = (np.where(np.isfinite(w), w, 0.0) for w in (widths.joint, widths.travel))
     if widths.law == "play":

@@ -83,10 +83,10 @@ def motion_deviation(
         return None
     on_time = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
     step, motion = (period, on_time) if has_corners(path) else coarser(on_time, period, SAMPLES)
-    program, arc = path.program, path.arcs()
+    arc = path.arcs()
     turned = np.zeros((0, 3)) if places_only else path.turned()
-    turning = motion.space == "joint" or bool(turned.any())
     in_joints = motion.space == "joint"
+    turning = in_joints or bool(turned.any())
     pose_of = _joint_space(robot, motion, tool, path) if in_joints else _tool_space(motion, turned if turning else None)
     clock = command_clock(robot, path, override)
     first = np.concatenate([[0], np.cumsum(counts)])
@@ -102,14 +102,12 @@ def motion_deviation(
         ahead = path.directions(segment, fraction)
         along[rows] = np.einsum("ij,ij->i", d, ahead)
         across[rows] = d - along[rows, None] * ahead
-        if turn is not None and rotation is not None:
-            if in_joints:
-                mean = cubic(rotation.reshape(-1, 9), at).reshape(-1, 3, 3)
-                turn[rows] = small_turn(mean, path.rotations(segment, fraction))
-            else:
-                written = turned[segment] + fraction[:, None] * (turned[segment + 1] - turned[segment])
-                turn[rows] = cubic(rotation, at) - written
-    lag = moments(known, period).delay * override * float(program.speed.max())
+        if turn is not None and rotation is not None and in_joints:
+            mean = cubic(rotation.reshape(-1, 9), at).reshape(-1, 3, 3)
+            turn[rows] = small_turn(mean, path.rotations(segment, fraction))
+        elif turn is not None and rotation is not None:
+            turn[rows] = cubic(rotation, at) - _between(turned, segment, fraction)
+    lag = moments(known, period).delay * override * float(path.program.speed.max())
     turns = turn is not None and np.abs(turn).max() > TURNING
     return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turn is not None and turns else None, lag)
 
@@ -131,6 +129,11 @@ def _blocks(
         if end > done:
             yield slice(done, end), command, way
             done = end
+
+
+def _between(rows: Array, segment: IntArray, fraction: Array) -> Array:
+    """Straight between rows (N, C) at the ends of segments (M,), (M, C)."""
+    return np.asarray(rows[segment] + fraction[:, None] * (rows[segment + 1] - rows[segment]))
 
 
 def has_corners(path: WrittenPath) -> bool:
@@ -174,9 +177,7 @@ def _tool_space(motion: ControllerMotion, turned: Array | None) -> PoseOf:
         position = smooth(command.position, command.step, motion)
         if turned is None:
             return position, None
-        k = command.segment
-        turn = turned[k] + command.fraction[:, None] * (turned[k + 1] - turned[k])
-        return position, smooth(turn, command.step, motion)
+        return position, smooth(_between(turned, command.segment, command.fraction), command.step, motion)
 
     return pose_of
 
