@@ -165,7 +165,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
     N = len(path.arc)
     reaches = (_reach(path, samples, last[run], arcs=arcs) for arcs in (True, False))
     densities = np.array([_density(path, samples, *reach, run, edge) for reach in reaches])
-    count = np.array([_per_run(path, density, begin, last) for density in densities])
+    count = np.add.reduceat(densities * np.diff(path.arc), begin, axis=1)  # statements that each run needs
     arcs = (2 * np.ceil(count[0]) < np.ceil(count[1])) & (last - begin >= LEAST_ROWS)
     density = np.where(arcs[np.repeat(np.arange(len(begin)), last - begin)], *densities)
     for _ in range(ROUNDS):
@@ -270,11 +270,6 @@ def _density(
     rate, knots = np.concatenate([rate, rate[first], rate[last]]), np.concatenate([run, *2 * [np.arange(len(first))]])
     order = np.lexsort((at, knots))
     return np.asarray(np.interp((path.arc[:-1] + path.arc[1:]) / 2, at[order], rate[order]))
-
-
-def _per_run(path: DensePath, density: Array, begin: IntArray, last: IntArray) -> Array:
-    """How many statements each run needs, (R,)."""
-    return np.asarray(np.add.reduceat(density * np.diff(path.arc), begin))
 
 
 def _cut(

@@ -47,19 +47,11 @@ def simplify(path: ToolPath, correction: Array, tolerance: float, shortest: floa
     short = np.flatnonzero((path.arc[ends] - path.arc[previous] < shortest) & (previous > begins))
     if len(short):
         keep[previous[short]] = False
-        start = _kept_before(keep, previous[short])
-        keep[previous[short]] = True
+        kept = np.flatnonzero(keep)
+        start = kept[np.searchsorted(kept, previous[short]) - 1]
         middle = (path.arc[start] + path.arc[ends[short]]) / 2
-        moved = np.clip(np.searchsorted(path.arc, middle), start + 1, previous[short])
-        keep[previous[short]] = False
-        keep[moved] = True
+        keep[np.clip(np.searchsorted(path.arc, middle), start + 1, previous[short])] = True
     return np.flatnonzero(keep)
-
-
-def _kept_before(keep: BoolArray, rows: IntArray) -> IntArray:
-    """The last kept row before each of some rows."""
-    kept = np.flatnonzero(keep)
-    return np.asarray(kept[np.searchsorted(kept, rows) - 1])
 
 
 def _farthest_rows(path: ToolPath, correction: Array, tolerance: float, last: IntArray) -> IntArray:

@@ -107,8 +107,7 @@ def _build_smoother(problem: Problem, settings: Settings) -> Callable[[Array], A
     factored = []
     for columns, fidelity in groups:
         band = smoothing_matrix(problem.arc, problem.stop, settings, fidelity)
-        factor = cholesky_banded(band, overwrite_ab=True, check_finite=False)
-        factored.append((columns, fidelity * ds[:, None], factor))
+        factored.append((columns, fidelity * ds[:, None], cholesky_banded(band, overwrite_ab=True, check_finite=False)))
 
     def smooth(z: Array) -> Array:
         correction = np.empty_like(z)

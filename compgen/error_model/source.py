@@ -9,6 +9,8 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, own, owns
+from compgen.core.exceptions import InputError
+from compgen.core.toml import suggest
 from compgen.error_model.loads import Loads
 from compgen.error_model.schema import SourceTable
 from compgen.robot.kinematics import Chain
@@ -202,6 +204,25 @@ class LoadDependent(Protocol):
     @property
     def loads(self) -> Loads:
         """Masses and forces."""
+
+
+def check_terms(table: Any, count: int, of: str, lists: Sequence[str], arm: ArmFacts, key: str) -> None:
+    """Raises InputError where a table's lists of terms are not all as long, or a term follows a rise that is none.
+
+    Args:
+        table: A source's, with a list ``node``.
+        count: How many terms there are.
+        of: What they are of, for the message.
+        lists: Names of the lists.
+        arm: With the names of the rises.
+        key: File and table, for messages.
+    """
+    for name in lists:
+        if len(getattr(table, name)) != count:
+            raise InputError(f"{key}.{name}: {len(getattr(table, name))} entries for {count}{of}; give one each")
+    for i, node in enumerate(table.node):
+        if node not in arm.nodes:
+            raise InputError(f"{key}.node.{i}: '{node}' is unknown{suggest(node, list(arm.nodes))}")
 
 
 def freeze_parameters(source: Any) -> dict[int | str, int]:

@@ -17,6 +17,7 @@ from scipy.spatial import ConvexHull
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import InputError
+from compgen.core.polygons import crossing, edges_of, plane_cross, signed_area
 
 EDGE_M = 1e-9  # a point this near outside still counts as on the edge
 MOUTH = 1e-6  # m by which a notch reaches past the hull
@@ -163,10 +164,10 @@ def polygon(outline: Array, holes: Sequence[Array]) -> Boundary:
             that is not inside the outline. The message begins with "corners_mm" or "holes.<n>".
     """
     rings = [_ring(outline, "corners_mm"), *(_ring(hole, f"holes.{n}") for n, hole in enumerate(holes))]
-    edges = [np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings]
+    edges = [edges_of(ring) for ring in rings]
     for n, second in enumerate(edges):
         for first in edges[:n]:
-            if _crossing(first, second).any():
+            if crossing(first, second).any():
                 raise InputError(f"holes.{n - 1}: it crosses another edge; part them")
     ring = rings[0]
     on_hull = np.sort(ConvexHull(ring).vertices)
@@ -182,7 +183,7 @@ def polygon(outline: Array, holes: Sequence[Array]) -> Boundary:
     ]
 
     def part(missing: Sequence[Array]) -> Boundary:
-        rows = [np.hstack([corners, np.roll(corners, -1, axis=0)]) for corners in missing]
+        rows = [edges_of(corners) for corners in missing]
         return Boundary(normals, (normals * hull).sum(axis=1), np.inf, np.vstack([np.zeros((0, 4)), *rows]))
 
     for n, hole in enumerate(rings[1:]):
@@ -200,24 +201,10 @@ def _ring(corners: Array, name: str) -> Array:
     before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
     if (np.hypot(*(after - corners).T) < EDGE_M).any():
         raise InputError(f"{name}: a corner stands twice running; leave one out")
-    edges = np.hstack([corners, after])
-    if _crossing(edges, edges).any():
+    if crossing(edges_of(corners), edges_of(corners)).any():
         raise InputError(f"{name}: its edges cross each other; give the corners in order round it")
-    area = float((corners[:, 0] * after[:, 1] - after[:, 0] * corners[:, 1]).sum() / 2)
-    bend = (corners - before)[:, 0] * (after - corners)[:, 1] - (corners - before)[:, 1] * (after - corners)[:, 0]
-    kept = corners[np.abs(bend) > EDGE_M * np.hypot(*(after - before).T)]
+    area = signed_area(corners)
+    kept = corners[np.abs(plane_cross(corners - before, after - corners)) > EDGE_M * np.hypot(*(after - before).T)]
     if len(kept) < 3 or abs(area) < EDGE_M:
         raise InputError(f"{name}: it has no area; give corners that do not lie on one line")
     return np.array(kept if area > 0 else kept[::-1])
-
-
-def _crossing(first: Array, second: Array) -> BoolArray:
-    """Which edges (A, 4) cross which (B, 4) inside of both, (A, B)."""
-    a, b = first[:, None, :2], first[:, None, 2:]
-    c, d = second[None, :, :2], second[None, :, 2:]
-
-    def side(p: Array, q: Array, r: Array) -> Array:
-        return np.asarray((q - p)[..., 0] * (r - p)[..., 1] - (q - p)[..., 1] * (r - p)[..., 0])
-
-    tiny = 1e-15
-    return np.asarray((side(a, b, c) * side(a, b, d) < -(tiny**2)) & (side(c, d, a) * side(c, d, b) < -(tiny**2)))

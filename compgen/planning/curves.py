@@ -19,7 +19,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.core.evaluation import IndexedRows, evaluate
 
 DEGREE = 7  # of p
@@ -30,6 +30,16 @@ WIDTH = 2 * (DEGREE + 1) + 4 + 4 * (CUBIC + 1)  # coefficients of a piece
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    poly=("K", DEGREE + 1, 2),
+    polar=("K", 4),
+    lift=("K", CUBIC + 1),
+    stop=("K",),
+    working=("K",),
+    tilt=("K", CUBIC + 1, 3),
+    pace=("K",),
+    least=("K",),
+)
 class PiecewiseCurve:
     """A plane curve of K pieces, in the order they are driven, with its height above the surface."""
 
@@ -41,10 +51,6 @@ class PiecewiseCurve:
     tilt: Array  # (K, 4, 3) [-] g_k
     pace: Array  # (K,) share of the feed that the piece is driven at
     least: IntArray  # (K,) segments that the piece is cut into at least: joint motion is a curve and not a chord
-
-    def __post_init__(self) -> None:
-        own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), stop=("K",), working=("K",), pace=("K",), least=("K",))
-        own(self, lift=("K", CUBIC + 1), tilt=("K", CUBIC + 1, 3))
 
     def coefficients(self) -> Array:
         """A row for each piece, (K, WIDTH), as ``curve_expr``, ``height_expr`` and ``tilt_expr`` take it."""

@@ -14,7 +14,7 @@ of the TCP, along which the tool turns upright.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -82,10 +82,7 @@ def plan_lead_in(arm: Arm, theta: Array, least: Array, travel: float, exact: Exa
             continue
         place, tilt = exact.curve.start()
         line = curves.tilted(curves.line(start.start, place), start.tilt, tilt)
-        there = ExactPath(
-            curve=line, surface=exact.surface, boundary=exact.boundary, spin=exact.spin, frame=exact.frame
-        )
-        poses, _ = there.pose(np.zeros(len(SAMPLES), dtype=np.int64), SAMPLES)
+        poses, _ = replace(exact, curve=line).pose(np.zeros(len(SAMPLES), dtype=np.int64), SAMPLES)
         if arm.can_drive(poses):
             return start
     return None
@@ -124,14 +121,8 @@ def _start(
         height += short
     else:
         return None
-    there = ExactPath(
-        curve=curves.line(local, (*local[:2], 0.0)),
-        surface=exact.surface,
-        boundary=exact.boundary,
-        spin=exact.spin,
-        frame=exact.frame,
-    )
-    standing, _ = there.pose(np.zeros(1, dtype=np.int64), np.zeros(1))
+    below = curves.line(local, (*local[:2], 0.0))
+    standing, _ = replace(exact, curve=below).pose(np.zeros(1, dtype=np.int64), np.zeros(1))
     turn = rotation_vector(standing.rotation[0].T @ begin.rotation)
     angle = float(np.linalg.norm(turn))
     return LeadIn(local, turn * (np.tan(angle / 2) / angle if angle > 0 else 0.5))

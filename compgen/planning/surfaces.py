@@ -63,24 +63,6 @@ class Quadric:
             xy = xy + (gap - along[:, None] * normal)[:, :2]
         return np.column_stack([xy, height]).reshape(np.shape(point))
 
-    def curve_derivatives(
-        self, xy: tuple[Array, Array, Array], height: tuple[Array, Array, Array]
-    ) -> tuple[Array, Array]:
-        """First and second derivative of the lifted point along a plane curve; see ``curve_derivatives_expr``.
-
-        Args:
-            xy: Plane curve and its first two derivatives, (M, 2) each [m].
-            height: h, h' and h'', (M,) each [m].
-
-        Returns:
-            P' and P'', (M, 3) each [m].
-        """
-        first, second, extent = evaluate(
-            _build_curve_derivatives(), self.coefficients(), *xy, *(h[:, None] for h in height)
-        )
-        check_extent(extent)
-        return first, second
-
     def _lift(self, xy: Array, height: Array) -> tuple[Array, Array, Array]:
         position, normal, z, extent = evaluate(_build_lift(), self.coefficients(), xy, height[:, None])
         check_extent(extent)
@@ -133,15 +115,6 @@ def _build_lift() -> Any:
     """(surface (15), xy (2), height) -> position (3), normal (3), local z, extent."""
     surface, xy, height = ca.SX.sym("surface", 15), ca.SX.sym("xy", 2), ca.SX.sym("h")
     return ca.Function("lift", [surface, xy, height], [*lift_expr(surface, xy, height)])
-
-
-@lru_cache(maxsize=1)
-def _build_curve_derivatives() -> Any:
-    """(surface (15), xy and its two derivatives (2 each), h, h', h'') -> P' (3), P'' (3), extent."""
-    surface, *h = ca.SX.sym("surface", 15), *(ca.SX.sym(f"h{k}") for k in range(3))
-    xy = [ca.SX.sym(f"xy{k}", 2) for k in range(3)]
-    derivatives = curve_derivatives_expr(surface, (xy[0], xy[1], xy[2]), (h[0], h[1], h[2]))
-    return ca.Function("curve_derivatives", [surface, *xy, *h], [*derivatives])
 
 
 def plane(origin: Array) -> Quadric:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, norm, owns
+from compgen.core.polygons import crossing, edges_of, plane_cross, signed_area
 
 ON_EDGE = 1e-9  # [rad] nearer than this, the way to an edge has no direction: the edge's own normal is taken
 
@@ -69,8 +70,8 @@ class Interference:
         p, q = x[:-1], x[1:]
         crossed = np.zeros(len(p), dtype=bool)
         for a, b in self._edges():
-            sides = _cross(b - a, p - a), _cross(b - a, q - a)
-            ends = _cross(q - p, a - p), _cross(q - p, b - p)
+            sides = plane_cross(b - a, p - a), plane_cross(b - a, q - a)
+            ends = plane_cross(q - p, a - p), plane_cross(q - p, b - p)
             crossed |= (sides[0] * sides[1] < 0) & (ends[0] * ends[1] < 0)
         return crossed
 
@@ -99,11 +100,6 @@ def _nearest(x: Array, a: Array, b: Array) -> Array:
     return np.asarray(a + np.clip((x - a) @ along / (along @ along), 0.0, 1.0)[:, None] * along)
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """a x b of plane vectors, (N,)."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
 def polygon_fault(corner: Array) -> str:
     """What is wrong with a polygon (E, 2), in words; empty when nothing is."""
     if len(corner) < 3:
@@ -112,18 +108,10 @@ def polygon_fault(corner: Array) -> str:
     same = np.flatnonzero((corner == ahead).all(axis=1))
     if len(same):
         return f"corner {same[0] + 1} and the next are the same; leave one out"
-    E = len(corner)
-    for i in range(E):
-        for k in range(i + 1, E):
-            a, b, c, d = corner[i], ahead[i], corner[k], ahead[k]
-            sides = _cross(b - a, c - a) * _cross(b - a, d - a), _cross(d - c, a - c) * _cross(d - c, b - c)
-            if sides[0] < 0 and sides[1] < 0:
-                return f"the edges behind corners {i + 1} and {k + 1} cross; give the corners in their order"
+    pairs = np.argwhere(np.triu(crossing(edges_of(corner), edges_of(corner)), 1))
+    if len(pairs):
+        i, k = pairs[0] + 1
+        return f"the edges behind corners {i} and {k} cross; give the corners in their order"
     if abs(signed_area(corner)) < 1e-6:
         return "its corners lie on one line; give those around the area that is allowed"
     return ""
-
-
-def signed_area(corner: Array) -> float:
-    """Area within corners (E, 2), positive when they run counter-clockwise."""
-    return float(_cross(corner, np.roll(corner, -1, axis=0)).sum() / 2)

@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, owns
 from compgen.robot.interference import Interference
 from compgen.robot.motion import ControllerMotion
 
@@ -48,6 +48,10 @@ class Controller:
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True, kw_only=True)
+@owns(
+    pendant_map=(6, 6),
+    **dict.fromkeys(("d", "a", "alpha", "pendant_zero", "lower", "upper", "speed", "acceleration", "jerk"), (6,)),
+)
 class Robot:
     """A six-axis arm with a spherical wrist, standard DH: T = prod Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
 
@@ -70,10 +74,6 @@ class Robot:
     motion: ControllerMotion | None = None  # what it makes of a commanded motion; None: not known
     acceleration_known: bool = False  # accelerations and jerks are the controller's own; otherwise assumed
     interference: Interference | None = None  # where J2 and J3 may stand together; None: anywhere
-
-    def __post_init__(self) -> None:
-        six = ("d", "a", "alpha", "pendant_zero", "lower", "upper", "speed", "acceleration", "jerk")
-        own(self, pendant_map=(6, 6), **{name: (6,) for name in six})
 
     def at_acceleration(self, percent: int | None) -> "Robot":
         """The arm at a share of its accelerations, and of its jerks [assumed], as ACC asks; None: all of them."""

@@ -8,6 +8,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.polygons import signed_area
 from compgen.core.toml import (
     Angle,
     AngleRange,
@@ -22,7 +23,7 @@ from compgen.core.toml import (
 )
 from compgen.core.units import DEG, KB, MM, MS, PERCENT, UM
 from compgen.robot.arm_geometry import in_class_rows
-from compgen.robot.interference import Interference, polygon_fault, signed_area
+from compgen.robot.interference import Interference, polygon_fault
 from compgen.robot.motion import ControllerMotion, MotionEvidence
 from compgen.robot.robot import Controller, Robot
 

@@ -20,7 +20,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import read_named
 from compgen.core.toml import suggest
 from compgen.core.units import MINUTE
 from compgen.thermal.log_fit import TemperatureLog
@@ -194,12 +194,7 @@ def read_growing_log(source: str | Path, nodes: Sequence[str], sensors: Mapping[
     Raises:
         InputError: Not a readable file, or a column of no sensor.
     """
-    try:
-        data = read_regular(source, MOST)
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or "no file has such a name"
-        raise InputError(f"{source}: cannot be read: {reason}; give the log's CSV file") from None
-    return growing_log(data, str(source), nodes, sensors)
+    return growing_log(read_named(source, "the log's CSV file", MOST), str(source), nodes, sensors)
 
 
 def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str]) -> GrowingLog:

@@ -12,7 +12,6 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin import PreparedProgram
-from compgen.verification.twin.controller.command import WrittenPath
 from compgen.verification.twin.controller.deviation import MotionDeviation, motion_deviation
 
 TYPICAL = ControllerMotion(moving_averages=(0.2, 0.1))
@@ -93,6 +92,6 @@ def error_at_half_override(prepared: PreparedProgram, error: Array, touching: Bo
 def _led(prepared: PreparedProgram, motion: ControllerMotion) -> MotionDeviation | None:
     twin = prepared.twin
     return motion_deviation(
-        replace(twin.robot, motion=motion), twin.tool, WrittenPath.of(prepared), prepared.samples_per_segment,
+        replace(twin.robot, motion=motion), twin.tool, prepared.written_path(), prepared.samples_per_segment,
         prepared.override, places_only=True,
     )  # fmt: skip

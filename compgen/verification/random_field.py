@@ -17,9 +17,9 @@ LENGTH = 0.5  # m, over which the field changes
 WAVES = 64
 
 
-def random_field(rng: np.random.Generator, position: Array, length: float = LENGTH, waves: int = WAVES) -> Array:
+def random_field(rng: np.random.Generator, position: Array) -> Array:
     """One draw of the field at places (M, 3) [m], (M, 3) of unit variance."""
-    frequency = rng.standard_normal((3, waves, 3)) / length
-    phase = rng.uniform(0, 2 * np.pi, (3, waves))
+    frequency = rng.standard_normal((3, WAVES, 3)) / LENGTH
+    phase = rng.uniform(0, 2 * np.pi, (3, WAVES))
     sums = [np.cos(position @ w.T + b).sum(axis=1) for w, b in zip(frequency, phase, strict=True)]
-    return np.asarray(np.column_stack(sums) * np.sqrt(2 / waves))
+    return np.asarray(np.column_stack(sums) * np.sqrt(2 / WAVES))

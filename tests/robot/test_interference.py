@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InterferenceError, JointLimitError
+from compgen.core.polygons import signed_area
 from compgen.core.units import DEG
-from compgen.robot.interference import Interference, polygon_fault, signed_area
+from compgen.robot.interference import Interference, polygon_fault
 from compgen.robot.joint_path import check_interference
 
 NOTCHED = np.array([[-60, -80], [90, -80], [90, 60], [20, 60], [20, -10], [-10, -10], [-10, 60], [-60, 60]]) * DEG

@@ -15,7 +15,7 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.kinematics import flange_pose
 from compgen.verification.twin import TwinError, prepare
 from compgen.verification.twin.circular_motion import as_chords, sweeps
-from compgen.verification.twin.controller.command import WrittenPath, sample_command, statement_times
+from compgen.verification.twin.controller.command import sample_command, statement_times
 from compgen.verification.written_motion import read_motion
 
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -128,7 +128,7 @@ def test_a_place_out_of_reach_on_an_arc_is_named(twin):
 def test_a_commanded_motion_follows_the_arc_and_rounds_up_whole_statements(twin):
     program = on_circle(0.3, np.arange(9) * 0.05, (0.1, 0, 1), (0, 0, 0.1))
     prepared = prepare(twin, program, [])
-    command = sample_command(twin.robot, WrittenPath.of(prepared))
+    command = sample_command(twin.robot, prepared.written_path())
     centre = centre_of(*program.position[:3])
     assert_allclose(np.linalg.norm(command.position - centre, axis=1), 0.3, atol=1e-9)
     assert command.arc[-1] == pytest.approx(0.3 * 0.4, rel=1e-9)

@@ -21,7 +21,6 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.toml import suggest
 from compgen.core.units import MM
 from compgen.error_model.expressions import cross, entries, rotation_expr
 from compgen.error_model.schema import Link, ThermalBendTable
@@ -35,6 +34,7 @@ from compgen.error_model.source import (
     Shapes,
     State,
     Visibility,
+    check_terms,
 )
 from compgen.robot.kinematics import Chain, frames_at_zero, is_zero
 from compgen.robot.robot import Robot
@@ -89,31 +89,20 @@ class ThermalBend(DeclaredSource):
     def derive(table: ThermalBendTable, arm: ArmFacts, key: str) -> dict[str, Any]:
         """Row, axis, lever and node of each bend; positive rates turn as joint 2 does, or about World x and y."""
         count = len(table.link)
-        for name in ("plane", "node", "rate_arcsec_K"):
-            if len(getattr(table, name)) != count:
-                raise InputError(f"{key}.{name}: {len(getattr(table, name))} entries for {count} links; give one each")
-        row: list[int] = []
-        axis: list[Array] = []
-        lever: list[Array] = []
-        node: list[int] = []
-        for i, (link, plane, name) in enumerate(zip(table.link, table.plane, table.node, strict=True)):
-            if name not in arm.nodes:
-                raise InputError(f"{key}.node.{i}: '{name}' is unknown{suggest(name, list(arm.nodes))}")
+        check_terms(table, count, " links", ("plane", "node", "rate_arcsec_K"), arm, key)
+        for i, (link, plane) in enumerate(zip(table.link, table.plane, strict=True)):
             if plane != "twist" and (link == "column") != (plane in "xy"):
                 fit = "'x' or 'y'" if link == "column" else "'arm' or 'side'"
                 raise InputError(f"{key}.plane.{i}: '{plane}' does not fit the link '{link}'; say {fit}")
             if link != "column" and not _has_length(link, arm.robot):
                 raise InputError(f"{key}.link.{i}: {link} has no length in this arm; name one that has")
-            node.append(arm.nodes.index(name))
-            place = _bend_of(link, plane, arm.robot, table.column_mm * MM)
-            row.append(place[0])
-            axis.append(place[1])
-            lever.append(place[2])
+        terms = zip(table.link, table.plane, strict=True)
+        bends = [_bend_of(link, plane, arm.robot, table.column_mm * MM) for link, plane in terms]
         return {
-            "row": np.array(row, dtype=int),
-            "axis": np.array(axis).reshape(count, 3),
-            "lever": np.array(lever).reshape(count, 3),
-            "node": np.array(node, dtype=int),
+            "row": np.array([row for row, _, _ in bends], dtype=int),
+            "axis": np.array([axis for _, axis, _ in bends]).reshape(count, 3),
+            "lever": np.array([lever for _, _, lever in bends]).reshape(count, 3),
+            "node": np.array([arm.nodes.index(n) for n in table.node], dtype=int),
         }
 
     def nodes(self) -> set[int]:

@@ -18,7 +18,6 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.toml import suggest
 from compgen.core.units import UM
 from compgen.error_model.expressions import entries
 from compgen.error_model.schema import ThermalShiftTable
@@ -32,6 +31,7 @@ from compgen.error_model.source import (
     Shapes,
     State,
     Visibility,
+    check_terms,
 )
 from compgen.robot.dh_lengths import DH_LENGTHS, LengthName, dh_length
 from compgen.robot.kinematics import Chain, is_zero
@@ -69,14 +69,7 @@ class ThermalShift(DeclaredSource):
 
         A fixture that moves takes the part away, so the tool is off the other way.
         """
-        for name in ("node", "rate_um_K"):
-            if len(getattr(table, name)) != len(table.of):
-                raise InputError(
-                    f"{key}.{name}: {len(getattr(table, name))} entries for {len(table.of)}; give one each"
-                )
-        for i, name in enumerate(table.node):
-            if name not in arm.nodes:
-                raise InputError(f"{key}.node.{i}: '{name}' is unknown{suggest(name, list(arm.nodes))}")
+        check_terms(table, len(table.of), "", ("node", "rate_um_K"), arm, key)
         for i, of in enumerate(table.of):
             if of in DH_LENGTHS and of != "d1" and not dh_length(arm.robot, cast(LengthName, of)):
                 raise InputError(f"{key}.of.{i}: {of} has no length in this arm; name one that has")

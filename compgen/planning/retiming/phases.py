@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.planning import joint_curve
 
 ROUNDS = 60  # of a root's search
@@ -36,6 +36,7 @@ class Passage(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(**dict.fromkeys(("start", "duration", "s0", "v0", "a0", "j", "block"), ("P",)))
 class Phases:
     """Stretches of constant jerk along the arc, in order."""
 
@@ -46,9 +47,6 @@ class Phases:
     a0: Array  # (P,) [m/s2]
     j: Array  # (P,) [m/s3]
     block: IntArray  # (P,) which block of the path each is of
-
-    def __post_init__(self) -> None:
-        own(self, **{name: ("P",) for name in Phases.__slots__})
 
     @property
     def end(self) -> float:

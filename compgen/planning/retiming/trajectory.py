@@ -92,11 +92,7 @@ def retime(
         ImpossibleError: No motion exists within the limits (a limit of zero, or a path of coincident waypoints).
     """
     length = np.diff(arc)
-    if not np.all(length > 0):
-        n = int(np.argmin(length)) + 1
-        raise ImpossibleError(f"waypoints {n} and {n + 1} coincide; thin the path")
-    if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
-        raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
+    _check_motion(robot, length)
     feeds = np.broadcast_to(feed, length.shape)
     followable = length / robot.controller.period
     followable = np.where(followable >= (1 - SAME_FEED) * feeds, feeds, followable)
@@ -116,18 +112,30 @@ def retime(
         speed = _in_one_period(speed, arc, feeds, blocks, partition, robot.controller)
     if robot.controller.rounds_up_to_period:
         time = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(np.diff(time)))])
-    cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= wanted[phases.block] * (1 - 1e-9))
-    at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
     progress(1.0)
-    driven = driven_speed(time, length, speed, stop)
     return Trajectory(
         time=frozen(time),
         speed=frozen(speed),
-        driven_speed=frozen(driven),
+        driven_speed=frozen(driven_speed(time, length, speed, stop)),
         phases=phases,
         utilisation=utilisation,
-        at_feed=at_feed,
+        at_feed=_length_at(phases, wanted) / float(arc[-1] - arc[0]),
     )
+
+
+def _check_motion(robot: Robot, length: Array) -> None:
+    """Raises ImpossibleError where no motion exists at all: segments (N - 1,) [m] without length, limits of zero."""
+    if not np.all(length > 0):
+        n = int(np.argmin(length)) + 1
+        raise ImpossibleError(f"waypoints {n} and {n + 1} coincide; thin the path")
+    if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
+        raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
+
+
+def _length_at(phases: Phases, wanted: Array) -> float:
+    """How much of the way is driven steadily at the speed that its block wants, (B,) [m/s] to [m]."""
+    cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= wanted[phases.block] * (1 - 1e-9))
+    return float((phases.v0 * phases.duration)[cruise].sum())
 
 
 def _programmed_speeds(arc: Array, time: Array, blocks: Blocks, partition: Partition) -> Array:

@@ -99,13 +99,11 @@ def read_position_log(source: str | Path) -> PositionLog:
 
 def _columns(table: CsvTable) -> tuple[str, ...]:
     """The columns of positions that a log has: Cartesian ones where both kinds are whole."""
-    header = table.header
-    for columns in ((*PLACE, *TURN), JOINTS):
-        if all(name in header for name in columns):
-            return columns
     kinds = ((*PLACE, *TURN), JOINTS)
-    nearest = max(kinds, key=lambda columns: sum(name in header for name in columns))
-    missing = next(name for name in nearest if name not in header)
+    nearest = max(kinds, key=lambda columns: sum(map(table.has, columns)))
+    missing = next((name for name in nearest if not table.has(name)), None)
+    if missing is None:
+        return nearest
     raise InputError(
         f"{table.source}: column {missing}: missing; a log has time_s and {', '.join(kinds[0])}, or "
         f"{JOINTS[0]} to {JOINTS[-1]}, in mm and degrees"

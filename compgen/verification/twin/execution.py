@@ -207,8 +207,12 @@ class PreparedProgram:
 
     def motion_deviation(self) -> MotionDeviation | None:
         """Where the controller's motion leads the tool at this override."""
-        twin, path = self.twin, WrittenPath.of(self)
-        return motion_deviation(twin.robot, twin.tool, path, self.samples_per_segment, self.override)
+        robot, tool = self.twin.robot, self.twin.tool
+        return motion_deviation(robot, tool, self.written_path(), self.samples_per_segment, self.override)
+
+    def written_path(self) -> WrittenPath:
+        """The path of its text, with the twin's times at full override."""
+        return WrittenPath(self.program, self.sweep, self.unrounded * self.override, self.theta, self.turn)
 
     def with_ramps(self, share: float) -> "PreparedProgram":
         """The program with ramps at a share of the accelerations assumed; its warmth is left to ``reheated``."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -32,6 +32,25 @@ class AxisDeviation:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    link_offsets=(6, 4),
+    joint_zeros=(6,),
+    joint_coupling=(6, 6),
+    compliance=(6,),
+    gear_harmonics=(6, 2, 2),
+    gear_cycles=(6,),
+    joint_ripple=(6, "H", 2),
+    ripple_orders=("H",),
+    backlash=(6,),
+    windup=(6,),
+    reversal_width=(6,),
+    base_frame=(6,),
+    tool_frame=(6,),
+    mass=(7,),
+    centre=(7, 3),
+    gravity=(3,),
+    force=(3,),
+)
 class Faults:
     """What is wrong with an arm; what is left out is perfect."""
 
@@ -65,9 +84,3 @@ class Faults:
             self.joint_ripple, self.backlash, self.windup, self.base_frame, self.tool_frame,
         )  # fmt: skip
         return not (any(x.any() for x in numbers) or self.thermal_distortions or self.axis_deviations)
-
-    def __post_init__(self) -> None:
-        own(self, link_offsets=(6, 4), joint_zeros=(6,), joint_coupling=(6, 6), compliance=(6,))
-        own(self, gear_harmonics=(6, 2, 2), gear_cycles=(6,), joint_ripple=(6, "H", 2), ripple_orders=("H",))
-        own(self, backlash=(6,), windup=(6,), reversal_width=(6,), base_frame=(6,), tool_frame=(6,))
-        own(self, mass=(7,), centre=(7, 3), gravity=(3,), force=(3,))

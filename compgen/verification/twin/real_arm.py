@@ -1,10 +1,15 @@
 r"""The real arm, independently: a nominal arm whose lengths grow with heat, and whose faults are known.
 
 Nothing here comes from the optimiser's chain. The arm is ``nominal_arm``'s, confirmed by pinocchio on samples of every
-motion; its lengths grow by thin elements of each link's profile.
+motion; its lengths grow by thin elements of each link's profile,
+
+    growth per kelvin of node a = sum over elements of cte dx share_a,      share_b = 1 - share_a
+
+A section of a profile lies between two nodes a and b; share_a is node a's part of the rise at the middle of an element,
+by the fixed shape of the reference state.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,15 +19,15 @@ from compgen.core.evaluation import evaluate
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
 from compgen.robot.robot import Robot
-from compgen.thermal import Profile, ThermalModel
+from compgen.thermal import Profile, Section, ThermalModel
 from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faults import Faults
 from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm
-from compgen.verification.twin.growth import growth_per_kelvin
 from compgen.verification.twin.nominal_arm import AGREEMENT, LENGTHS, build_grown_pose, pinocchio_difference
 
 BEYOND = 1e-6  # [rad] past a limit that rounding of the text may lead
 INVERSE_TOLERANCE = 1e-9  # m; ten times that in a rotation: how far the nominal arm may be from a commanded pose
+ELEMENT = 0.1e-3  # m
 CONFIRMED = 1000  # samples of a motion that pinocchio repeats
 
 
@@ -138,3 +143,28 @@ def refuse_wrong_inverse(segment: IntArray, distance: Array, turned: Array) -> N
             f"P[{segment[m] + 1}]: the nominal arm is {distance[m]:.1e} m from the pose asked for: "
             "the inverse kinematics cannot be trusted here"
         )
+
+
+def growth_per_kelvin(heat: ThermalModel, profiles: Sequence[Profile]) -> Array:
+    """Growth of each of ``LENGTHS`` per kelvin of each node, (K, 6) [m/K]."""
+    reference = dict(zip(heat.names, heat.reference_rise.tolist(), strict=True))
+    growth = np.zeros((len(heat.names), len(LENGTHS)))
+    for profile in profiles:
+        column = list(LENGTHS).index(profile.length)
+        for s in profile.sections:
+            a, b = (heat.names.index(n) for n in (s.node_a, s.node_b))
+            count = max(1, round((s.end - s.start) / ELEMENT))
+            share = _element_shares(s, reference, count)
+            element = profile.cte * (s.end - s.start) / count
+            growth[a, column] += element * share.sum()
+            growth[b, column] += element * (1 - share).sum()
+    return growth
+
+
+def _element_shares(section: Section, reference: dict[str, float], count: int) -> Array:
+    """Share of node a's rise at the middle of each element, (count,)."""
+    u = (np.arange(count) + 0.5) / count
+    ra, rb = reference[section.node_a], reference[section.node_b]
+    if section.shape == "linear" or ra == rb:
+        return 1 - u
+    return np.asarray((ra ** (1 - u) * rb**u - rb) / (ra - rb))

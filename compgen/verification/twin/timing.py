@@ -60,14 +60,7 @@ class _Lines(NamedTuple):
 
     def of(self, rows: slice | BoolArray) -> "_Lines":
         """Some of them."""
-        return _Lines(
-            word=self.word[rows],
-            length=self.length[rows],
-            from_stop=self.from_stop[rows],
-            to_stop=self.to_stop[rows],
-            a=self.a[rows],
-            j=self.j[rows],
-        )
+        return _Lines(**{name: column[rows] for name, column in self._asdict().items()})
 
 
 class _Changes(NamedTuple):

@@ -13,7 +13,6 @@ published: this is a model of it.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -28,23 +27,6 @@ from compgen.verification.twin.circular_motion import Sweeps
 from compgen.verification.twin.controller.smoothing import settling_time
 
 
-class Prepared(Protocol):
-    """What is needed of a ``PreparedProgram``, which knows this module."""
-
-    @property
-    def program(self) -> Program: ...  # noqa: D102
-    @property
-    def sweep(self) -> Sweeps: ...  # noqa: D102
-    @property
-    def unrounded(self) -> Array: ...  # noqa: D102
-    @property
-    def theta(self) -> Array: ...  # noqa: D102
-    @property
-    def turn(self) -> Array: ...  # noqa: D102
-    @property
-    def override(self) -> float: ...  # noqa: D102
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 @owns(time=("N",), theta=("N", 6))
 class WrittenPath:
@@ -55,13 +37,6 @@ class WrittenPath:
     time: Array  # (N,) [s] at full override, lines not rounded up
     theta: Array  # (N, 6) [rad]
     turn: Array | None = None  # (N - 1, 3) [rad] rotation vector over each segment, in the axes of its start
-
-    @classmethod
-    def of(cls, prepared: "Prepared") -> "WrittenPath":
-        """Of a ``PreparedProgram``."""
-        return cls(
-            prepared.program, prepared.sweep, prepared.unrounded * prepared.override, prepared.theta, prepared.turn
-        )
 
     def arcs(self) -> Array:
         """Length of the path at each position, (N,) [m]."""
@@ -183,7 +158,7 @@ def sample_command(
 
     Args:
         robot: Its interpolation period and its motion.
-        path: The program; ``WrittenPath.of(prepared)``.
+        path: The program; ``PreparedProgram.written_path()``.
         override: Share of all written speeds.
         step: Between samples [s]; default the interpolation period.
         settle: As ``command_clock`` has it.

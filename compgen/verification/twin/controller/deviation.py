@@ -93,9 +93,7 @@ def motion_deviation(
     K = int(first[-1]) + 1
     across, along, turn = np.empty((K, 3)), np.empty(K), np.empty((K, 3)) if turning else None
     for rows, command, way in _blocks(path, clock, motion, step, first):
-        index = np.arange(rows.start, rows.stop)
-        segment = np.minimum(np.searchsorted(first, index, side="right") - 1, len(counts) - 1)
-        fraction = (index - first[segment]) / counts[segment]
+        segment, fraction = _on_segments(np.arange(rows.start, rows.stop), first, counts)
         at = np.interp(arc[segment] + fraction * path.sweep.length[segment], way, np.arange(len(way), dtype=float))
         position, rotation = pose_of(command)
         d = cubic(position, at) - path.places(segment, fraction)
@@ -108,8 +106,8 @@ def motion_deviation(
         elif turn is not None and rotation is not None:
             turn[rows] = cubic(rotation, at) - _between(turned, segment, fraction)
     lag = moments(known, period).delay * override * float(path.program.speed.max())
-    turns = turn is not None and np.abs(turn).max() > TURNING
-    return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turn is not None and turns else None, lag)
+    turn = turn if turn is not None and np.abs(turn).max() > TURNING else None
+    return MotionDeviation(frozen(across), frozen(along), None if turn is None else frozen(turn), lag)
 
 
 def _blocks(
@@ -129,6 +127,12 @@ def _blocks(
         if end > done:
             yield slice(done, end), command, way
             done = end
+
+
+def _on_segments(place: IntArray, first: IntArray, counts: IntArray) -> tuple[IntArray, Array]:
+    """Segments and fractions of places by number, (M,) each, of the first on each segment and how many it has."""
+    segment = np.minimum(np.searchsorted(first, place, side="right") - 1, len(counts) - 1)
+    return segment, (place - first[segment]) / counts[segment]
 
 
 def _between(rows: Array, segment: IntArray, fraction: Array) -> Array:
