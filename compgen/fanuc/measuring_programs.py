@@ -6,20 +6,21 @@ comes, the motion ends, the place is kept in a position register, and the next l
 program goes to its last label and aborts.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
-from compgen.fanuc.canonical.writer import REMARK_LENGTH, pose_numbers
+from compgen.fanuc.canonical.layout import Frame
+from compgen.fanuc.canonical.writer import REMARK_LENGTH, head_and_body, position_blocks
 from compgen.program.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
 SPEED_PERCENT = 20  # of full joint speed
+UTOOL = 1  # number of the tool while joints are measured
 
 
-def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wait_s: float, utool: int = 1) -> bytes:
+def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wait_s: float) -> bytes:
     """Text of the program, CR LF.
 
     Args:
@@ -28,7 +29,6 @@ def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wa
         date: "YY-MM-DD".
         pendant_deg: Joints as the pendant shows them, (N, 6) [deg].
         wait_s: At each position, for the instrument.
-        utool: Tool number.
 
     Raises:
         InputError: A comment or a wait that the format cannot say.
@@ -41,29 +41,16 @@ def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wa
         "  !drives joint positions: check ;",
         "  !the way between them first ;",
         "  UFRAME_NUM=0 ;",
-        f"  UTOOL_NUM={utool} ;",
+        f"  UTOOL_NUM={UTOOL} ;",
     ]
     for n in range(1, len(pendant_deg) + 1):
         body += [f"J P[{n}] {SPEED_PERCENT}% FINE    ;", f"  WAIT {wait_s:6.2f}(sec) ;"]
-    lines = program_lines(name, comment, date, body)
+    lines = ["/POS"]
     for n, row in enumerate(pendant_deg.tolist(), 1):
         a = [f"J{k}= {v:9.3f} deg" for k, v in enumerate(row, 1)]
-        lines += [f"P[{n}]{{", "   GP1:", f"\tUF : 0, UT : {utool},\t"]
+        lines += [f"P[{n}]{{", "   GP1:", f"\tUF : 0, UT : {UTOOL},\t"]
         lines += [f"\t{a[0]},\t{a[1]},\t{a[2]},", f"\t{a[3]},\t{a[4]},\t{a[5]}", "};"]
-    return "\r\n".join([*lines, "/END", ""]).encode("ascii")
-
-
-def program_lines(name: str, comment: str, date: str, body: list[str]) -> list[str]:
-    """The lines of a program down to /POS: its header, and its statements numbered."""
-    head = [
-        f"/PROG  {name}", "/ATTR", "OWNER\t\t= MNEDITOR;", f'COMMENT\t\t= "{comment}";', "PROG_SIZE\t= 0;",
-        f"CREATE\t\t= DATE {date}  TIME 00:00:00;", f"MODIFIED\t= DATE {date}  TIME 00:00:00;", "FILE_NAME\t= ;",
-        "VERSION\t\t= 0;", f"LINE_COUNT\t= {len(body)};", "MEMORY_SIZE\t= 0;", "PROTECT\t\t= READ_WRITE;",
-        "TCD:  STACK_SIZE\t= 0,", "      TASK_PRIORITY\t= 50,", "      TIME_SLICE\t= 0,", "      BUSY_LAMP_OFF\t= 0,",
-        "      ABORT_REQUEST\t= 0,", "      PAUSE_REQUEST\t= 0;", "DEFAULT_GROUP\t= 1,*,*,*,*;",
-        "CONTROL_CODE\t= 00000000 00000000;", "/MN",
-    ]  # fmt: skip
-    return [*head, *(f"{i:4d}:{text}" for i, text in enumerate(body, 1)), "/POS"]
+    return head_and_body(name, comment, date, body, len(body)) + "\r\n".join([*lines, "/END", ""]).encode("ascii")
 
 
 WAY_SPEED, SEARCH_SPEED = 50, 5  # mm/s
@@ -105,42 +92,27 @@ def touch_program(name: str, date: str, touches: TouchPositions, signal: Signal 
         touches: Where.
         signal: That ends a search; None: the program pauses at each touch.
     """
-    body = [*_remarks(signal), f"  UFRAME_NUM={touches.uframe} ;", f"  UTOOL_NUM={touches.utool} ;"]
+    by_hand, by_signal = "at each pause: time, deflection", "time of each PR[{}..] in the CSV"
+    body = [
+        "  !touch spheres: check the ways ;",
+        "  !between them at low speed first ;",
+        f"  !{by_hand if signal is None else by_signal.format(signal.register)} ;",
+        f"  UFRAME_NUM={touches.uframe} ;",
+        f"  UTOOL_NUM={touches.utool} ;",
+    ]
     if signal is not None:
         body.append(f"  SKIP CONDITION {signal.condition} ;")
     for n, sphere in enumerate(touches.name):
         turn, begin, end = (3 * n + k for k in (1, 2, 3))
         body += [f"  !{f'touch {n + 1}: {sphere}'[:REMARK_LENGTH]} ;", f"J P[{turn}] {SPEED_PERCENT}% FINE    ;"]
-        body.append(f"L P[{begin}] {WAY_SPEED}mm/sec FINE    ;")
+        kept = "" if signal is None else f" Skip,LBL[{MISSED}],PR[{signal.register + n}]=LPOS"
+        body += [f"L P[{begin}] {WAY_SPEED}mm/sec FINE    ;", f"L P[{end}] {SEARCH_SPEED}mm/sec FINE{kept}    ;"]
         if signal is None:
-            body += [f"L P[{end}] {SEARCH_SPEED}mm/sec FINE    ;", "  PAUSE ;"]
-        else:
-            kept = f"Skip,LBL[{MISSED}],PR[{signal.register + n}]=LPOS"
-            body.append(f"L P[{end}] {SEARCH_SPEED}mm/sec FINE {kept}    ;")
+            body.append("  PAUSE ;")
         body += [f"L P[{begin}] {WAY_SPEED}mm/sec FINE    ;", f"L P[{turn}] {WAY_SPEED}mm/sec FINE    ;"]
     body.append("  END ;")
     if signal is not None:
         body += [f"  LBL[{MISSED}] ;", "  !no touch where one was planned ;", "  ABORT ;"]
-    lines = program_lines(name, "touches", date, body)
-    return "\r\n".join([*lines, *_positions(touches), "/END", ""]).encode("ascii")
-
-
-def _remarks(signal: Signal | None) -> Sequence[str]:
-    remarks = ["touch spheres: check the ways", "between them at low speed first"]
-    if signal is None:
-        remarks.append("at each pause: time, deflection")
-    else:
-        remarks.append(f"time of each PR[{signal.register}..] in the CSV")
-    return [f"  !{text} ;" for text in remarks]
-
-
-def _positions(touches: TouchPositions) -> list[str]:
-    """The blocks of all positions."""
-    numbers = pose_numbers(touches.pose.position, touches.pose.rotation, touches.decimals)
-    width, lines = touches.decimals + 6, list[str]()
-    for n, row in enumerate(numbers.tolist(), 1):
-        x, y, z, w, p, r = (f"{v:{width}.{touches.decimals}f}" for v in row)
-        config = touches.config(n - 1)
-        lines += [f"P[{n}]{{", "   GP1:", f"\tUF : {touches.uframe}, UT : {touches.utool},\t\tCONFIG : '{config}',"]
-        lines += [f"\tX = {x}  mm,\tY = {y}  mm,\tZ = {z}  mm,", f"\tW = {w} deg,\tP = {p} deg,\tR = {r} deg", "};"]
-    return lines
+    frame = Frame(touches.uframe, touches.utool, touches.decimals)
+    blocks = position_blocks(frame, touches.pose, touches.posture, touches.turns)
+    return b"".join([head_and_body(name, "touches", date, body, len(body)), b"/POS\r\n", *blocks, b"/END\r\n"])

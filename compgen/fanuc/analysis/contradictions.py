@@ -64,8 +64,7 @@ def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collec
     if not link_nodes(nodes):
         return []
     p, m = program.positions, program.motions
-    first = np.flatnonzero(p.group <= 1)
-    row_of = dict(zip(p.number[first].tolist(), first.tolist(), strict=True))
+    row_of = p.row_of()
     last = np.append(motion[1:] != motion[:-1], True)  # a C names two positions
     unsafe = []
     states = arrivals(nodes, (NO_NUMBER, NO_NUMBER), _leave, _meet)

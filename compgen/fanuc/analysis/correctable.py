@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.core.units import DEG, MM
-from compgen.fanuc.analysis.poses import J1, Poses
+from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
@@ -175,14 +175,18 @@ def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
 def _number_tests(program: LsProgram, poses: Poses) -> list[Test]:
     """Positions whose numbers cannot be taken or written."""
     p, row = program.positions, poses.row
-    characters = np.diff(p.span[row], axis=2).max(axis=(1, 2), initial=0)
-    value = np.where(poses.joint_form[:, None], p.value[row, J1 : J1 + 6], p.value[row, :6])
-    complete = np.isfinite(value).all(axis=1)
+    complete = np.isfinite(p.value[p.six_of(row)]).all(axis=1)
+    too_long = longest_numbers(program, row) > LONGEST_NUMBER
     in_known_frame = (poses.tool != NONE) & (poses.base != NONE)
     return [
-        (np.asarray(characters > LONGEST_NUMBER), lambda _: "it has a number of more digits than a controller writes"),
+        (too_long, lambda _: "it has a number of more digits than a controller writes"),
         (np.asarray(~complete & (in_known_frame | poses.joint_form)), lambda _: "one of its six numbers is missing"),
     ]
+
+
+def longest_numbers(program: LsProgram, rows: IntArray) -> IntArray:
+    """Characters of the longest number of each of some positions, rows of the program's table, (n,)."""
+    return np.asarray(np.diff(program.positions.span[rows], axis=2).max(axis=(1, 2), initial=0))
 
 
 def _around(text: str, program: LsProgram, row: IntArray, *, settled: bool) -> BoolArray:

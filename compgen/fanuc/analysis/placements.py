@@ -27,7 +27,7 @@ from compgen.fanuc.analysis.flow_graph import arrivals, link_nodes, read_nodes
 from compgen.fanuc.analysis.register_arithmetic import ANY, bracketed
 from compgen.fanuc.analysis.register_flow import KINDS, Numbers, RegisterFlow, State, acts, meet
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
+from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of
 from compgen.fanuc.vocabulary import BESIDE, FRAME_BEGINS, FRAME_WRITTEN, REGISTER_INDEX, written_frames
 from compgen.program.frames import Frames
@@ -158,7 +158,7 @@ class _Motions:
         rows = [self.flow.row_of[n] for n in self.flow.program.motions.position[motion] if n in self.flow.row_of]
         used = {int(getattr(p, column)[row]) for row in rows}
         if kind == "UFRAME":  # a joint-form position has no frame
-            used = {int(p.uframe[row]) for row in rows if not p.span[row, AXES.index("J1"), 1] > 0}
+            used = {int(p.uframe[row]) for row in rows if row not in self.flow.joint_form}
         numbers = written.get(kind, set())
         return sorted(n for n in used if n != NO_NUMBER and (n in numbers or ANY in numbers))
 
@@ -203,7 +203,7 @@ class _Motions:
             if register.form != JOINT and number in self.given:
                 form = "may have been written before it (a call, a macro, ways that differ)"
             return f"{name} is added at run time: PR[{number}] {form}"
-        if any(self._in_joint_form(n) for n in m.position[motion]):
+        if any(self.flow.row_of.get(n) in self.flow.joint_form for n in m.position[motion]):
             return f"{name} is added at run time: to a position in joint form it is not followed"
         return {word: numbers}
 
@@ -222,10 +222,6 @@ class _Motions:
         if self.flow.values(state).register(int(given)) != now:
             return f"PR[{int(given)}] is written behind its {word} CONDITION"
         return int(given)
-
-    def _in_joint_form(self, number: int) -> bool:
-        row = self.flow.row_of.get(number)
-        return row is not None and bool(self.flow.program.positions.span[row, AXES.index("J1"), 1] > 0)
 
 
 def placed_poses(values: Array, base: Pose, table: tuple[Placement, ...], placement: IntArray) -> Pose:

@@ -22,7 +22,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis.arm_bases import ArmBases, read_arm_bases
 from compgen.fanuc.analysis.placements import Placements, placed_poses
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.fanuc.listing.position_parser import AXES
+from compgen.fanuc.listing.position_parser import J1
 from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, Positions
 from compgen.program.frames import Frames
@@ -32,7 +32,6 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns, posture_indices
 
-J1 = AXES.index("J1")
 AS_LISTED = Placements()
 
 
@@ -96,7 +95,7 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     row, placement, placed = _rows(program, placements)
     K = len(row)
     value = p.value[row]
-    joint_form = p.span[row, J1, 1] > 0
+    joint_form = p.joint_form[row]
     joints = value[:, J1 : J1 + 6] * DEG
     arm_bases = read_arm_bases(program, row, frames.extended)
     tool, known_tools = _numbered(p.utool[row], frames.utool)
@@ -168,11 +167,11 @@ def _in_configuration(
 def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArray, dict[tuple[int, int], int]]:
     """Rows of the program's table: one for each way in which motions place a position, a plain one where none does."""
     p, m = program.positions, program.motions
-    row = np.flatnonzero(p.group <= 1)
+    row = p.first_group
     plain = np.zeros(len(row), dtype=np.int64)
     if not placements.of_motion:
         return row, plain, {}
-    row_of = dict(zip(p.number[row].tolist(), row.tolist(), strict=True))
+    row_of = p.row_of()
     ways: dict[int, set[int]] = {}
     for i in np.flatnonzero(~m.disabled).tolist():
         for n in m.position[i]:

@@ -66,11 +66,11 @@ class RegisterFlow:
     called: CalledPrograms
     assumed: set[int] = field(default_factory=set)  # registers taken for Cartesian; see ``numbers``
     row_of: dict[int, int] = field(init=False)  # of each P in the table of positions, group 1
+    joint_form: set[int] = field(init=False)  # rows of it
 
     def __post_init__(self) -> None:
-        p = self.program.positions
-        first = np.flatnonzero(p.group <= 1)
-        self.row_of = dict(zip(p.number[first].tolist(), first.tolist(), strict=True))
+        self.row_of = self.program.positions.row_of()
+        self.joint_form = set(np.flatnonzero(self.program.positions.joint_form).tolist())
 
     def values(self, state: State) -> Values:
         """A state with what the program's positions and the table of frames say."""
@@ -82,7 +82,7 @@ class RegisterFlow:
         if row is None:
             return UNKNOWN
         p = self.program.positions
-        if p.span[row, AXES.index("J1"), 1] > 0:
+        if row in self.joint_form:
             return Register(JOINT)
         if p.remote[row] or (p.span[row, AXES.index("E1") :, 1] > 0).any():
             return UNKNOWN

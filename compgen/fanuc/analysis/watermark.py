@@ -21,8 +21,8 @@ from zlib import crc32
 import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray
-from compgen.fanuc.analysis.correctable import LONGEST_NUMBER, read_scope
-from compgen.fanuc.analysis.poses import J1, Poses
+from compgen.fanuc.analysis.correctable import LONGEST_NUMBER, longest_numbers, read_scope
+from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import position_rows, read_traversal
 from compgen.fanuc.listing.listing import LsProgram
@@ -82,7 +82,7 @@ def listed_rows(poses: Poses, traversal: DrivenProgram, free: BoolArray) -> IntA
 
 def driven_rows(program: LsProgram) -> IntArray:
     """Rows in the table of positions, group 1, that active motions drive to, in the order listed, each once."""
-    first = np.flatnonzero(program.positions.group <= 1)
+    first = program.positions.first_group
     active = np.flatnonzero(~program.motions.disabled).tolist()
     numbers = np.array([n for i in active for n in program.motions.position[i]], dtype=np.int64)
     row = position_rows(numbers, program.positions.number[first])
@@ -97,24 +97,20 @@ def _first_of_each(rows: IntArray) -> IntArray:
 def legible_rows(program: LsProgram, rows: IntArray) -> IntArray:
     """Those of some positions that have all six numbers, none with more digits than a controller writes."""
     p = program.positions
-    value = np.where((p.span[rows, J1, 1] > 0)[:, None], p.value[rows, J1 : J1 + 6], p.value[rows, :6])
-    characters = np.diff(p.span[rows], axis=2).max(axis=(1, 2), initial=0)
-    return np.asarray(rows[np.isfinite(value).all(axis=1) & (characters <= LONGEST_NUMBER)])
+    complete = np.isfinite(p.value[p.six_of(rows)]).all(axis=1)
+    return np.asarray(rows[complete & (longest_numbers(program, rows) <= LONGEST_NUMBER)])
 
 
 def last_digit_units(program: LsProgram, rows: IntArray) -> tuple[IntArray, BoolArray]:
     """Numbers of legible positions in units of their last digit (n, 6), and which are in joint form (n,)."""
     p = program.positions
-    joint_form = p.span[rows, J1, 1] > 0
-    value = np.where(joint_form[:, None], p.value[rows, J1 : J1 + 6], p.value[rows, :6])
-    return np.rint(value * 10.0 ** decimals_of(program, rows)).astype(np.int64), joint_form
+    units = p.value[p.six_of(rows)] * 10.0 ** decimals_of(program, rows)
+    return np.rint(units).astype(np.int64), p.joint_form[rows]
 
 
 def decimals_of(program: LsProgram, rows: IntArray) -> IntArray:
     """Decimals of each of the six numbers of positions, rows of the program's table, (n, 6)."""
-    span = program.positions.span[rows]
-    span = np.where((span[:, J1, 1] > 0)[:, None, None], span[:, J1 : J1 + 6], span[:, :6])
-    return decimal_places(program.data, span)
+    return decimal_places(program.data, program.positions.span[program.positions.six_of(rows)])
 
 
 def first_places(units: IntArray, joint_form: BoolArray) -> tuple[IntArray, IntArray]:

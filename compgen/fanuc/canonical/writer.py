@@ -18,6 +18,7 @@ from compgen.fanuc.circular import check_circles
 from compgen.fanuc.listing.templates import unique_rows
 from compgen.program.configuration import config_letters
 from compgen.program.program import Program
+from compgen.robot.inverse_kinematics import Posture
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
 EXACT = 1e-6  # so near, a unit says the speed itself
@@ -74,13 +75,19 @@ def _parts(program: Program) -> Iterator[bytes | memoryview]:
         body.append(f"  PAYLOAD[{program.payload}] ;")
     body.append(f"J P[1] {APPROACH_PERCENT}% FINE{acc_text(program.acc)}    ;")
     count = len(body) + len(program.speed) - int(program.via.sum())
-    header = _HEADER.format(name=program.name, comment=program.comment, date=program.date, lines=count)
-    first = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
-    yield f"{header}{first}".replace("\n", "\r\n").encode("ascii")
+    yield head_and_body(program.name, program.comment, program.date, body, count)
     yield from _motions(program, len(body) + 1)
     yield b"/POS\r\n"
-    yield from _positions(program)
+    frame = Frame(program.uframe, program.utool, program.decimals)
+    yield from position_blocks(frame, Pose(program.position, program.rotation), program.posture, program.turns)
     yield b"/END\r\n"
+
+
+def head_and_body(name: str, comment: str, date: str, body: list[str], count: int) -> bytes:
+    """The header of a program that has a count of lines, and the first of them, numbered."""
+    header = _HEADER.format(name=name, comment=comment, date=date, lines=count)
+    lines = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
+    return f"{header}{lines}".replace("\n", "\r\n").encode("ascii")
 
 
 def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
@@ -122,16 +129,14 @@ def _lines_and_arcs(program: Program, line: int) -> bytes:
     return "".join(text).encode("ascii")
 
 
-def _positions(program: Program) -> Iterator[bytes | memoryview]:
-    """The blocks of all positions."""
-    rows, which = unique_rows(program.turns)
-    letters = config_letters(program.posture)
-    configs = [f"{letters}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
-    frame = Frame(program.uframe, program.utool, program.decimals)
-    angles = to_wpr(program.rotation)
+def position_blocks(frame: Frame, pose: Pose, posture: Posture, turns: IntArray) -> Iterator[bytes | memoryview]:
+    """The blocks of N positions, numbered from 1; their turns are (N, 3)."""
+    rows, which = unique_rows(turns)
+    configs = [f"{config_letters(posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in turns[rows].tolist()]
+    angles = to_wpr(pose.rotation)
 
     def block(first: int, last: int) -> bytes | memoryview:
-        units = pose_units(program.position, angles, slice(first, last), program.decimals)
+        units = pose_units(pose.position, angles, slice(first, last), frame.decimals)
         return positions(frame, first + 1, units, configs, which[first:last])
 
     return map_blocks(len(which), block, BLOCK)

@@ -10,7 +10,7 @@ from compgen.core.rotations import from_wpr, rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.placements import placed_numbers, placed_poses
-from compgen.fanuc.analysis.poses import J1, Poses
+from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.watermark import decimals_of
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.program.configuration import CONFIG
@@ -59,26 +59,22 @@ def number_edits(program: LsProgram, poses: Poses, robot: Robot, new: NewPoses) 
     )
     edits: Edits = {}
     cartesian = np.flatnonzero(~poses.joint_form[rows])
-    numbers, columns = np.empty((len(rows), 6)), np.empty((len(rows), 6), dtype=np.int64)
-    value = program.positions.value[poses.row[rows]]
+    numbers, span = np.empty((len(rows), 6)), program.positions.span[program.positions.six_of(poses.row[rows])]
     if len(cartesian):
         k = rows[cartesian]
-        numbers[cartesian] = numbers_at(poses, k, tcp[cartesian], value[cartesian, 3:6])
-        columns[cartesian] = np.arange(6)
+        numbers[cartesian] = numbers_at(poses, k, tcp[cartesian], program.positions.value[poses.row[k], 3:6])
     joint = np.flatnonzero(poses.joint_form[rows])
     if len(joint):
         step = np.asarray(10.0 ** -decimals_of(program, poses.row[rows[joint]]), dtype=float)
         pendant, tools = robot.to_pendant(theta[joint]) / DEG, poses.tools[poses.tool[rows[joint]]]
         lever = np.where(poses.tool[rows[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
         numbers[joint] = round_joints(robot, pendant, step, tools.position, lever, new.marked[joint])
-        columns[joint] = np.arange(J1, J1 + 6)
     rounded = numbers.copy()
     for n, k in enumerate(rows.tolist()):
-        spans = program.positions.span[poses.row[k]][columns[n]].tolist()
-        for i, (start, end) in enumerate(spans):
+        for i, (start, end) in enumerate(span[n].tolist()):
             old_text = program.data[start:end]
             extra_units = int(new.nudge[n, i - 3]) if i >= 3 else 0
-            is_angle = i >= 3 and not poses.joint_form[rows[n]]
+            is_angle = i >= 3 and not poses.joint_form[k]
             text = format_like(
                 old_text, float(numbers[n, i]), omit_zero=omit_zero, is_angle=is_angle, extra_units=extra_units
             )

@@ -11,6 +11,7 @@ from compgen.fanuc.listing.lines import line_of
 NO_NUMBER = -1  # a frame that is F, a target that is not in the file
 #: Columns of ``Positions.value``.
 AXES = ("X", "Y", "Z", "W", "P", "R", "J1", "J2", "J3", "J4", "J5", "J6", "J7", "J8", "J9", "E1", "E2", "E3")
+J1 = AXES.index("J1")
 _COLUMN = {axis: i for i, axis in enumerate(AXES)}
 _BETWEEN = b" \t\r\n\f\v,;"  # may stand between two fields of a position
 _BLOCK_HEAD = re.compile(rb"\s*(P\[[ \t]*(\d{1,9})[ \t]*(?::([^\r\n]*?))?\][ \t]*\{)", re.IGNORECASE)

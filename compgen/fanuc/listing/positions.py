@@ -1,7 +1,7 @@
 """Positions of a program, as columns: those of one template together, the others one by one."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from compgen.fanuc.listing import templates
 from compgen.fanuc.listing.lines import line_ends, line_of
 from compgen.fanuc.listing.position_parser import (
     AXES,
+    J1,
     NO_NUMBER,
     Block,
     Span,
@@ -41,6 +42,24 @@ class Positions:
     span: IntArray  # (G, 18, 2) of each number, zero where there is none
     block: IntArray  # (G, 2) of the whole P[n]{...};
     remote: BoolArray  # (G,) RX to RR instead of X to R: the part in the frame of a tool that stands still
+
+    @property
+    def first_group(self) -> IntArray:
+        """Rows of group 1, one for each position."""
+        return np.flatnonzero(self.group <= 1)
+
+    @property
+    def joint_form(self) -> BoolArray:
+        """Which rows are told in joints, (G,)."""
+        return np.asarray(self.span[:, J1, 1] > 0)
+
+    def row_of(self) -> dict[int, int]:
+        """The row of each position's number, group 1."""
+        return dict(zip(self.number[self.first_group].tolist(), self.first_group.tolist(), strict=True))
+
+    def six_of(self, rows: IntArray) -> tuple[IntArray, IntArray]:
+        """Where in ``value`` and ``span`` the six numbers of some rows are: X to R, or J1 to J6 in joint form."""
+        return rows[:, None], np.where(self.joint_form[rows], J1, 0)[:, None] + np.arange(6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,25 +167,24 @@ def _table(
     blocks: list[Block],
 ) -> Positions:
     """Columns of all positions in the order they stand."""
-    place = np.concatenate([*(bounds[f.which] for _, f in groups), _ints(b.span[0] for b in blocks)])
-    order = np.argsort(place)
+    parts = [
+        (bounds[f.which], len(p.block.groups), p.ends, f.value[:, 0], bounds[f.which + 1] - p.behind) for p, f in groups
+    ]
+    columns = [np.column_stack(np.broadcast_arrays(*part)) for part in parts]
+    columns.append(np.array([(b.span[0], len(b.groups), 0, b.number, b.span[1]) for b in blocks]).reshape(-1, 5))
+    unordered = np.concatenate(columns).astype(np.int64)
+    order = np.argsort(unordered[:, 0])
+    place, many, ends, number, stop = unordered[order].T
     rank = np.argsort(order)
-    count = np.concatenate(
-        [*(_constant(len(p.block.groups), f) for p, f in groups), _ints(len(b.groups) for b in blocks)]
-    )
-    first = (np.cumsum(count[order]) - count[order])[rank]  # row of a position's first group
-    following = np.append(place[order], end)[rank + 1]
-    singles = slice(len(place) - len(blocks), None)
-    lines = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following[singles].tolist(), strict=True)]
-    ends = np.concatenate([*(_constant(p.ends, f) for p, f in groups), _ints(lines)])[order]
-    line = np.cumsum(ends) - ends + (line_of(data, int(place[order[0]])) if len(place) else 0)
-    number = np.concatenate([*(f.value[:, 0].astype(np.int64) for _, f in groups), _ints(b.number for b in blocks)])
-    stop = np.concatenate([*(bounds[f.which + 1] - p.behind for p, f in groups), _ints(b.span[1] for b in blocks)])
-    _refuse_duplicates(number[order], line)
-    many = count[order]
+    first = (np.cumsum(many) - many)[rank]  # row of a position's first group
+    of_blocks = rank[len(rank) - len(blocks) :]
+    following = np.append(place, end)[of_blocks + 1].tolist()
+    ends[of_blocks] = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following, strict=True)]
+    line = np.cumsum(ends) - ends + (line_of(data, int(place[0])) if len(place) else 0)
+    _refuse_duplicates(number, line)
     rows = int(many.sum())
     table = Positions(
-        number=np.repeat(number[order], many),
+        number=np.repeat(number, many),
         group=np.zeros(rows, dtype=np.int64),
         line=np.repeat(line, many),
         name=(),
@@ -176,7 +194,7 @@ def _table(
         config_span=np.zeros((rows, 2), dtype=np.int64),
         value=np.full((rows, len(AXES)), np.nan),
         span=np.zeros((rows, len(AXES), 2), dtype=np.int64),
-        block=np.repeat(np.column_stack([place, stop])[order], many, axis=0),
+        block=np.repeat(np.column_stack([place, stop]), many, axis=0),
         remote=np.zeros(rows, dtype=bool),
     )
     names: list[str] = [""] * rows
@@ -185,7 +203,7 @@ def _table(
     for template, matches in groups:
         _fill_matched(view, table, names, configs, template, matches, first[done : done + len(matches.which)])
         done += len(matches.which)
-    for block, row in zip(blocks, first[singles].tolist(), strict=True):
+    for block, row in zip(blocks, first[done:].tolist(), strict=True):
         _fill_parsed(table, names, configs, block, row)
     return replace(table, name=tuple(names), config=tuple(configs))
 
@@ -267,11 +285,3 @@ def _refuse_duplicates(number: IntArray, line: IntArray) -> None:
     if len(again):
         i = int(again.min())
         raise InputError(f"program: line {line[i]}: P[{number[i]}] is defined twice; remove one")
-
-
-def _ints(values: Iterable[int]) -> IntArray:
-    return np.array(list(values), dtype=np.int64)
-
-
-def _constant(value: int, matches: Matches) -> IntArray:
-    return np.full(len(matches.which), value)
