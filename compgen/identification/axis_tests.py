@@ -1,16 +1,18 @@
 """Axis tests: commanded positions on a line, driven both ways, and the deviations of the tool from them."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.measurements import Measurements
-from compgen.identification.pose_files import FARTHEST, JOINTS, numbered, numbers_or, words_or
-from compgen.robot.inverse_kinematics import Posture, check_arm_class, flange_from_tool
+from compgen.identification.measurements import Measurements, blank_rows
+from compgen.identification.pose_files import FARTHEST, JOINTS, joints_given, numbered, numbers_or, row_labels, words_or
+from compgen.robot.inverse_kinematics import Posture, flange_from_tool
 from compgen.robot.joint_path import follow_branch
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
@@ -50,60 +52,52 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
         raise InputError(f"{source}: columns d*_um: deviations beyond 50 mm; they are in um")
     lines, line = numbered(words_or(table, "line", "1"))
     theta = _joints(table, robot, position)
-    motion = np.zeros((N, 6))
-    for k in range(len(lines)):
-        rows = np.flatnonzero(line == k)
-        if len(rows) < 3:
-            name = quote_cell(lines[k], "of this row")
-            raise InputError(
-                f"{table.location(int(rows[0]), 'line')}: line {name} has {len(rows)} rows; give 3 or more"
-            )
-        axis = np.linalg.svd(position[rows] - position[rows].mean(axis=0))[2][0]
-        axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
-        s = position[rows] @ axis
-        cubic = np.array([np.polyfit(s, theta[rows, i], min(3, len(np.unique(s)) - 1)) for i in range(6)])
-        rate = np.array([np.polyval(np.polyder(c), s) for c in cubic]).T
-        motion[rows] = np.where(np.abs(rate) > 1e-4, np.sign(rate), 0.0) * direction[rows, None]
-    return Measurements(
-        theta=theta,
-        rise=np.zeros((N, nodes)),
-        direction=motion,
-        time=np.arange(N, dtype=float),
-        warm=np.zeros(N),
-        pose=np.arange(N),
+    return replace(
+        blank_rows(theta, np.arange(N), row_labels(table), nodes),
+        direction=_motion(table, line, lines, position, theta) * direction[:, None],
         instrument=line,
-        reflector=np.zeros(N, dtype=int),
         position=position + deviation * UM,
-        rotation=np.full((N, 3, 3), np.nan),
-        sigma=np.ones(N),
-        label=tuple(table.location(i) for i in range(N)),
         reflectors=(f"tool of {source}",),
         instruments=tuple(f"{source}: line {name}" for name in lines),
         aligned=np.ones(len(lines), dtype=bool),
     )
 
 
+def _motion(table: CsvTable, line: IntArray, lines: tuple[str, ...], position: Array, theta: Array) -> Array:
+    """Signs of the joints' speeds towards larger coordinates of each row's line, (N, 6), by a cubic along it.
+
+    Raises:
+        InputError: A line of fewer than three rows.
+    """
+    motion = np.zeros(theta.shape)
+    for k, name in enumerate(lines):
+        rows = np.flatnonzero(line == k)
+        if len(rows) < 3:
+            raise InputError(
+                f"{table.location(int(rows[0]), 'line')}: line {quote_cell(name, 'of this row')} has {len(rows)} rows; "
+                "give 3 or more"
+            )
+        axis = np.linalg.svd(position[rows] - position[rows].mean(axis=0))[2][0]
+        axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+        s = position[rows] @ axis
+        cubic = np.array([np.polyfit(s, theta[rows, i], min(3, len(np.unique(s)) - 1)) for i in range(6)])
+        rate = np.array([np.polyval(np.polyder(c), s) for c in cubic]).T
+        motion[rows] = np.where(np.abs(rate) > 1e-4, np.sign(rate), 0.0)
+    return motion
+
+
 def _joints(table: CsvTable, robot: Robot, tcp: Array) -> Array:
     """Joints of each row: as given, or by the closed form."""
-    if all(table.has(c) for c in JOINTS):
-        return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
-    try:
-        check_arm_class(robot)
-    except InputError:
-        raise InputError(
-            f"{table.source}: columns {', '.join(JOINTS)}: missing; this arm has no closed-form inverse kinematics "
-            "here, so lines need their joints"
-        ) from None
-    N = len(tcp)
-    angles = [numbers_or(table, c, np.full(N, d)) * DEG for c, d in zip(TURN, (180.0, 0.0, 0.0), strict=True)]
+    if (given := joints_given(table, robot, "lines")) is not None:
+        return given
+    angles = [numbers_or(table, c, np.full(len(tcp), d)) * DEG for c, d in zip(TURN, (180.0, 0.0, 0.0), strict=True)]
     tool = Pose(np.array([_constant(table, c) for c in TOOL]) * MM, np.eye(3))
     flange = flange_from_tool(Pose(tcp, from_wpr(*angles)), tool)
     try:
         theta = follow_branch(robot, flange, Posture())
     except CompgenError as exception:
         raise InputError(f"{table.source}: {exception}") from exception
-    reached = flange_pose(robot, theta).position
-    if np.abs(reached - flange.position).max() > 1e-6:
+    if np.abs(flange_pose(robot, theta).position - flange.position).max() > 1e-6:
         raise InputError(f"{table.source}: the commanded places are out of reach; check x_mm y_mm z_mm are of World")
     return theta
 

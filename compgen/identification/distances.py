@@ -1,12 +1,14 @@
 """Files of measured distances: between two reflectors on the flange, or to a place that stands in the cell."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.measurements import DISTANCE, NONE, WORLD, FarEnds, FixedPlaces, Measurements
+from compgen.identification.measurements import DISTANCE, NONE, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
 from compgen.identification.pose_files import (
     FARTHEST,
     JOINTS,
@@ -17,6 +19,7 @@ from compgen.identification.pose_files import (
     first_doubled,
     motion_directions,
     relative_sigma,
+    row_labels,
     words_or,
 )
 from compgen.robot.robot import Robot
@@ -74,30 +77,21 @@ def read_distances(
     _check_two_ends(table, pose_a, pose_b, reflector, other, distance)
     if not frames_known:
         _check_measured_enough(table, reflectors, sockets, reflector, other, place, carried)
-    return Measurements(
-        theta=theta,
-        rise=np.zeros((len(theta), nodes)),
+    return replace(
+        blank_rows(theta, pose_a, row_labels(table), nodes),
         direction=motion_directions(theta),
         time=clock[row_of_pose],
-        warm=np.zeros(len(theta)),
-        pose=pose_a,
         instrument=np.full(N, WORLD),
         reflector=reflector,
-        position=np.full((N, 3), np.nan),
-        rotation=np.full((N, 3, 3), np.nan),
         sigma=relative_sigma(table),
-        label=tuple(table.location(n) for n in range(N)),
         reflectors=reflectors,
-        instruments=(),
-        aligned=np.zeros(0, dtype=bool),
-        ends=FarEnds(
+        ends=replace(
+            plain_ends(N),
             kind=np.full(N, DISTANCE),
-            shift=np.zeros((N, 3)),
             place=place,
             pose=pose_b,
             reflector=other,
             distance=distance,
-            toward=np.full((N, 3), np.nan),
         ),
         fixed=_unknown_places(sockets),
         timed=time is not None,

@@ -18,8 +18,9 @@ from compgen.core.rotations import cross_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import Fit, fit
 from compgen.identification.frames import initial_frames, measured_distance
-from compgen.identification.measurements import NONE, TOUCH, FarEnds, FixedPlaces, Measurements
+from compgen.identification.measurements import NONE, FixedPlaces, Measurements
 from compgen.identification.model import ArmModel
+from compgen.identification.touch_rows import touched_poses
 from compgen.identification.touches import Artefact, Touches, check_directions
 
 PROBE = 0.5e-3  # [m] how far the probe may be from where the file has it
@@ -53,7 +54,7 @@ class FrameFit:
         return np.sqrt(np.diag(self.covariance))
 
 
-def touched_poses(artefact: Artefact, touches: Touches, direction: Array, nodes: int) -> Measurements:
+def touches_of_part(artefact: Artefact, touches: Touches, direction: Array, nodes: int) -> Measurements:
     """Touches as rows of a fit, of a cold arm: one instrument, the part, and one reflector, the probe.
 
     Args:
@@ -62,43 +63,21 @@ def touched_poses(artefact: Artefact, touches: Touches, direction: Array, nodes:
         direction: That each joint came with, (N, 6) [-1, 1].
         nodes: Of the heat model.
     """
-    N, at = len(touches.target), touches.target
-    sided = np.isfinite(touches.normal[:, 0])
     fitted = np.flatnonzero(np.isnan(artefact.place[:, 0]) | (artefact.sigma > 0))  # the others are known exactly
-    is_fitted = np.isin(at, fitted)
-    sigma = _sigma(touches)
-    return Measurements(
-        theta=touches.theta,
-        rise=np.zeros((N, nodes)),
-        direction=direction,
-        time=touches.time,
-        warm=np.zeros(N),
-        pose=np.arange(N),
-        instrument=np.zeros(N, dtype=int),
-        reflector=np.zeros(N, dtype=int),
-        position=np.where(is_fitted[:, None], np.nan, artefact.place[at]),
-        rotation=np.full((N, 3, 3), np.nan),
-        sigma=sigma / np.median(sigma),
-        label=touches.label,
+    is_fitted = np.isin(touches.target, fitted)
+    place = np.where(is_fitted, np.searchsorted(fitted, touches.target), NONE)
+    return replace(
+        touched_poses(artefact, touches, direction, _sigma(touches), place, nodes),
+        position=np.where(is_fitted[:, None], np.nan, artefact.place[touches.target]),
         reflectors=("probe",),
         instruments=(touches.file,),
         aligned=np.array([False]),
-        ends=FarEnds(
-            kind=np.full(N, TOUCH),
-            shift=-touches.deflection[:, None] * np.nan_to_num(touches.normal),
-            place=np.where(is_fitted, np.searchsorted(fitted, at), NONE),
-            pose=np.full(N, NONE),
-            reflector=np.zeros(N, dtype=int),
-            distance=np.where(sided, (artefact.diameter[at] + artefact.probe_diameter) / 2, np.nan),
-            toward=touches.normal,
-        ),
         fixed=FixedPlaces(
             names=tuple(artefact.names[s] for s in fitted.tolist()),
             frame=np.zeros(len(fitted), dtype=int),
             place=artefact.place[fitted],
             sigma=artefact.sigma[fitted],
         ),
-        guess=artefact.probe[None],
         guess_sigma=np.array([PROBE]),
     )
 
@@ -112,7 +91,7 @@ def fit_frame(
         artefact: What was touched.
         touches: N of them.
         model: The arm as it is known, nothing in it free.
-        data: The touches as rows (``touched_poses``), with the rises of their moments.
+        data: The touches as rows (``touches_of_part``), with the rises of their moments.
         variants: The same with one unknown of the temperatures moved by its sigma each.
 
     Raises:
@@ -239,7 +218,7 @@ def _misfit(artefact: Artefact, touches: Touches, model: ArmModel, data: Measure
         order = np.arange(len(artefact.names))
         order[[i, j]] = j, i
         renamed = replace(touches, target=order[touches.target])
-        rows = touched_poses(artefact, renamed, data.direction, data.rise.shape[1])
+        rows = touches_of_part(artefact, renamed, data.direction, data.rise.shape[1])
         distance = measured_distance(initial_frames(rows, position, rotation), rows, position, rotation)
         if rms(distance) < SWAPPED * left:
             return f"{missed}: are '{artefact.names[i]}' and '{artefact.names[j]}' swapped?"

@@ -196,6 +196,35 @@ class Measurements:
         return Measurements(**values)
 
 
+def blank_rows(theta: Array, pose: IntArray, label: Sequence[str], nodes: int) -> Measurements:
+    """Rows at the poses of a cold arm, one after the other, by which nothing is measured yet.
+
+    Args:
+        theta: (M, 6) [rad].
+        pose: Of each row, (N,).
+        label: Of each row.
+        nodes: How many nodes the heat model has.
+    """
+    M, N = len(theta), len(pose)
+    return Measurements(
+        theta=theta,
+        rise=np.zeros((M, nodes)),
+        direction=np.zeros((M, 6)),
+        time=np.arange(M, dtype=float),
+        warm=np.zeros(M),
+        pose=pose,
+        instrument=np.zeros(N, dtype=int),
+        reflector=np.zeros(N, dtype=int),
+        position=np.full((N, 3), np.nan),
+        rotation=np.full((N, 3, 3), np.nan),
+        sigma=np.ones(N),
+        label=tuple(label),
+        reflectors=(),
+        instruments=(),
+        aligned=np.zeros(0, dtype=bool),
+    )
+
+
 def concatenate(files: list[Measurements]) -> Measurements:
     """Measurements of several files as one; reflectors are told apart by name, each file has its own instruments."""
     names = list(dict.fromkeys(r for p in files for r in p.reflectors))

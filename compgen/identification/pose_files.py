@@ -1,6 +1,7 @@
 """Pose files: joints, and where an instrument measured the reflectors."""
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +10,8 @@ from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import Measurements, blank_rows
+from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.robot import Robot
 
 JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
@@ -68,24 +70,41 @@ def read_poses(
         _check_seconds(table, robot, pendant, time, first)
     check_moving(source, pendant, force=force)
     clock = time[first] if time is not None else np.arange(len(first), dtype=float)
-    N = len(pendant)
-    return Measurements(
-        theta=theta,
-        rise=np.zeros((len(theta), nodes)),
+    return replace(
+        blank_rows(theta, pose, row_labels(table), nodes),
         direction=motion_directions(theta, clock if table.has("order") and not table.has("time_s") else None),
         time=clock,
-        warm=np.zeros(len(theta)),
-        pose=pose,
-        instrument=np.zeros(N, dtype=int),
         reflector=reflector,
         position=position * MM,
-        rotation=_rotation(table, N),
+        rotation=_rotation(table),
         sigma=relative_sigma(table),
-        label=tuple(table.location(i) for i in range(N)),
         reflectors=reflectors,
         instruments=(instrument,),
         aligned=np.array([False]),
     )
+
+
+def row_labels(table: CsvTable) -> list[str]:
+    """File and line of each row."""
+    return [table.location(n) for n in range(len(table.line))]
+
+
+def joints_given(table: CsvTable, robot: Robot, rows: str) -> Array | None:
+    """Joints of each row as a file gives them, (N, 6) [rad]; None where it leaves them to the closed form.
+
+    Raises:
+        InputError: It does, and this arm has none; ``rows`` says whose joints are missing.
+    """
+    if all(table.has(c) for c in JOINTS):
+        return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
+    try:
+        check_arm_class(robot)
+    except InputError:
+        raise InputError(
+            f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: missing; this arm has no closed-form inverse "
+            f"kinematics here, so {rows} need their joints"
+        ) from None
+    return None
 
 
 def motion_directions(theta: Array, order: Array | None = None) -> Array:
@@ -205,7 +224,7 @@ def check_moving(source: str, pendant: Array, *, force: bool) -> None:
             )
 
 
-def _rotation(table: CsvTable, count: int) -> Array:
+def _rotation(table: CsvTable) -> Array:
     """Measured orientations, (N, 3, 3); NaN where not measured."""
     vector = columns_together(table, TURN, f"an orientation needs {', '.join(TURN)}", "give all three or none")
     rotation = rotation_matrix(np.nan_to_num(vector) * DEG)

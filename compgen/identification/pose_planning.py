@@ -8,7 +8,7 @@ A_n the Jacobian of the positions measured at pose n, frames included; first one
 candidate until no exchange helps. The poses are ordered by going to the nearest. The covariance of the parameters
 after measuring is the inverse of that matrix."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from compgen.identification.exchange import Choice
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.linear_problem import FRAME_PRECISION
 from compgen.identification.linearisation import linearise
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import Measurements, blank_rows
 from compgen.identification.model import ArmModel
 from compgen.identification.pose_files import motion_directions
 from compgen.robot.robot import Robot
@@ -158,20 +158,11 @@ def visible_poses(model: ArmModel, nodes: int, site: Site, theta: Array) -> Bool
 def _measurements(theta: Array, nodes: int, site: Site) -> Measurements:
     """Measurements of all reflectors at each pose, positions at zero."""
     M, R = len(theta), len(site.reflector)
-    N = M * R
-    return Measurements(
-        theta=theta,
-        rise=np.zeros((M, nodes)),
+    return replace(
+        blank_rows(theta, np.repeat(np.arange(M), R), ("",) * (M * R), nodes),
         direction=motion_directions(theta),
-        time=np.arange(M, dtype=float),
-        warm=np.zeros(M),
-        pose=np.repeat(np.arange(M), R),
-        instrument=np.zeros(N, dtype=int),
         reflector=np.tile(np.arange(R), M),
-        position=np.zeros((N, 3)),
-        rotation=np.full((N, 3, 3), np.nan),
-        sigma=np.ones(N),
-        label=("",) * N,
+        position=np.zeros((M * R, 3)),
         reflectors=tuple(map(str, range(R))),
         instruments=("plan",),
         aligned=np.array([False]),

@@ -9,6 +9,7 @@ The frame is fitted where three spheres of given places that do not lie on a lin
 stand anywhere in World, and what the places say of them is how far apart they are.
 """
 
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -17,7 +18,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.measurements import NONE, TOUCH, WORLD, FarEnds, FixedPlaces, Measurements
+from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
 from compgen.identification.pose_files import check_moving, motion_directions
 from compgen.identification.touches import Artefact, Touches, probing_directions
 from compgen.robot.robot import Robot
@@ -42,47 +43,57 @@ def touch_rows(
     Raises:
         InputError: A joint never moves, or a sphere that stands anywhere is touched too little to be located.
     """
-    N = len(touches.target)
     check_moving(touches.file, robot.to_pendant(touches.theta) / DEG, force=force)
     sided: BoolArray = np.isfinite(touches.normal[:, 0])
     order = np.argsort(touches.time, kind="stable")
-    direction = np.empty((N, 6))
+    direction = np.empty(touches.theta.shape)
     direction[order] = motion_directions(touches.theta[order])
     direction[sided] = probing_directions(robot, touches.theta[sided], touches.normal[sided])
-    normal = np.nan_to_num(touches.normal)
     touched = np.unique(touches.target)
     framed = _fixes_a_frame(artefact.place[touched])
     frame, name = (0 if framed else WORLD), Path(artefact.source).name
     if not framed and not frames_known:
         _check_located(touches, artefact, touched, sided)
     relative = np.where(np.isfinite(touches.sigma), touches.sigma, np.nanmedian(np.append(touches.sigma, 1.0)))
-    radius = (artefact.diameter[touches.target] + artefact.probe_diameter) / 2
-    return Measurements(
-        theta=touches.theta,
-        rise=np.zeros((N, nodes)),
-        direction=direction,
-        time=touches.time,
-        warm=np.zeros(N),
-        pose=np.arange(N),
-        instrument=np.full(N, frame),
-        reflector=np.zeros(N, dtype=int),
-        position=np.full((N, 3), np.nan),
-        rotation=np.full((N, 3, 3), np.nan),
-        sigma=relative / np.median(relative),
-        label=touches.label,
+    at_place = np.searchsorted(touched, touches.target)
+    return replace(
+        touched_poses(artefact, touches, direction, relative, at_place, nodes),
+        instrument=np.full(len(sided), frame),
         reflectors=(f"probe of {name}",),
         instruments=(name,) if framed else (),
         aligned=np.zeros(int(framed), dtype=bool),
-        ends=FarEnds(
+        fixed=_spheres(artefact, touched, name, frame),
+    )
+
+
+def touched_poses(
+    artefact: Artefact, touches: Touches, direction: Array, sigma: Array, place: IntArray, nodes: int
+) -> Measurements:
+    """Touches as rows of a cold arm, by one reflector, the probe; their frame and their places are still open.
+
+    Args:
+        artefact: What was touched.
+        touches: N of them.
+        direction: That each joint came with, (N, 6) [-1, 1].
+        sigma: How uncertain each is beside the others, (N,).
+        place: The fixed place of each, NONE for one that is known exactly, (N,).
+        nodes: Of the heat model.
+    """
+    N, at = len(touches.target), touches.target
+    radius = (artefact.diameter[at] + artefact.probe_diameter) / 2
+    return replace(
+        blank_rows(touches.theta, np.arange(N), touches.label, nodes),
+        direction=direction,
+        time=touches.time,
+        sigma=sigma / np.median(sigma),
+        ends=replace(
+            plain_ends(N),
             kind=np.full(N, TOUCH),
-            shift=-touches.deflection[:, None] * normal,
-            place=np.searchsorted(touched, touches.target),
-            pose=np.full(N, NONE),
-            reflector=np.zeros(N, dtype=int),
-            distance=np.where(sided, radius, np.nan),
+            place=place,
+            shift=-touches.deflection[:, None] * np.nan_to_num(touches.normal),
+            distance=np.where(np.isfinite(touches.normal[:, 0]), radius, np.nan),
             toward=touches.normal,
         ),
-        fixed=_spheres(artefact, touched, name, frame),
         timed=touches.timed,
         guess=artefact.probe[None],
     )

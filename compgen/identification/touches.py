@@ -20,13 +20,15 @@ from compgen.identification.pose_files import (
     check_within_limits,
     columns_together,
     first_doubled,
+    joints_given,
     numbers_or,
+    row_labels,
     sigmas,
     words_or,
 )
 from compgen.identification.tables import ArtefactFile
 from compgen.program.configuration import parse_config
-from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
+from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns
@@ -243,7 +245,7 @@ def read_touches(
     theta = _joints(table, robot, artefact, uframes)
     normal, deflection = _directions(table, artefact, target)
     return Touches(
-        label=tuple(table.location(n) for n in range(N)),
+        label=tuple(row_labels(table)),
         time=time,
         timed=table.has("time_s"),
         target=target,
@@ -314,10 +316,8 @@ def probed_motion(robot: Robot, sources: Sequence[Source], touches: Touches) -> 
 
 def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Array:
     """Joints of each touch, (N, 6) [rad]: as given, or by the closed form."""
-    if all(table.has(c) for c in JOINTS):
-        theta = robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
-    else:
-        theta = _inverse(table, robot, artefact, uframes)
+    given = joints_given(table, robot, "touches")
+    theta = _inverse(table, robot, artefact, uframes) if given is None else given
     check_within_limits(robot, theta, lambda n, k: table.location(n))
     return theta
 
@@ -329,13 +329,6 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
             f"{table.source}: column {missing}: missing; give where the probe was commanded: {', '.join(PLACE)}, or "
             f"{JOINTS[0]} to {JOINTS[-1]}"
         )
-    try:
-        check_arm_class(robot)
-    except InputError:
-        raise InputError(
-            f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: missing; this arm has no closed-form inverse "
-            "kinematics here, so touches need their joints"
-        ) from None
     values = np.column_stack([table.numbers(c) for c in PLACE])
     pose, tool = Pose(values[:, :3] * MM, from_wpr(*(values[:, 3:].T * DEG))), Pose(artefact.probe, np.eye(3))
     if artefact.frame != "world":

@@ -8,7 +8,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.frame_fit import fit_frame, measured_lengths, touched_poses
+from compgen.identification.frame_fit import fit_frame, measured_lengths, touches_of_part
 from compgen.identification.model import build_model
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.files.robot_file import load_any_robot
@@ -85,7 +85,7 @@ def fitted(tmp_path, arm, artefact, touches, uframes=None):
 def fitted_rows(arm, known, rows):
     """By a perfect, cold arm whose joints came from nowhere."""
     return fit_frame(
-        known, rows, build_model(arm, [], 0), touched_poses(known, rows, np.zeros((len(rows.theta), 6)), 0), []
+        known, rows, build_model(arm, [], 0), touches_of_part(known, rows, np.zeros((len(rows.theta), 6)), 0), []
     )
 
 

@@ -17,7 +17,7 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
-from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touched_poses
+from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
@@ -71,7 +71,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     artefact = read_artefact(artefact_file)
     touches = read_touches(touches_file, arm.robot, artefact, uframes)
     motion = probed_motion(arm.robot, [k.source for k in arm.known], touches)
-    data = touched_poses(artefact, touches, motion, len(arm.nodes))
+    data = touches_of_part(artefact, touches, motion, len(arm.nodes))
     findings: list[Finding] = []
     if log is not None:
         if not touches.timed:
