@@ -87,7 +87,7 @@ def read_placements(
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
         return Placements()
     nodes = read_nodes(program, flow, active, called.motionless, acts)
-    registers_known = RegisterFlow(program, frames, called)
+    registers_known = RegisterFlow(program=program, frames=frames, called=called)
     reader = _Motions(registers_known, frozenset(registers or ()))
     followed = link_nodes(nodes) and sum(acts(node.text or node.options) for node in nodes) <= MOST_STATEMENTS
     beside = any(BESIDE.match(text) for text in set(flow.text.values()))

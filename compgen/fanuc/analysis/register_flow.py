@@ -57,7 +57,7 @@ def acts(text: str) -> bool:
     return bool(MAY_SET.search(text) or CALL.search(text))
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False, slots=True, kw_only=True)
 class RegisterFlow:
     """What a program's statements make of registers."""
 
