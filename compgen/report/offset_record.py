@@ -4,7 +4,7 @@ from typing import Any
 
 from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM
-from compgen.pipelines.planned.offset_kinds import Offset, Offsets
+from compgen.pipelines.planned.offsets import Offset, Offsets
 
 KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 

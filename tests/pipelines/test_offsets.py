@@ -18,8 +18,7 @@ from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.correct.program_offsets import offsets_of_program
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.pipelines.planned.offset_kinds import FRAME, FULL, NOTHING, REGISTER, SHIFT
-from compgen.pipelines.planned.offsets import moved, offsets_of_job
+from compgen.pipelines.planned.offsets import FRAME, FULL, NOTHING, REGISTER, SHIFT, moved, offsets_of_job
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.program.frames import Frames, default_frames
 from compgen.thermal import Duty

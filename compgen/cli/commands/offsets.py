@@ -16,7 +16,7 @@ from compgen.core.findings import beyond_text
 
 if TYPE_CHECKING:
     from compgen.core.stages import Progress
-    from compgen.pipelines.planned.offset_kinds import Offsets
+    from compgen.pipelines.planned.offsets import Offsets
 
 
 def offsets(

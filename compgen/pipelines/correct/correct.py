@@ -1,14 +1,16 @@
 """One correction from end to end: read, warm up, correct, write, read back, execute on the twin, judge."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from compgen.core import stages
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.stages import Progress
 from compgen.core.units import MM
 from compgen.core.version import __version__
@@ -41,20 +43,20 @@ from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.draws import fly_draws
-from compgen.pipelines.correct.proof import ServedProof, unexplained_turns
+from compgen.pipelines.correct.proof import ServedStarts, residue_of, unexplained_turns, worst_of_starts
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options, corrected_stations
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.planned.dry_run import raised_findings
 from compgen.pipelines.planned.program_text import running_override
-from compgen.program.driven import NONE
+from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
 from compgen.program.sample_lengths import sample_lengths
 from compgen.program.ways import interpolate_poses, straight_lines
 from compgen.thermal import Duty
-from compgen.verification.flight import fly, pose_errors
+from compgen.verification.flight import Flight, fly, pose_errors
 
 NEGLIGIBLE = 1e-9  # [m], [rad] a correction below this is none
 MAX_PIECES = 1000  # of one straight way
@@ -96,46 +98,57 @@ def correct(  # noqa: PLR0913  what a program is corrected with, each by its nam
     if options.guaranteed is not None:
         refuse_silent_file(cell, quantities_of_cell(cell), "--guaranteed")
     cell = replace(cell, input_findings=(*cell.input_findings, *frames.input_findings))
-    planned = program = loads(data)
+    program = loads(data)
     around = ProgramContext(frames, registers or {}, called_programs(program, find_program))
+    task = _Task(cell=cell, around=around, before=tuple(before), options=options, progress=progress)
     if options.raised:
-        _refuse_marked_before_lift(program, cell, around, options)
+        _refuse_marked_before_lift(program, task)
         length = cell.robot.controller.name_length
-        planned = program = lifted_program(program, options.raised / MM, length, around.called.motionless)
-    plan_of = partial(_plan_correction, cell=cell, around=around, before=before, options=options, progress=progress)
-    plan = plan_of(program)
+        program = lifted_program(program, options.raised / MM, length, around.called.motionless)
+    plan = _plan_correction(program, task)
     if not options.again:
         _refuse_marked(plan)
+    return _write_and_verify(program, _with_new_positions(plan, task), task)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class _Task:
+    """What a program is corrected with."""
+
+    cell: Cell
+    around: ProgramContext
+    before: tuple[Duty, ...]
+    options: Options
+    progress: Progress
+
+
+def _with_new_positions(plan: CorrectionPlan, task: _Task) -> CorrectionPlan:
+    """The plan of the program with the points and positions that the options ask for: put in, and parted."""
+    program, options, robot = plan.program, task.options, task.cell.robot
     for _ in range(MAX_ROUNDS if options.insert is not None else 0):
-        pieces = _pieces_needed(plan, cell, options.insert or 1.0)
+        pieces = _pieces_needed(plan, task.cell, options.insert or 1.0)
         if not (pieces > 1).any():
             break
-        read = partial(around.poses, robot=cell.robot)
-        program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, read)
+        read = partial(task.around.poses, robot=robot)
+        program = insert_points(program, plan.poses, plan.drive, pieces, robot, read)
         if not (says_override(program) or options.raised):
             overrides = (1.0,) if options.ensemble is None else options.ensemble.overrides
             program = insert_remark(program, running_override(overrides))
-        plan = plan_of(program)
-    if options.split:
-        first = int(program.positions.number.max(initial=0)) + 1
-        new_positions = assign_new_positions(plan.poses, plan.drive, plan.free, plan.stations.correction, first)
-        if new_positions:
-            program = split_positions(program, plan.poses, plan.drive, new_positions)
-            plan = plan_of(program)
-    return _write_and_verify(planned, plan, cell, around, before, options, progress)
+        plan = _plan_correction(program, task)
+    if not options.split:
+        return plan
+    first = int(program.positions.number.max(initial=0)) + 1
+    new_positions = assign_new_positions(plan.poses, plan.drive, plan.free, plan.stations.correction, first)
+    if not new_positions:
+        return plan
+    return _plan_correction(split_positions(program, plan.poses, plan.drive, new_positions), task)
 
 
-def _plan_correction(
-    program: LsProgram,
-    cell: Cell,
-    around: ProgramContext,
-    before: Sequence[Duty],
-    options: Options,
-    progress: Progress,
-) -> CorrectionPlan:
+def _plan_correction(program: LsProgram, task: _Task) -> CorrectionPlan:
     """What is known of a program before its numbers change: poses, ways, and the correction of each station."""
+    cell, options = task.cell, task.options
     _refuse_unfit(program)
-    poses, drive = around.drive(program, cell.robot)
+    poses, drive = task.around.drive(program, cell.robot)
     require_frames(program, poses)
     scope = read_scope(program, poses, drive, cell.robot)
     if options.strict and scope.unsafe:
@@ -148,9 +161,9 @@ def _plan_correction(
         cell,
         drive,
         free=scope.free,
-        before=before,
+        before=task.before,
         settings=options.settings,
-        progress=lambda share: progress(stages.CORRECTION, share),
+        progress=partial(task.progress, stages.CORRECTION),
         ensemble=options.ensemble,
     )
     free = scope.free.copy()
@@ -185,9 +198,9 @@ def _refuse_marked(plan: CorrectionPlan) -> None:
         )
 
 
-def _refuse_marked_before_lift(program: LsProgram, cell: Cell, around: ProgramContext, options: Options) -> None:
+def _refuse_marked_before_lift(program: LsProgram, task: _Task) -> None:
     """Raises InputError for a program that carries the mark: lifting would take it out of its digits."""
-    if not options.again and _read_mark(program, cell, around) is not Mark.NONE:
+    if not task.options.again and _read_mark(program, task) is not Mark.NONE:
         raise InputError(
             f"program {program.name}: it carries compgen's mark and would be corrected twice; lift the planned one, "
             "get it back with --restore, or say --again"
@@ -214,72 +227,82 @@ def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Arr
     return cancel_errors(cell, error_models(cell, at, row), at, row, rise, plan.stations.midway.at(ways))[0]
 
 
-def _write_and_verify(
-    planned: LsProgram,
-    plan: CorrectionPlan,
-    cell: Cell,
-    around: ProgramContext,
-    before: Sequence[Duty],
-    options: Options,
-    progress: Progress,
-) -> Correction:
+def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> Correction:
     """The program with its numbers changed, read back, executed on the twin and judged."""
-    program, drive = plan.program, plan.drive
+    program, drive, cell, progress = plan.program, plan.drive, task.cell, task.progress
     shared = average_shared(plan.poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
-    written, mark = _written(plan, shared, cell, around, remark=options.remark)
+    written, mark = _written(plan, shared, task)
     progress(stages.TWIN_BEFORE, 0.0)
-    _, new_drive = around.drive(written, cell.robot)
+    _, new_drive = task.around.drive(written, cell.robot)
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
     arcs = drive.circular & new_drive.circular
     drives = replace(drive, beyond=beyond, circular=arcs), replace(new_drive, beyond=beyond, circular=arcs)
-    twin = twin_of_cell(cell)
-    before_stage, after_stage = (partial(progress, stage) for stage in (stages.TWIN_BEFORE, stages.TWIN_AFTER))
-    planned_execution = fly(twin, drives[0], before, before_stage)
-    station, fraction = planned_execution.station, planned_execution.fraction
-    target = interpolate_poses(drive, station, fraction)
-    judged = _between_corrected(plan, shared, station, fraction)
-    length = sample_lengths(cell.robot, drive, station, fraction, judged)
-    progress(stages.TWIN_AFTER, 0.0)
-    flown = partial(fly, twin, drives[1], before, after_stage)
-    if options.ensemble is None:
-        execution, served = flown(), None
-    else:
-        proof = ServedProof(flown, target, judged, length)
-        execution, served = proof.worst_of(options.ensemble)
-        planned_execution = fly(twin, drives[0], before, before_stage, ((1.0, served.worst[0]),))
+    flights = _fly_both(plan, shared, drives, task)
+    target = flights.target
     result = Correction(
         name=program.name,
         cell=cell,
-        around=around,
-        before=tuple(before),
-        options=options,
+        around=task.around,
+        before=task.before,
+        options=task.options,
         planned=planned.data,
         text=written.data,
         plan=plan,
         shared=shared,
         changed=_changed_positions(program, written),
         added=len(program.positions.number) - len(planned.positions.number),
-        execution=execution,
-        error=pose_errors(planned_execution, target),
-        residual=pose_errors(execution, target),
-        turn=unexplained_turns(planned_execution, execution),
+        execution=flights.corrected,
+        error=pose_errors(flights.planned, target),
+        residual=pose_errors(flights.corrected, target),
+        turn=unexplained_turns(flights.planned, flights.corrected),
         new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
-        judged=judged,
-        length=length,
+        judged=flights.judged,
+        length=flights.length,
         mark=mark,
-        served=served,
+        served=flights.served,
         findings=(),
-        band=station_band(cell, plan, before),
+        band=station_band(cell, plan, task.before),
     )
     result = replace(result, draws=fly_draws(result, drives[1], target, partial(progress, stages.DRAWS)))
     findings = correction_findings(result, _midway_deviations(plan, cell))
     of_arcs = [*wide_arcs(*drives), *flat_arcs(drive, new_drive)]
-    return replace(result, findings=(*findings, *of_arcs, *raised_findings(options.raised)))
+    return replace(result, findings=(*findings, *of_arcs, *raised_findings(task.options.raised)))
 
 
-def _written(
-    plan: CorrectionPlan, shared: SharedCorrections, cell: Cell, around: ProgramContext, *, remark: bool
-) -> tuple[LsProgram, Mark]:
+class _Flights(NamedTuple):
+    """Both texts on the twin, at the same M samples."""
+
+    planned: Flight
+    corrected: Flight  # of several starts that at which it errs most
+    target: Pose  # M
+    judged: BoolArray  # (M,) samples at or between corrected stations
+    length: Array  # (M,) [m] of path that each of them stands for
+    served: ServedStarts | None  # what is left over the starts, where these are several
+
+
+def _fly_both(
+    plan: CorrectionPlan, shared: SharedCorrections, drives: tuple[DrivenProgram, DrivenProgram], task: _Task
+) -> _Flights:
+    """The planned and the written text on the twin."""
+    drive, twin, progress, ensemble = plan.drive, twin_of_cell(task.cell), task.progress, task.options.ensemble
+    fly_planned, fly_written = (
+        partial(fly, twin, driven, task.before, partial(progress, stage))
+        for driven, stage in zip(drives, (stages.TWIN_BEFORE, stages.TWIN_AFTER), strict=True)
+    )
+    planned = fly_planned()
+    station, fraction = planned.station, planned.fraction
+    target = interpolate_poses(drive, station, fraction)
+    judged = _between_corrected(plan, shared, station, fraction)
+    length = sample_lengths(task.cell.robot, drive, station, fraction, judged)
+    progress(stages.TWIN_AFTER, 0.0)
+    if ensemble is None:
+        return _Flights(planned, fly_written(), target, judged, length, None)
+    residue = partial(residue_of, target=target, judged=judged, length=length)
+    worst, served = worst_of_starts(ensemble, fly_written, residue)
+    return _Flights(fly_planned(starts=((1.0, served.worst[0]),)), worst, target, judged, length, served)
+
+
+def _written(plan: CorrectionPlan, shared: SharedCorrections, task: _Task) -> tuple[LsProgram, Mark]:
     """The program with its numbers changed, and where it carries the mark."""
     program, poses = plan.program, plan.poses
     size = np.abs(shared.correction).max(axis=1)
@@ -289,7 +312,7 @@ def _written(
 
     def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
         new = NewPoses(rows=rows, tcp=commanded, theta=shared.theta[rows], nudge=nudges, marked=marked_joints)
-        edits = number_edits(program, poses, cell.robot, new)
+        edits = number_edits(program, poses, task.cell.robot, new)
         return edited(program, edits) if edits else program
 
     written = write(nudge, nudge[:, 0] > 0)
@@ -297,10 +320,10 @@ def _written(
         return written, Mark.NONE
     at, nudge[at] = _mark_nudges(written, plan, rows)
     marked = write(nudge, np.isin(np.arange(len(rows)), at))
-    mark = _read_mark(marked, cell, around)
+    mark = _read_mark(marked, task)
     if mark is not Mark.NONE:
         return marked, mark
-    if remark:
+    if task.options.remark:
         return insert_remark(written, marking_remark(__version__)), Mark.REMARK
     return written, Mark.NONE
 
@@ -331,11 +354,11 @@ def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tu
     return index[listed[at]], watermark.nudges(units[at]) * ~joint_form[at][:, None]
 
 
-def _read_mark(program: LsProgram, cell: Cell, around: ProgramContext) -> Mark:
+def _read_mark(program: LsProgram, task: _Task) -> Mark:
     """The mark as the next correction of a program would read it."""
-    poses = around.poses(program, cell.robot)
-    drive = read_traversal(program, poses, cell.robot)
-    return mark_of(program, poses, drive, read_scope(program, poses, drive, cell.robot).free)
+    poses, robot = task.around.poses(program, task.cell.robot), task.cell.robot
+    drive = read_traversal(program, poses, robot)
+    return mark_of(program, poses, drive, read_scope(program, poses, drive, robot).free)
 
 
 def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:

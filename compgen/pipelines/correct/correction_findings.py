@@ -19,7 +19,7 @@ from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.motion_findings import motion_of_a_listing
-from compgen.pipelines.planned.averaging import WIDE, ensemble_words, start_words
+from compgen.pipelines.planned.averaging import WIDE, spread_finding
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.page_stops import controller_capacity
@@ -227,11 +227,7 @@ def _served_findings(result: Correction) -> list[Finding]:
     if result.served is None:
         return []
     mean, (start, worst) = result.served.at_mean.largest, result.served.worst
-    message = (
-        f"one file for {ensemble_words(result.served.ensemble)}: at most {mean / UM:.2f} um with the mean of the "
-        f"rises, {worst.largest / UM:.2f} at most over the starts ({start_words(start)})"
-    )
-    findings = [Finding(Level.NOTE, Code.AVERAGE_SPREAD, message)]
+    findings = [spread_finding(result.served.ensemble, mean, f"{worst.largest / UM:.2f}", start)]
     if mean > 0 and worst.largest / mean >= WIDE:
         message = (
             f"a file for each start alone would be about {worst.largest / mean:.1f} times better: --before with the "

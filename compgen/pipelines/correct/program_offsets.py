@@ -11,26 +11,14 @@ from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr, rotation_vector
+from compgen.core.rotations import rotation_vector
 from compgen.core.stages import Progress
-from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.program_context import ProgramContext
-from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.job.job import Cell
 from compgen.pipelines.correct.correct import correct
 from compgen.pipelines.correct.result import Correction, Options
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.planned.offset_kinds import (
-    FRAME,
-    FULL,
-    NOTHING,
-    Errors,
-    Left,
-    Offset,
-    Offsets,
-    best_offsets,
-    offset_findings,
-)
+from compgen.pipelines.planned.offsets import FRAME, FlownErrors, Left, Offsets, search_offsets, typed_frame
 from compgen.program.driven import NONE
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
@@ -72,22 +60,21 @@ def offsets_of_program(
     actual = fly(twin_of_cell(cell), drive, before).actual
     judged = np.flatnonzero(full.judged & (full.length > 0))
     number, uframe = _frame_of(full, judged)
-    in_frame = uframe.inverse() @ target[judged]
-    turn = rotation_vector(actual.rotation[judged] @ np.swapaxes(target.rotation[judged], 1, 2))
-    errors = Errors(
-        in_frame.position, in_frame.rotation, (actual.position - target.position)[judged] @ uframe.rotation,
-        turn @ uframe.rotation, full.length[judged],
-    )  # fmt: skip
-    flown = [
-        Offset(kind, numbers, _left(full, _fly(full, target, number, kind, numbers)))
-        for kind, numbers in best_offsets(errors, uframe)
-    ]
-    ways = (
-        Offset(NOTHING, None, _left(full, full.error)), *flown, Offset(FULL, None, _left(full, full.residual)),
-    )  # fmt: skip
-    frame = pose_numbers(uframe.position[None], uframe.rotation[None])[0]
-    findings = [f for f in full.findings if f.level is Level.WARNING]
-    return Offsets(full.name, number, frame, ways, (*findings, *_not_shifted(full), *offset_findings(number, ways)))
+    flown = FlownErrors(
+        name=full.name,
+        uframe=number,
+        frame=uframe,
+        place=uframe.inverse() @ target[judged],
+        error=(actual.position - target.position)[judged],
+        turn=rotation_vector(actual.rotation[judged] @ np.swapaxes(target.rotation[judged], 1, 2)),
+        weight=full.length[judged],
+    )
+
+    def fly_anew(kind: str, numbers: Array) -> Left:
+        return _left(full, _fly(full, target, number, kind, numbers))
+
+    findings = [*(f for f in full.findings if f.level is Level.WARNING), *_not_shifted(full)]
+    return search_offsets(flown, _left(full, full.error), _left(full, full.residual), fly_anew, findings)
 
 
 def _frame_of(full: Correction, judged: IntArray) -> tuple[int, Pose]:
@@ -113,8 +100,7 @@ def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array)
     """The errors of the program with an offset, at the samples of its proof."""
     program, around, cell = full.plan.program, full.around, full.cell
     if kind == FRAME:
-        typed = Pose(numbers[:3] * MM, from_wpr(*(numbers[3:] * DEG)[:, None])[0])
-        table = replace(around.frames, uframe={**around.frames.uframe, number: typed})
+        table = replace(around.frames, uframe={**around.frames.uframe, number: typed_frame(numbers)})
         around = ProgramContext(table, around.registers, around.called)
     else:
         value = np.array(program.positions.value)

@@ -39,33 +39,40 @@ class ServedStarts:
         return max(self.flown, key=lambda one: one[1].largest)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ServedProof:
-    """What flights of a text are judged by."""
+def worst_of_starts(
+    ensemble: Ensemble, fly: Callable[..., Flight], residue_of: Callable[[Flight], Residue]
+) -> tuple[Flight, ServedStarts]:
+    """The flight with the largest error of corners and middle, and what stays at each of them and at the mean.
 
-    fly: Callable[..., Flight]  # with the keyword starts
-    target: Pose  # M
-    judged: BoolArray  # (M,) samples at or between corrected stations
-    length: Array  # (M,) [m] of path that each stands for
+    Args:
+        ensemble: The starts.
+        fly: A text, with the keyword ``starts``.
+        residue_of: What a flight leaves.
 
-    def worst_of(self, ensemble: Ensemble) -> tuple[Flight, ServedStarts]:
-        """The flight with the largest error of corners and middle, and what stays at each of them and at the mean.
+    Raises:
+        TwinError: The controller's inverse and pinocchio disagree.
+    """
+    starts, weights = weighted_starts(ensemble)
+    weighted = [(weight, start) for weight, start in zip(weights.tolist(), starts, strict=True) if weight > 0]
+    at_mean = residue_of(fly(starts=weighted))
+    flights = {start: fly(starts=((1.0, start),)) for start in starts_to_fly(ensemble)}
+    served = ServedStarts(ensemble, at_mean, tuple((start, residue_of(flight)) for start, flight in flights.items()))
+    return flights[served.worst[0]], served
 
-        Raises:
-            TwinError: The controller's inverse and pinocchio disagree.
-        """
-        starts, weights = weighted_starts(ensemble)
-        weighted = [(weight, start) for weight, start in zip(weights.tolist(), starts, strict=True) if weight > 0]
-        at_mean = self._residue(self.fly(starts=weighted))
-        flights = [(start, self.fly(starts=((1.0, start),))) for start in starts_to_fly(ensemble)]
-        served = ServedStarts(ensemble, at_mean, tuple((start, self._residue(flight)) for start, flight in flights))
-        return dict(flights)[served.worst[0]], served
 
-    def _residue(self, flight: Flight) -> Residue:
-        distance = pose_errors(flight, self.target).distance[self.judged]
-        if not len(distance):
-            return Residue(0.0, 0.0)
-        return Residue(float(distance.max()), rms(distance, self.length[self.judged]))
+def residue_of(flight: Flight, target: Pose, judged: BoolArray, length: Array) -> Residue:
+    """What a flight leaves of M samples.
+
+    Args:
+        flight: Of a text.
+        target: M poses.
+        judged: Samples at or between corrected stations, (M,).
+        length: Of path that each stands for, (M,) [m].
+    """
+    distance = pose_errors(flight, target).distance[judged]
+    if not len(distance):
+        return Residue(0.0, 0.0)
+    return Residue(float(distance.max()), rms(distance, length[judged]))
 
 
 def unexplained_turns(planned: Flight, corrected: Flight) -> Array:

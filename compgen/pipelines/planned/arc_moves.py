@@ -18,8 +18,7 @@ from compgen.core.pose import Pose
 from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.job.moves_in_arcs import fit_planned_moves, without_period
-from compgen.pipelines.planned.job_results import DenseCorrection, Planned
-from compgen.pipelines.planned.kept_waypoints import at_waypoints
+from compgen.pipelines.planned.job_results import DenseCorrection, Planned, solution_at
 from compgen.pipelines.planned.program_text import printed_in_world
 from compgen.planning import retiming
 from compgen.planning.retiming import Trajectory, driven_speed
@@ -43,9 +42,9 @@ def with_arcs(
         f"{len(rows)} positions for {len(problem.arc)} waypoints: {arcs} arcs and {len(rows) - 1 - 2 * arcs} lines, "
         f"within {(process.thin or process.chord) / UM:g} um of the corrected path"
     )
-    path = planned.path.subset(rows, via)
-    kept, of_rows = at_waypoints(planned, solution, rows, path, Finding(Level.NOTE, Code.PATH_ARCS, message))
-    return replace(kept, dense=dense), problem.window(rows), of_rows
+    kept = planned.at(rows, planned.path.subset(rows, via))
+    findings = (*planned.findings, Finding(Level.NOTE, Code.PATH_ARCS, message))
+    return replace(kept, dense=dense, findings=findings), problem.window(rows), solution_at(solution, rows)
 
 
 CHANGE_LENGTH = 3e-3  # [m] of an arc, what a change of speed spreads over at most

@@ -13,13 +13,11 @@ from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding, first_message
 from compgen.core.units import UM
 from compgen.job.job import Job
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty.draws import RAMPS
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
-from compgen.verification.deviation import deviation_from_path
-from compgen.verification.twin import prepare
 from compgen.verification.verdict import judge
 
 SHARES = (float(np.exp(-2 * RAMPS)), float(np.exp(2 * RAMPS)))  # of the accelerations: two standard deviations
@@ -46,13 +44,12 @@ def ramp_findings(job: Job, path: ToolPath, program: Program) -> list[Finding]:
     """
     if job.robot.acceleration_known:
         return []
-    twin = twin_of(job)
-    prepared = prepare(twin, program, job.history.before, job.history.air)
-    usual = deviation_from_path(path, prepared.chunks(), prepared.sample_count)
+    prepared = prepared_for(job, program)
+    usual = deviation_of(path, prepared)
     moved, broken = 0.0, ""
     for share in SHARES:
-        flown = prepared.with_ramps(share).reheated(twin, job.history.before, job.history.air)
-        deviation = deviation_from_path(path, flown.chunks(), flown.sample_count)
+        flown = prepared.with_ramps(share).reheated(prepared.twin, job.history.before, job.history.air)
+        deviation = deviation_of(path, flown)
         moved = max(moved, float(row_norms(deviation.error - usual.error).max()))
         failure = first_message(Level.OUTSIDE, judge(deviation, job.bounds))
         if failure and not broken and not first_message(Level.OUTSIDE, judge(usual, job.bounds)):

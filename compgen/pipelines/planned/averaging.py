@@ -17,32 +17,30 @@ import numpy as np
 
 from compgen import fanuc
 from compgen.compensation import optimise
-from compgen.compensation.problem import Problem, Solution
+from compgen.compensation.problem import Problem
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.codes import Code, Level
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.findings import Finding
 from compgen.core.units import UM
-from compgen.error_model.direction_memory import DirectionState
-from compgen.error_model.model import ErrorModel
 from compgen.job.job import Job
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import at_start, deviation_of, prepared_for
 from compgen.pipelines.planned.program_text import compose_program
+from compgen.pipelines.uncertainty.band_columns import DrivenProgram
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion, rises_during
 from compgen.thermal.ensemble import (
     Ensemble,
     Start,
-    duties_before,
     mean_rises,
     rises_at,
     rises_of,
     starts_to_fly,
     weighted_starts,
 )
-from compgen.verification.deviation import Deviation, Extent, deviation_from_path
-from compgen.verification.twin import PreparedProgram, prepare
+from compgen.verification.deviation import Deviation, Extent
+from compgen.verification.twin import PreparedProgram
 
 WAYPOINTS = 200  # that the error model foretells the starts at
 WIDE = 2.0  # times better from which files for each start are worth a warning
@@ -100,14 +98,11 @@ class Averaged:
 class WrittenFile:
     """One file, as far as its starts ask for it."""
 
-    job: Job
-    path: ToolPath
-    model: ErrorModel
+    program: DrivenProgram  # with the mean of the rises, and where the planned joints come from
     motion: JointMotion  # as planned
-    directions: DirectionState
-    rise: Array  # (N, K) [K] mean over the starts
-    theta: Array  # (N, 6) [rad] commanded
     prepared: PreparedProgram  # the text, read back
+    problem: Problem  # of its correction
+    trajectory: Trajectory  # for the speeds
 
 
 def planned_rises(job: Job, motion: JointMotion) -> Array:
@@ -117,27 +112,21 @@ def planned_rises(job: Job, motion: JointMotion) -> Array:
     return mean_rises(job.heat, job.history, job.ensemble, motion)
 
 
-def fly_starts(
-    file: WrittenFile,
-    problem: Problem,
-    trajectory: Trajectory,
-    progress: Callable[[float], None] = lambda share: None,
-) -> Averaged:
+def fly_starts(file: WrittenFile, progress: Callable[[float], None] = lambda share: None) -> Averaged:
     """Fly a written file at its starts, and the files made anew for each of them.
 
     Args:
         file: Its text was made for the mean of the rises.
-        problem: Of that correction.
-        trajectory: For the speeds.
         progress: Called with the share done.
 
     Raises:
         TwinError: The twin cannot fly a text.
     """
-    job, ensemble, prepared = file.job, file.job.ensemble or Ensemble(), file.prepared
-    at_mean = _fly(file, prepared.with_rise(file.rise))
+    job, path, prepared = file.program.job, file.program.path, file.prepared
+    ensemble = job.ensemble or Ensemble()
+    at_mean = deviation_of(path, prepared.with_rise(file.program.rise))
     starts, weight = weighted_starts(ensemble)
-    which = _some_waypoints(file.path)
+    which = _some_waypoints(path)
     moved = _displacements(file, starts, which)
     waypoints = prepared.first_samples()[which]
     left = at_mean.error[waypoints]
@@ -146,20 +135,13 @@ def fly_starts(
     worst, envelope, differences = at_mean, at_mean, []
     chosen = starts_to_fly(ensemble, starts[int(np.argmax(largest))])
     for k, start in enumerate(chosen):
-        deviation = _fly(file, _at_start(file, prepared, start))
+        deviation = deviation_of(path, at_start(job, prepared, start))
         foretold = left + _displacements(file, [start], which)[0]
         differences.append(deviation.error[waypoints] - foretold)
-        rise = rises_of(job.heat, job.history, start, file.motion)
-        solution = optimise.optimise(replace(problem, rise=rise), job.settings)
-        remade = None
-        if solution.status.is_legal:
-            remade = _fly(file, _at_start(file, _rewritten(file, problem, solution, trajectory), start)).on_part[
-                "total"
-            ]
         if not flown or deviation.on_part["total"].max > worst.on_part["total"].max:
             worst = deviation
         envelope = deviation if not flown else _envelope(envelope, deviation)
-        flown.append(Flown(start, deviation.on_part["total"], remade))
+        flown.append(Flown(start, deviation.on_part["total"], _remade(file, start)))
         progress((k + 1) / len(chosen))
     worst = replace(worst, extents=envelope.extents, on_part=envelope.on_part)
     spread = float(np.sqrt(weight @ (moved**2).sum(axis=2).mean(axis=1)))
@@ -179,22 +161,17 @@ def fly_starts(
     )
 
 
-def _fly(file: WrittenFile, prepared: PreparedProgram) -> Deviation:
-    return deviation_from_path(file.path, prepared.chunks(), prepared.sample_count)
-
-
-def _rewritten(file: WrittenFile, problem: Problem, solution: Solution, trajectory: Trajectory) -> PreparedProgram:
-    """The text of another correction."""
-    job, commanded = file.job, problem.commanded(solution.correction)
-    program, printed = compose_program(job, commanded, solution.theta, trajectory, file.path, DEFAULT_DATE, None)
-    return prepare(twin_of(job), fanuc.as_written(program, printed), job.history.before, job.history.air)
-
-
-def _at_start(file: WrittenFile, prepared: PreparedProgram, start: Start) -> PreparedProgram:
-    """A text after everything that the cell did until a start, by the twin's own heat."""
-    history = file.job.history
-    slowed = prepared.at_override(start.override)
-    return slowed.reheated(twin_of(file.job), duties_before(history, start), history.air)
+def _remade(file: WrittenFile, start: Start) -> Extent | None:
+    """What a file made anew for one start leaves at it; None: no legal correction."""
+    job, path, problem = file.program.job, file.program.path, file.problem
+    rise = rises_of(job.heat, job.history, start, file.motion)
+    solution = optimise.optimise(replace(problem, rise=rise), job.settings)
+    if not solution.status.is_legal:
+        return None
+    commanded, trajectory = problem.commanded(solution.correction), file.trajectory
+    program, printed = compose_program(job, commanded, solution.theta, trajectory, path, DEFAULT_DATE, None)
+    prepared = prepared_for(job, fanuc.as_written(program, printed))
+    return deviation_of(path, at_start(job, prepared, start)).on_part["total"]
 
 
 def _some_waypoints(path: ToolPath) -> IntArray:
@@ -205,11 +182,11 @@ def _some_waypoints(path: ToolPath) -> IntArray:
 
 def _displacements(file: WrittenFile, starts: list[Start], which: IntArray) -> Array:
     """How far the tool is from where it is at the mean, (G, P, 3) [m], by the error model."""
-    theta, directions = file.theta[which], file.directions.at(which)
-    now = file.model.actual_pose(theta, file.rise[which], directions).position
-    rises = rises_at(file.job.heat, file.job.history, starts, file.motion, which)
-    moved = [file.model.actual_pose(theta, rise, directions).position - now for rise in rises]
-    return np.asarray(moved)
+    program, job = file.program, file.program.job
+    theta, directions = program.theta[which], program.motion.at(which)
+    now = program.model.actual_pose(theta, program.rise[which], directions).position
+    rises = rises_at(job.heat, job.history, starts, file.motion, which)
+    return np.asarray([program.model.actual_pose(theta, rise, directions).position - now for rise in rises])
 
 
 def _largest(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: IntArray) -> Array:
@@ -218,7 +195,7 @@ def _largest(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: Int
     Between two of the waypoints (samples (P,)) the displacement is a straight line; what stays at the mean is not:
     there the samples count that lie farthest to either side along World.
     """
-    path, first = file.path, file.prepared.first_samples()
+    path, first = file.program.path, file.prepared.first_samples()
     on_part = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]
     off_part = np.append(np.repeat(~on_part & path.contact.any(), np.diff(first)), False)
     error = np.where(off_part[:, None], 0.0, at_mean.error)
@@ -266,12 +243,8 @@ def _files_needed(moved: Array, tolerance: float) -> int:
 def averaging_findings(averaged: Averaged) -> list[Finding]:
     """The spread over the starts, whether several files would be much better, and whether the twin saw the same."""
     worst = averaged.worst_flown
-    message = (
-        f"one file for {ensemble_words(averaged.ensemble)}: at most {averaged.at_mean.max / UM:.2f} um with the mean "
-        f"of the rises, {averaged.rms / UM:.2f} rms and {worst.total.max / UM:.2f} at most over the starts "
-        f"({start_words(worst.start)})"
-    )
-    findings = [Finding(Level.NOTE, Code.AVERAGE_SPREAD, message)]
+    over = f"{averaged.rms / UM:.2f} rms and {worst.total.max / UM:.2f}"
+    findings = [spread_finding(averaged.ensemble, averaged.at_mean.max, over, worst.start)]
     remade = averaged.remade
     if remade and worst.total.max / remade >= WIDE and averaged.added.max() > averaged.tolerance:
         message = (
@@ -287,6 +260,15 @@ def averaging_findings(averaged: Averaged) -> list[Finding]:
         )
         findings.append(Finding(Level.WARNING, Code.AVERAGE_MODEL, message))
     return findings
+
+
+def spread_finding(ensemble: Ensemble, at_mean: float, over: str, worst: Start) -> Finding:
+    """What one file leaves over its starts: at most with the mean of the rises [m], and in words ``over`` them [um]."""
+    message = (
+        f"one file for {ensemble_words(ensemble)}: at most {at_mean / UM:.2f} um with the mean of the rises, {over} "
+        f"at most over the starts ({start_words(worst)})"
+    )
+    return Finding(Level.NOTE, Code.AVERAGE_SPREAD, message)
 
 
 def ensemble_words(ensemble: Ensemble) -> str:

@@ -26,27 +26,26 @@ from compgen.job.motion_plan import plan_motion
 from compgen.job.moves_in_arcs import flown_at_waypoints
 from compgen.job.part_frame import frame_findings
 from compgen.job.start_window import PromptMotion, windows
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import over_periods, own_file_findings, times_apart
 from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
-from compgen.pipelines.planned import arc_moves, averaging, delivery, motion_predistortion
-from compgen.pipelines.planned.averaging import WrittenFile, averaging_findings
+from compgen.pipelines.planned import arc_moves, delivery, motion_predistortion
+from compgen.pipelines.planned.averaging import Averaged, WrittenFile, averaging_findings, fly_starts
 from compgen.pipelines.planned.delivery import Delivery, PageStart
 from compgen.pipelines.planned.dry_run import dry_run_findings
-from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.pipelines.planned.kept_waypoints import at_waypoints
+from compgen.pipelines.planned.job_results import Corrected, Planned, plan_of, solution_at
 from compgen.pipelines.planned.program_text import compose_program, planned_program, printed_in_world
 from compgen.pipelines.uncertainty import model_form
 from compgen.pipelines.uncertainty.band_columns import assumed_findings, band_along
 from compgen.pipelines.uncertainty.draws import fly_draws
+from compgen.planning.retiming import Trajectory
 from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
-from compgen.thermal import JointMotion as Driven
 from compgen.thermal import states_at
 from compgen.thermal.model import extrapolations
-from compgen.verification.deviation import Deviation, deviation_from_path
-from compgen.verification.twin import PreparedProgram, prepare
+from compgen.verification.deviation import Deviation
+from compgen.verification.twin import PreparedProgram
 from compgen.verification.verdict import judge
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
@@ -82,53 +81,45 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
 def _plan(job: Job, progress: Progress, date: str, *, pages: bool) -> Planned:
     """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
     with job_findings.asking_units(job):
-        plan = plan_motion(job.plan, job.cell, job.feed, progress, pages=pages)
-    path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
-    motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
-    rise = averaging.planned_rises(job, plan.joint_motion)
-
-    def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
-        program = planned_program(job, path, theta, trajectory, date)
-        prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
-        if job.ensemble is not None:
-            prepared = prepared.with_rise(rise)
-        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching_segments(path))
-        return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
-
+        planned = plan_of(job, plan_motion(job.plan, job.cell, job.feed, progress, pages=pages))
     progress(stages.TWIN_BEFORE, 0.0)
-    twin_result = run_in_background(drive_uncorrected, len(theta))
-    notes = [
-        Finding(Level.WARNING, Code.THERMAL_BOX, text)
-        for text in extrapolations(job.cell.heat, job.duties_before(), job.feed, trajectory.time[-1], rise)
-    ]
-    places = path.target.position
+    flight = run_in_background(partial(_fly_uncorrected, planned, date), len(planned.theta))
+    return replace(planned, twin_result=flight, findings=tuple(_plan_findings(planned)))
+
+
+def _fly_uncorrected(planned: Planned, date: str) -> tuple[Deviation, WrittenMotion]:
+    """What the twin does with the uncorrected text, of many starts as warm as in their mean."""
+    job, path = planned.job, planned.path
+    prepared = prepared_for(job, planned_program(job, path, planned.theta, planned.trajectory, date))
+    if job.ensemble is not None:
+        prepared = prepared.with_rise(planned.rise)
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching_segments(path))
+    return deviation_of(path, prepared), written
+
+
+def _plan_findings(planned: Planned) -> list[Finding]:
+    """What is known of a plan before anything is flown: where models leave what was measured, and what files say."""
+    job, path, theta, rise = planned.job, planned.path, planned.theta, planned.rise
+    time, places = planned.time, path.target.position
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
-    notes += map_findings(job.sources, places[on_part], on_part)
-    notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
-    driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=motion, contact=path.contact)
-    notes += unknown_start_findings(job.robot, job.sources, model, driven)
-    notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.input_findings]
-    notes += dry_run_findings(job, path)
+    driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=planned.motion, contact=path.contact)
+    hot = extrapolations(job.cell.heat, job.duties_before(), job.feed, time[-1], rise)
+    notes = [
+        *(Finding(Level.WARNING, Code.THERMAL_BOX, text) for text in hot),
+        *map_findings(job.sources, places[on_part], on_part),
+        *joint_box_findings(job.robot, job.cell.joint_box, theta[on_part]),
+        *unknown_start_findings(job.robot, job.sources, planned.model, driven),
+        *frame_findings(job.frame, job.cell.robot_file_hash),
+        *assumed_findings(job.cell),
+        *job.input_findings,
+        *dry_run_findings(job, path),
+    ]
     if not job.history.before and job.heat.start is None:
         notes.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         notes.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, text))
-    rows = np.arange(len(theta))
-    return Planned(
-        job=job,
-        feed=plan.feed,
-        path=path,
-        page_stops=plan.page_stops,
-        model=model,
-        theta=theta,
-        motion=motion,
-        trajectory=trajectory,
-        rise=rise,
-        twin_result=twin_result,
-        findings=tuple(notes),
-        rows=rows,
-    )
+    return notes
 
 
 def generate(
@@ -151,37 +142,26 @@ def generate(
     path = planned.path
     commanded = problem.commanded(solution.correction)
     solution = motion_predistortion.from_targets(solution, problem, path)
-    feed = planned.feed * path.pace
     trajectory = arc_moves.time_corrected(planned, solution, progress)
     progress(stages.TEXT, 0.0)
     window = start_window(planned, solution.theta)
     driven = planned.driven(solution.theta, problem.direction_state)
-    band = band_along(driven, late_start(job, window))
+    late = late_start(job, window)
+    band = band_along(driven, late)
     program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
     del program, commanded
     planned.deviation()
-    text = delivered.program
-    prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
-    written = read_motion(prepared, np.diff(path.arc), feed, touching_segments(path))
-    after_stage = partial(progress, stages.TWIN_AFTER)
-    averaged = None
-    if job.ensemble is not None:
-        file = _written_file(planned, solution, prepared)
-        averaged = averaging.fly_starts(file, problem, trajectory, after_stage)
-        deviation = averaged.worst
-    else:
-        deviation = deviation_from_path(path, prepared.chunks(after_stage), prepared.sample_count)
+    prepared = prepared_for(job, delivered.program)
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching_segments(path))
+    deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
-    drawn = fly_draws(driven, prepared, deviation, late_start(job, window), lambda share: progress(stages.DRAWS, share))
-    ripple = mid_spatial(path, solution.correction)
-    if planned.dense is not None:
-        ripple = mid_spatial(planned.dense.path, planned.dense.correction)
+    drawn = fly_draws(driven, prepared, deviation, late, partial(progress, stages.DRAWS))
     corrected = Corrected(
         solution=solution,
         trajectory=trajectory,
-        program=text,
+        program=delivered.program,
         delivery=delivered,
         twin=prepared.twin,
         before=job.history.before,
@@ -190,7 +170,7 @@ def generate(
         deviation=deviation,
         written=written,
         start_window=window,
-        mid_spatial=ripple,
+        mid_spatial=_ripple(planned, solution),
         band=band,
         model_form=form,
         draws=drawn,
@@ -201,18 +181,29 @@ def generate(
     return planned, replace(corrected, findings=tuple(verdict))
 
 
-def _written_file(planned: Planned, solution: Solution, prepared: PreparedProgram) -> WrittenFile:
-    """The text for many starts, as it is flown after each of them."""
-    return WrittenFile(
-        job=planned.job,
-        path=planned.path,
-        model=planned.model,
-        motion=Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed),
-        directions=planned.motion,
-        rise=planned.rise,
-        theta=solution.theta,
-        prepared=prepared,
-    )
+def _fly_corrected(
+    planned: Planned,
+    problem: Problem,
+    solution: Solution,
+    trajectory: Trajectory,
+    prepared: PreparedProgram,
+    progress: Progress,
+) -> tuple[Deviation, Averaged | None]:
+    """What the twin does with a corrected text, of many starts the worst; and what it leaves over these."""
+    tell = partial(progress, stages.TWIN_AFTER)
+    if planned.job.ensemble is None:
+        return deviation_of(planned.path, prepared, tell), None
+    program, motion = planned.driven(solution.theta, planned.motion), planned.motion_from(0)
+    file = WrittenFile(program=program, motion=motion, prepared=prepared, problem=problem, trajectory=trajectory)
+    averaged = fly_starts(file, tell)
+    return averaged.worst, averaged
+
+
+def _ripple(planned: Planned, solution: Solution) -> float:
+    """What a correction puts onto the surface, rms [m]: of arcs as it was found on the dense waypoints."""
+    if planned.dense is not None:
+        return mid_spatial(planned.dense.path, planned.dense.correction)
+    return mid_spatial(planned.path, solution.correction)
 
 
 def _verdict(
@@ -258,6 +249,29 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     Raises:
         ImpossibleError: No legal correction exists.
     """
+    job = planned.job
+    problem = _problem_of(planned)
+    solution = _solved(problem, job, progress, stages.CORRECTION)
+    limited = job_findings.limited(solution)
+    arcs = job.plan.process.arcs
+    if job.plan.process.thin is not None and not arcs:
+        progress(stages.THINNING, 0.0)
+        planned, solution = _thinned(planned, solution, job.plan.process.thin)
+        problem = problem.window(planned.rows)
+    if reversal_widths(job.sources) is not None:
+        progress(stages.DIRECTIONS, 0.0)
+        problem = replace(problem, direction_state=_written_directions(problem, solution, planned))
+        solution = _solved(problem, job, progress, stages.DIRECTIONS)
+        limited = job_findings.limited(solution)
+    if arcs:
+        progress(stages.ARCS, 0.0)
+        moves = arc_moves.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
+        planned, problem, solution = arc_moves.with_arcs(planned, problem, solution, moves)
+    return planned, problem, solution, limited
+
+
+def _problem_of(planned: Planned) -> Problem:
+    """The problem of a plan's waypoints, its targets moved against the motion, its limits narrowed by their margins."""
     job, path = planned.job, planned.path
     # a stop for a page's sake is no corner of the path: the correction stays smooth across it
     corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
@@ -278,28 +292,15 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     if job.settings.margin:
         open_yet = planned.band_of_plan()
         problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)
-    solution = optimise.optimise(problem, job.settings, _stage(progress, stages.CORRECTION, job.settings))
+    return problem
+
+
+def _solved(problem: Problem, job: Job, progress: Progress, stage: RunStage) -> Solution:
+    """The solution of a problem; raises ImpossibleError where it has none that is legal."""
+    solution = optimise.optimise(problem, job.settings, _stage(progress, stage, job.settings))
     if not solution.status.is_legal:
         raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
-    limited = job_findings.limited(solution)
-    arcs = job.plan.process.arcs
-    if job.plan.process.thin is not None and not arcs:
-        progress(stages.THINNING, 0.0)
-        planned, solution = _thinned(planned, solution, job.plan.process.thin)
-        problem = problem.window(planned.rows)
-    if reversal_widths(job.sources) is not None:
-        progress(stages.DIRECTIONS, 0.0)
-        problem = replace(problem, direction_state=_written_directions(problem, solution, planned))
-        stage = _stage(progress, stages.DIRECTIONS, job.settings)
-        solution = optimise.optimise(problem, job.settings, stage)
-        if not solution.status.is_legal:
-            raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
-        limited = job_findings.limited(solution)
-    if arcs:
-        progress(stages.ARCS, 0.0)
-        moves = arc_moves.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
-        planned, problem, solution = arc_moves.with_arcs(planned, problem, solution, moves)
-    return planned, problem, solution, limited
+    return solution
 
 
 def late_start(job: Job, window: float) -> float:
@@ -337,7 +338,8 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     rows = simplify.simplify(path, solution.correction[:, :3], tolerance, planned.feed * period)
     N = len(path.arc)
     message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
-    return at_waypoints(planned, solution, rows, path.subset(rows), Finding(Level.NOTE, Code.PATH_THINNED, message))
+    findings = (*planned.findings, Finding(Level.NOTE, Code.PATH_THINNED, message))
+    return replace(planned.at(rows), findings=findings), solution_at(solution, rows)
 
 
 def start_window(planned: Planned, theta: Array) -> float:
@@ -352,10 +354,9 @@ def start_window(planned: Planned, theta: Array) -> float:
 
 def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
-    job, trajectory = planned.job, planned.trajectory
-    driven = Driven(trajectory.time, planned.theta, trajectory.driven_speed)
-    state = states_at(job.heat, job.state(), driven, first, job.history.air, job.clock)
-    course = PromptMotion(trajectory.time, theta, planned.rise, planned.motion)
+    job = planned.job
+    state = states_at(job.heat, job.state(), planned.motion_from(0), first, job.history.air, job.clock)
+    course = PromptMotion(planned.time, theta, planned.rise, planned.motion)
     return windows(job, planned.model, course, first, state)
 
 

@@ -1,16 +1,20 @@
 """What a run comes to: the planned job, and the corrected one with its proof."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from compgen.compensation.problem import Solution
 from compgen.core.arrays import Array, IntArray
 from compgen.core.codes import Code, Level
-from compgen.core.evaluation import Background
+from compgen.core.evaluation import Background, run_in_background
+from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.error_model.direction_memory import DirectionState
+from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.job.job import Job
-from compgen.pipelines.planned.averaging import Averaged
+from compgen.job.motion_plan import MotionPlan
+from compgen.pipelines.planned.averaging import Averaged, planned_rises
 from compgen.pipelines.planned.delivery import Delivery
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
 from compgen.pipelines.uncertainty.draws import FlownDraws
@@ -19,7 +23,7 @@ from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.page_stops import PageStops
 from compgen.program.program import Program
-from compgen.thermal import Ambient, Duty
+from compgen.thermal import Ambient, Duty, JointMotion
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
 from compgen.verification.motion_effect import MotionEffect
@@ -83,6 +87,30 @@ class Planned:
             job=self.job, model=self.model, path=self.path, theta=theta, time=time, rise=self.rise, motion=motion
         )
 
+    @property
+    def time(self) -> Array:
+        """When the planned motion is at each waypoint, (N,) [s]."""
+        return self.trajectory.time
+
+    def motion_from(self, row: int) -> JointMotion:
+        """What the drives do from a waypoint on."""
+        time = self.time
+        return JointMotion(time[row:] - time[row], self.theta[row:], self.trajectory.driven_speed[row:])
+
+    def at(self, rows: IntArray, path: ToolPath | None = None) -> "Planned":
+        """The plan at some of its waypoints, rising; given the path of these, where it has arcs."""
+        stops = self.page_stops
+        return replace(
+            self,
+            path=self.path.subset(rows) if path is None else path,
+            page_stops=stops and stops.at(rows),
+            theta=self.theta[rows],
+            motion=self.motion.at(rows),
+            trajectory=self.trajectory.at(rows),
+            rise=self.rise[rows],
+            rows=rows,
+        )
+
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
         return self.model.error(self.theta[rows], self.rise[rows], self.path.target[rows], self.motion.at(rows))
@@ -90,6 +118,39 @@ class Planned:
     def error(self) -> Array:
         """Predicted and uncorrected, of all waypoints, (N, 6) [m] and [rad]."""
         return self.error_at(slice(None))
+
+
+def plan_of(job: Job, plan: MotionPlan) -> Planned:
+    """A job with its motion and its warmth, before the twin flies it."""
+    return Planned(
+        job=job,
+        feed=plan.feed,
+        path=plan.path,
+        page_stops=plan.page_stops,
+        model=plan.model,
+        theta=plan.theta,
+        motion=direction_states(reversal_widths(job.sources), plan.theta, plan.path.target.position),
+        trajectory=plan.trajectory,
+        rise=planned_rises(job, plan.joint_motion),
+        twin_result=run_in_background(_not_flown, 1),
+        findings=(),
+        rows=np.arange(len(plan.theta)),
+    )
+
+
+def _not_flown() -> tuple[Deviation, WrittenMotion]:
+    """In place of a flight that nobody asks for."""
+    raise InputError("the plan of a whole job is not flown; resume it from a page on")
+
+
+def solution_at(solution: Solution, rows: IntArray) -> Solution:
+    """A solution at some of its waypoints."""
+    return replace(
+        solution,
+        correction=solution.correction[rows],
+        theta=solution.theta[rows],
+        residual=solution.residual[rows],
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

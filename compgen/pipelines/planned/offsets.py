@@ -1,40 +1,126 @@
 """One offset in place of a corrected program: the best that an operator can type in, and what it leaves of the path.
 
 The uncorrected program is flown by the twin with every position moved as the controller would move it, beside the
-same program as it is, and the corrected one.
+same program as it is, and the corrected one. Of a program that exists ``pipelines.correct.program_offsets`` flies it.
 """
 
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from compgen.compensation.rigid_offset import best_frame, register_shift, register_turn
 from compgen.core import stages
 from compgen.core.arrays import Array
-from compgen.core.codes import Level
+from compgen.core.codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.job.job import Job
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.planned.offset_kinds import (
-    FRAME,
-    FULL,
-    NOTHING,
-    Errors,
-    Left,
-    Offset,
-    Offsets,
-    best_offsets,
-    offset_findings,
-)
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.program.program import Program
-from compgen.verification.deviation import Deviation, deviation_from_path
-from compgen.verification.twin import prepare
+from compgen.verification.deviation import Deviation
+
+NOTHING = "nothing"
+SHIFT = "PR offset X Y Z"
+REGISTER = "PR offset X Y Z W P R"
+FRAME = "user frame"
+FULL = "full correction"
+USELESS = 0.95  # of what nothing leaves
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """What is left of a path on the part."""
+
+    rms: float  # [m]
+    p99: float  # [m]
+    largest: float  # [m]
+    turn: float  # [rad] largest, of the tool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Offset:
+    """What an operator types in, and what it leaves."""
+
+    kind: str
+    numbers: Array | None  # X Y Z [mm], W P R [deg]; None: nothing is typed
+    left: Left
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Offsets:
+    """All ways of doing with a program what a state asks for."""
+
+    name: str
+    uframe: int  # of the program's positions
+    frame: Array  # X Y Z [mm], W P R [deg] of it as it is
+    ways: tuple[Offset, ...]  # nothing, the three offsets, the correction
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class FlownErrors:
+    """A program whose positions are in one user frame, and how M of its points err."""
+
+    name: str
+    uframe: int
+    frame: Pose  # of that number, in World
+    place: Pose  # M, programmed in it
+    error: Array  # (M, 3) [m] actual less target, World
+    turn: Array  # (M, 3) [rad] rotation vector, World
+    weight: Array  # (M,) length on the part that each stands for
+
+
+def search_offsets(
+    flown: FlownErrors, nothing: Left, full: Left, fly: Callable[[str, Array], Left], findings: Sequence[Finding]
+) -> Offsets:
+    """The best numbers of each kind, and what each leaves.
+
+    Args:
+        flown: The program as it errs.
+        nothing: What is left without an offset.
+        full: What the corrected program leaves.
+        fly: What is left with numbers of a kind typed in.
+        findings: What is known of the program already.
+    """
+    place, weight, axes = flown.place, flown.weight, flown.frame.rotation
+    error, turn = flown.error @ axes, flown.turn @ axes
+    shift = register_shift(error, weight)
+    both = np.append(shift, register_turn(turn, place.rotation, weight))
+    frame = best_frame(flown.frame, place.position, error, weight)
+    typed = {SHIFT: np.append(shift, np.zeros(3)), REGISTER: both, FRAME: frame}
+    offsets = [Offset(kind, numbers, fly(kind, numbers)) for kind, numbers in typed.items()]
+    ways = (Offset(NOTHING, None, nothing), *offsets, Offset(FULL, None, full))
+    now = pose_numbers(flown.frame.position[None], flown.frame.rotation[None])[0]
+    return Offsets(flown.name, flown.uframe, now, ways, (*findings, *_offset_findings(flown.uframe, ways)))
+
+
+def typed_frame(numbers: Array) -> Pose:
+    """A user frame as it is typed in, X Y Z [mm], W P R [deg]."""
+    return Pose(numbers[:3] * MM, from_wpr(*(numbers[3:] * DEG)[:, None])[0])
+
+
+def _offset_findings(uframe: int, ways: tuple[Offset, ...]) -> list[Finding]:
+    """What an operator must know before typing in."""
+    findings = []
+    if uframe == 0:
+        message = (
+            "the positions are in World (UFRAME 0), which takes no numbers: for the user frame teach them in a frame "
+            "of their own, or use the position register"
+        )
+        findings.append(Finding(Level.NOTE, Code.OFFSETS_WORLD, message))
+    useless = [way.kind for way in ways[1:-1] if way.left.rms > USELESS * ways[0].left.rms]
+    if useless:
+        message = f"{', '.join(useless)}: leaves no less than nothing does: what errs is not one shift"
+        findings.append(Finding(Level.WARNING, Code.OFFSETS_USELESS, message))
+    return findings
 
 
 def offsets_of_job(job: Job, progress: Progress) -> Offsets:
@@ -52,19 +138,16 @@ def offsets_of_job(job: Job, progress: Progress) -> Offsets:
     uframe = IDENTITY if job.frame is None else job.frame.register
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
     progress(stages.OFFSETS, 0.0)
-    numbers = best_offsets(_errors_of(planned, uframe, program), uframe)
-    flown = [
-        Offset(kind, values, _left(_fly(planned, moved(program, uframe, kind, values)))) for kind, values in numbers
-    ]
-    number = 0 if job.frame is None else job.frame.number
-    ways = (
-        Offset(NOTHING, None, _left(planned.deviation())),
-        *flown,
-        Offset(FULL, None, _left(corrected.deviation)),
-    )
+
+    def fly(kind: str, numbers: Array) -> Left:
+        prepared = prepared_for(job, moved(program, uframe, kind, numbers))
+        if job.ensemble is not None:
+            prepared = prepared.with_rise(planned.rise)
+        return _left(deviation_of(planned.path, prepared))
+
     findings = [f for f in planned.findings if f.level is Level.WARNING]
-    frame = pose_numbers(uframe.position[None], uframe.rotation[None])[0]
-    return Offsets(job.name, number, frame, ways, (*findings, *offset_findings(number, ways)))
+    flown = _flown_errors(planned, uframe, program)
+    return search_offsets(flown, _left(planned.deviation()), _left(corrected.deviation), fly, findings)
 
 
 def moved(program: Program, uframe: Pose, kind: str, numbers: Array) -> Program:
@@ -77,37 +160,27 @@ def moved(program: Program, uframe: Pose, kind: str, numbers: Array) -> Program:
         numbers: That are typed in.
     """
     if kind == FRAME:
-        typed = Pose(numbers[:3] * MM, from_wpr(*(numbers[3:] * DEG)[:, None])[0])
-        pose = uframe.inverse() @ typed @ Pose(program.position, program.rotation)
+        pose = uframe.inverse() @ typed_frame(numbers) @ Pose(program.position, program.rotation)
         return replace(program, position=pose.position, rotation=pose.rotation)
     printed = pose_numbers(program.position, program.rotation, program.decimals) + numbers
     return replace(program, position=printed[:, :3] * MM, rotation=from_wpr(*(printed[:, 3:] * DEG).T))
 
 
-def _errors_of(planned: Planned, uframe: Pose, program: Program) -> Errors:
+def _flown_errors(planned: Planned, uframe: Pose, program: Program) -> FlownErrors:
     """At the waypoints on the part, or at all of a path that never touches, as the model predicts them."""
-    path = planned.path
+    job, path = planned.job, planned.path
     rows = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
     step = np.diff(path.arc, prepend=path.arc[0], append=path.arc[-1]) / 2
     error = planned.error()[rows]
-    target = path.target.rotation[rows]
-    axes = uframe.rotation
-    return Errors(
-        program.position[rows],
-        program.rotation[rows],
-        error[:, :3] @ axes,
-        np.einsum("nij,nj->ni", target, error[:, 3:]) @ axes,
-        (step[:-1] + step[1:])[rows],
+    return FlownErrors(
+        name=job.name,
+        uframe=0 if job.frame is None else job.frame.number,
+        frame=uframe,
+        place=Pose(program.position[rows], program.rotation[rows]),
+        error=error[:, :3],
+        turn=np.einsum("nij,nj->ni", path.target.rotation[rows], error[:, 3:]),
+        weight=(step[:-1] + step[1:])[rows],
     )
-
-
-def _fly(planned: Planned, program: Program) -> Deviation:
-    """What the twin does with a program of the planned path."""
-    job = planned.job
-    prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
-    if job.ensemble is not None:
-        prepared = prepared.with_rise(planned.rise)
-    return deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count)
 
 
 def _left(deviation: Deviation) -> Left:

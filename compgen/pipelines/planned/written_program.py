@@ -16,7 +16,7 @@ from compgen.core.stages import Progress
 from compgen.core.units import MM
 from compgen.job.job import Job
 from compgen.pipelines.files.program_course import canonical_program
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import at_start, deviation_of, prepared_for
 from compgen.pipelines.findings.job_findings import own_file_findings
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.assumed_ramps import ramp_findings
@@ -25,9 +25,9 @@ from compgen.pipelines.uncertainty.band_columns import DrivenProgram
 from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
-from compgen.thermal.ensemble import Start, duties_before, starts_to_fly
-from compgen.verification.deviation import Deviation, deviation_from_path
-from compgen.verification.twin import PreparedProgram, prepare
+from compgen.thermal.ensemble import Start, starts_to_fly
+from compgen.verification.deviation import Deviation
+from compgen.verification.twin import PreparedProgram
 from compgen.verification.verdict import judge
 
 ROUNDED = 1e-5  # [m] and [rad] that the digits of a text may add to a correction
@@ -76,10 +76,10 @@ def fly_written(
     planned = generate.predict(job, progress)
     rows, path = _positions_of(job, planned.path, program)
     progress(stages.TWIN_AFTER, 0.0)
-    prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
+    prepared = prepared_for(job, program)
     worst: tuple[Start, Deviation] | None = None
     for start in [Start()] if job.ensemble is None else starts_to_fly(job.ensemble):
-        deviation = _fly(job, path, prepared, start)
+        deviation = deviation_of(path, at_start(job, prepared, start))
         if worst is None or deviation.on_part["total"].max > worst[1].on_part["total"].max:
             worst = start, deviation
     if worst is None:
@@ -124,12 +124,6 @@ def _draws(
         job=job, model=planned.model, path=path, theta=prepared.theta, time=time, rise=planned.rise[rows], motion=motion
     )
     return fly_draws(driven, prepared, deviation, late, lambda share: progress(stages.DRAWS, share))
-
-
-def _fly(job: Job, path: ToolPath, prepared: PreparedProgram, start: Start) -> Deviation:
-    slowed = prepared if start.override == 1 else prepared.at_override(start.override)
-    heated = slowed.reheated(twin_of(job), duties_before(job.history, start), job.history.air)
-    return deviation_from_path(path, heated.chunks(), heated.sample_count)
 
 
 def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray, ToolPath]:

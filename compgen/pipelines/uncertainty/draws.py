@@ -23,10 +23,10 @@ from compgen.error_model.quantities import Cause, combined
 from compgen.job.bounds import Guarantee
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, amounts, changed_job
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import at_start, twin_of
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, columns_along, rows_of_band, uncertainty_of
 from compgen.planning.toolpath import ToolPath
-from compgen.thermal.ensemble import Ensemble, Start, duties_before
+from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.band import Columns, directed_moment, radius_of
 from compgen.verification.deviation import Deviation, Extent, deviation_from_path
 from compgen.verification.guarantee import DrawnBound, drawn_bounds, judge_draws
@@ -212,8 +212,7 @@ def _deviation(text: _Text, job: Job, start: Start, field: Array | None = None, 
     """
     path, twin = text.program.path, replace(twin_of(job), confirmed=CONFIRMED)
     timed = text.prepared if ramps == 1 else text.prepared.with_ramps(ramps)
-    slowed = timed if start.override == 1 else timed.at_override(start.override)
-    flown = slowed.reheated(twin, duties_before(job.history, start), job.history.air)
+    flown = at_start(job, timed, start, twin)
     executions = flown.chunks()
     if field is not None:
         executions = _displaced(path, executions, path.arc[text.rows], field)
