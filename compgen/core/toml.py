@@ -214,7 +214,8 @@ def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[Error
     key, value = ".".join(map(_short, steps)), error["input"]
     match error["type"]:
         case "extra_forbidden":
-            known = [k for table in _tables(model, error["loc"][:-1]) for k in _keys_of(table)]
+            fields = [item for table in _tables(model, error["loc"][:-1]) for item in table.model_fields.items()]
+            known = [field.alias or name for name, field in fields]  # as a file spells them
             return f"{key}: unknown key{suggest(steps[-1], known)}"
         case "missing":
             return f"{key}: missing; add it"
@@ -278,11 +279,6 @@ def brief_value(value: object) -> str:
 def _short(text: str) -> str:
     plain = text if text.isprintable() else repr(text)
     return plain if len(plain) <= 80 else f"{plain[:77]}..."
-
-
-def _keys_of(model: type[Table]) -> list[str]:
-    """The keys that a table may have, as a file spells them."""
-    return [field.alias or name for name, field in model.model_fields.items()]
 
 
 def _tables(model: type[Table], steps: Sequence[int | str]) -> list[type[Table]]:

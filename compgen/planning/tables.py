@@ -174,7 +174,7 @@ def boundary_from_table(table: BoundaryTable | None, file: str) -> Boundary | No
     """
     if table is None:
         return None
-    needed = NEEDED[table.shape]
+    needed, rotation = NEEDED[table.shape], (table.rotation_deg or 0.0) * DEG
     others = [key for key in NEEDED.values() if key != needed]
     others += ["rotation_deg"] if table.shape == "circle" else []
     others += ["holes"] if table.shape != "polygon" else []
@@ -184,7 +184,6 @@ def boundary_from_table(table: BoundaryTable | None, file: str) -> Boundary | No
     size = getattr(table, needed)
     if size is None:
         raise InputError(f"{file}: boundary.{needed}: missing; add it, a {table.shape} needs it")
-    rotation = (table.rotation_deg or 0.0) * DEG
     if table.shape == "circle":
         return boundaries.circle(size * MM)
     if table.shape == "hexagon":

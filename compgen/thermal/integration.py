@@ -138,7 +138,6 @@ def rise_history(
     time: Array,
     state: Array | None = None,
     air: Ambient | None = None,
-    clock: float = 0.0,
 ) -> Array:
     """Rises at any times from the beginning of the first duty on; after the last one it goes on.
 
@@ -147,8 +146,7 @@ def rise_history(
         duties: In order.
         time: Rising, (M,) [s] from the beginning of the first duty.
         state: Where they begin, (S,).
-        air: Over time.
-        clock: When they begin [s].
+        air: Over time, from the beginning of the first duty.
 
     Returns:
         (M, K) [K].
@@ -182,7 +180,7 @@ def rise_history(
             block += levels[duty]
         z = advance(rate, z, goal, duty.duration)
     if air is not None:
-        _add_air(out, heat, air, clock, time)
+        _add_air(out, heat, air, 0.0, time)
     return out
 
 

@@ -55,7 +55,6 @@ class LogFit:
     state: Array  # (S,) of the model at the log's end
     time: Array  # (T,) [s] of the samples used
     rise: Array  # (T, K) [K] all named rises over the log
-    rms: Mapping[str, float]  # [K] of each sensor's readings against it
 
 
 def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) -> LogFit:
@@ -84,8 +83,8 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
     air = Ambient(time, log.air)
     from_air = advance(heat.rate, heat.ambient * log.air[0], 0.0, grid)
     from_air += heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
-    rows, values, sensors = [], [], []
-    for k, (name, readings) in enumerate(log.readings.items()):
+    rows, values = [], []
+    for name, readings in log.readings.items():
         valid = ~np.isnan(readings)
         row = heat.outputs[heat.names.index(name)]
         bins = np.clip(np.searchsorted(grid, time[valid]), 0, len(grid) - 1)
@@ -93,8 +92,7 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
         mean = np.bincount(bins, weights=readings[valid], minlength=len(grid))[hits > 0] / hits[hits > 0]
         rows.append(np.einsum("s,tsbm->tbm", row, states[hits > 0]).reshape(len(mean), -1))
         values.append(mean - from_air[hits > 0] @ row)
-        sensors.append(np.full(len(mean), k))
-    A, y, sensor = np.vstack(rows), np.concatenate(values), np.concatenate(sensors)
+    A, y = np.vstack(rows), np.concatenate(values)
     penalty = _regularization(count, goals, heat, pattern) * np.sqrt(len(y) / (count * len(pattern)))
     weight = np.ones(len(y))
     for _ in range(20):
@@ -103,8 +101,7 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
         residual = y - A @ solution
         weight = np.sqrt(np.minimum(1.0, SCATTER / np.maximum(np.abs(residual), 1e-9)))
     trajectory = np.einsum("tsbm,bm->ts", states, solution.reshape(count, len(pattern))) + from_air
-    rms = {name: float(np.sqrt(np.mean(residual[sensor == k] ** 2))) for k, name in enumerate(log.readings)}
-    return LogFit(trajectory[-1], log.time[0] + grid, trajectory @ heat.outputs.T, rms)
+    return LogFit(trajectory[-1], log.time[0] + grid, trajectory @ heat.outputs.T)
 
 
 def block_responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:

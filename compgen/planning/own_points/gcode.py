@@ -66,16 +66,12 @@ def read_gcode(source: str | Path) -> GivenPoints:
     name = str(source)
     rows, reader, behind = PointRows(name), _Reader(name), []
     for n, text in enumerate(read_lines(source, "a G-code file"), 1):
-        block = _uncommented(text)
+        block = re.sub(r"\([^)]*\)", " ", text).split(";", 1)[0].strip().upper()  # without remarks
         if reader.end is not None:
             behind += [n] if block and block != "%" else []
         elif block:
             reader.block(n, block, rows)
     return rows.given(() if reader.end is None else not_driven(*reader.end, behind))
-
-
-def _uncommented(text: str) -> str:
-    return re.sub(r"\([^)]*\)", " ", text).split(";", 1)[0].strip().upper()
 
 
 class _Reader:

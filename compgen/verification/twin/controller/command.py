@@ -151,20 +151,15 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle
     )
 
 
-def sample_command(
-    robot: Robot, path: WrittenPath, override: float = 1.0, step: float | None = None, settle: Array | None = None
-) -> Command:
+def sample_command(robot: Robot, path: WrittenPath, override: float = 1.0) -> Command:
     """The commanded motion of a program, from its start until all has settled.
 
     Args:
         robot: Its interpolation period and its motion.
         path: The program; ``PreparedProgram.written_path()``.
         override: Share of all written speeds.
-        step: Between samples [s]; default the interpolation period.
-        settle: As ``command_clock`` has it.
     """
-    clock = command_clock(robot, path, override, settle)
-    step = robot.controller.period if step is None else step
+    clock, step = command_clock(robot, path, override), robot.controller.period
     samples = step * np.arange(int(np.ceil(clock.end / step)) + 2, dtype=float)
     return command_at(path, path.arcs(), clock.position_numbers(samples), samples, step)
 

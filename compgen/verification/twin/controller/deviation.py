@@ -12,7 +12,7 @@ up and smoothed, which is right for the small angles in the smoothing's reach; s
 arm.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,9 +32,6 @@ TURNING = 2e-5  # [rad] of the tool's axes, as much as the third decimal of W P 
 SAMPLES = 5  # in the shortest window or time constant, at least
 SHARP = 0.1  # [rad] change of direction from one segment to the next: a corner
 EDGE = 3  # samples that a cubic needs beyond its own
-
-#: smoothed positions (M, 3) with rotations (M, 3, 3), or with the rotation vectors of the way (M, 3), or with nothing
-PoseOf = Callable[[Command], tuple[Array, Array | None]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,27 +84,28 @@ def motion_deviation(
     turned = np.zeros((0, 3)) if places_only else path.turned()
     in_joints = motion.space == "joint"
     turning = in_joints or bool(turned.any())
-    pose_of = _joint_space(robot, motion, tool, path) if in_joints else _tool_space(motion, turned if turning else None)
     clock = command_clock(robot, path, override)
     first = np.concatenate([[0], np.cumsum(counts)])
     K = int(first[-1]) + 1
-    across, along, turn = np.empty((K, 3)), np.empty(K), np.empty((K, 3)) if turning else None
+    across, along, turn = np.empty((K, 3)), np.empty(K), np.empty((K if turning else 0, 3))
     for rows, command, way in _blocks(path, clock, motion, step, first):
         segment, fraction = _on_segments(np.arange(rows.start, rows.stop), first, counts)
         at = np.interp(arc[segment] + fraction * path.sweep.length[segment], way, np.arange(len(way), dtype=float))
-        position, rotation = pose_of(command)
+        if in_joints:
+            position, rotation = _led_by_joints(robot, tool, path, motion, command)
+            turn[rows] = small_turn(cubic(rotation, at).reshape(-1, 3, 3), path.rotations(segment, fraction))
+        else:
+            position = smooth(command.position, step, motion)
+        if turning and not in_joints:
+            way_turned = smooth(_between(turned, command.segment, command.fraction), step, motion)
+            turn[rows] = cubic(way_turned, at) - _between(turned, segment, fraction)
         d = cubic(position, at) - path.places(segment, fraction)
         ahead = path.directions(segment, fraction)
         along[rows] = np.einsum("ij,ij->i", d, ahead)
         across[rows] = d - along[rows, None] * ahead
-        if turn is not None and rotation is not None and in_joints:
-            mean = cubic(rotation.reshape(-1, 9), at).reshape(-1, 3, 3)
-            turn[rows] = small_turn(mean, path.rotations(segment, fraction))
-        elif turn is not None and rotation is not None:
-            turn[rows] = cubic(rotation, at) - _between(turned, segment, fraction)
     lag = moments(known, period).delay * override * float(path.program.speed.max())
-    turn = turn if turn is not None and np.abs(turn).max() > TURNING else None
-    return MotionDeviation(frozen(across), frozen(along), None if turn is None else frozen(turn), lag)
+    turns = np.abs(turn).max(initial=0.0) > TURNING
+    return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turns else None, lag)
 
 
 def _blocks(
@@ -174,24 +172,10 @@ def small_turn(mean: Array, written: Array) -> Array:
     return np.asarray(skew * (3 / np.trace(w, axis1=1, axis2=2))[:, None])
 
 
-def _tool_space(motion: ControllerMotion, turned: Array | None) -> PoseOf:
-    """Position and orientation of the TCP are smoothed."""
-
-    def pose_of(command: Command) -> tuple[Array, Array | None]:
-        position = smooth(command.position, command.step, motion)
-        if turned is None:
-            return position, None
-        return position, smooth(_between(turned, command.segment, command.fraction), command.step, motion)
-
-    return pose_of
-
-
-def _joint_space(robot: Robot, motion: ControllerMotion, tool: Pose, path: WrittenPath) -> PoseOf:
-    """The joints are smoothed, and lead the nominal arm."""
-
-    def pose_of(command: Command) -> tuple[Array, Array | None]:
-        joints = smooth(path.joints(robot, tool, command.segment, command.fraction), command.step, motion)
-        position, rotation = evaluate(build_grown_pose(robot, tool), joints, np.zeros((1, len(LENGTHS))))
-        return position, rotation.reshape(-1, 3, 3)
-
-    return pose_of
+def _led_by_joints(
+    robot: Robot, tool: Pose, path: WrittenPath, motion: ControllerMotion, command: Command
+) -> tuple[Array, Array]:
+    """Places of the TCP (M, 3) [m] and its rotations (M, 9), row by row, where the joints are smoothed."""
+    joints = smooth(path.joints(robot, tool, command.segment, command.fraction), command.step, motion)
+    position, rotation = evaluate(build_grown_pose(robot, tool), joints, np.zeros((1, len(LENGTHS))))
+    return position, rotation
