@@ -93,7 +93,7 @@ CHANGES = (
         "pipelines/day_plan",
         ("return History(before, cycle", "return History(before[::-1], cycle"),
     ),
-    in_code("durations halved", "thermal/tables/duty", ("row.duration_h * HOUR", "row.duration_h * HOUR / 2")),
+    in_code("durations halved", "thermal/tables/day", ("row.duration_h * HOUR", "row.duration_h * HOUR / 2")),
     in_code(
         "tool's offset of the other sign",
         "pipelines/path_file",
