@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import rotation_vector
+from compgen.core.rotations import cross_matrix, rotation_vector
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import NONE, Measurements
 from compgen.identification.model import ArmModel
@@ -109,11 +109,8 @@ def linearise(
     rotated = np.einsum("nij,nj->ni", F, frames.near_ends(data, P, R))
     for i in range(len(data.instruments)):
         rows = data.instrument == i
-        s = rotated[rows]
-        zero = np.zeros(len(s))
-        cross = [[zero, s[:, 2], -s[:, 1]], [-s[:, 2], zero, s[:, 0]], [s[:, 1], -s[:, 0], zero]]
         turn = unknowns.frame(i).start
-        A[rows, :, turn : turn + 3] = np.moveaxis(np.array(cross), 2, 0)
+        A[rows, :, turn : turn + 3] = cross_matrix(-rotated[rows])
         A[rows, :, turn + 3 : turn + 6] = np.eye(3)
     z = frames.far_ends(data, P, R) - rotated - frames.origin_of(data.instrument)
     if data.ends is not None:

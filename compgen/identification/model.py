@@ -169,24 +169,8 @@ def build_model(
         rise_with_states[k] = (1 + height) * (rise[k] + log_tau * lag[k])
         warm_up_symbols += [height, log_tau]
         warm_up_parameters += [
-            FreeParameter(
-                source="warm_up",
-                field="height",
-                index=(k,),
-                key="height_over_model",
-                unit=1.0,
-                prior=HEIGHT,
-                group="warm_up.height",
-            ),
-            FreeParameter(
-                source="warm_up",
-                field="lag",
-                index=(k,),
-                key="log_tau_over_model",
-                unit=1.0,
-                prior=LAG,
-                group="warm_up.lag",
-            ),
+            _of_warm_up("height", k, "height_over_model", HEIGHT, "height"),
+            _of_warm_up("lag", k, "log_tau_over_model", LAG, "lag"),
         ]
     chain = nominal_chain(robot, theta)
     state = State(chain, rise_with_states, direction, ca.SX.zeros(3))
@@ -210,6 +194,13 @@ def build_model(
     )
 
 
+def _of_warm_up(field: str, index: int, key: str, prior: float, group: str) -> FreeParameter:
+    """A parameter of the warm-up, a pure number."""
+    return FreeParameter(
+        source="warm_up", field=field, index=(index,), key=key, unit=1.0, prior=prior, group=f"warm_up.{group}"
+    )
+
+
 def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[list[Any], list[FreeParameter], Any]:
     """Symbols and parameters of the unknown states, and the rises with them."""
     symbols, parameters, rises = [], [], [rise[k] for k in range(rise.numel())]
@@ -219,30 +210,10 @@ def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[
             x = ca.SX.sym(f"log_tau_{s.clock}")
             clocks[s.clock] = x
             symbols.append(x)
-            parameters.append(
-                FreeParameter(
-                    source="warm_up",
-                    field="log_tau",
-                    index=(len(clocks) - 1,),
-                    key="log_tau",
-                    unit=1.0,
-                    prior=1.0,
-                    group="warm_up.tau",
-                )
-            )
+            parameters.append(_of_warm_up("log_tau", len(clocks) - 1, "log_tau", 1.0, "tau"))
         A = ca.SX.sym(f"rise_{s.node}")
         symbols.append(A)
-        parameters.append(
-            FreeParameter(
-                source="warm_up",
-                field="rise",
-                index=(s.node,),
-                key="rise_over_typical",
-                unit=1.0,
-                prior=1.0,
-                group="warm_up.rise",
-            )
-        )
+        parameters.append(_of_warm_up("rise", s.node, "rise_over_typical", 1.0, "rise"))
         rises[s.node] = rises[s.node] + s.amplitude * (1 + A) * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
     return symbols, parameters, ca.vertcat(*rises)
 

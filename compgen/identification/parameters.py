@@ -136,9 +136,6 @@ def _with_symbols(known: UncertainSource, entries: Sequence[Entry]) -> SymbolicS
             index = entry.index
             symbol = ca.SX.sym("_".join([source.NAME, p.field, *map(str, index)]))
             filled[index if len(index) > 1 else index[0]] = symbol
-            group = f"{source.NAME}.{entry.group or p.field}"
-            deviation = float(known.prior[p.field][index])
-            thermal = source.FITTING is not None and source.FITTING.rung == "temperature"
             parameters.append(
                 FreeParameter(
                     source=source.NAME,
@@ -146,17 +143,16 @@ def _with_symbols(known: UncertainSource, entries: Sequence[Entry]) -> SymbolicS
                     index=index,
                     key=p.key,
                     unit=p.unit,
-                    prior=deviation,
-                    group=group,
-                    thermal=thermal,
+                    prior=float(known.prior[p.field][index]),
+                    group=f"{source.NAME}.{entry.group or p.field}",
+                    thermal=source.FITTING is not None and source.FITTING.rung == "temperature",
                     label=entry.label,
                 )
             )
             symbols.append(symbol)
         fields[p.field] = filled
-    with_symbols = replace(source, **fields) if fields else source
     return SymbolicSource(
-        source=with_symbols,
+        source=replace(source, **fields),
         original=source,
         symbols=ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1),
         parameters=tuple(parameters),

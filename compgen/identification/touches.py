@@ -120,13 +120,7 @@ def read_artefact(source: str) -> Artefact:
     file = check(ArtefactFile, read_toml(Path(source), "paths", mend), source)
     _check_growth(source, file)
     grown = 1 + file.artefact.cte_um_m_K * UM * (file.artefact.temperature_degC - CERTIFIED_AT)
-    places = []
-    for i, sphere in enumerate(file.sphere):
-        values = [sphere.x_mm, sphere.y_mm, sphere.z_mm]
-        given = [v for v in values if v is not None]
-        if len(given) not in (0, 3):
-            raise InputError(f"{source}: sphere.{i}: x_mm, y_mm and z_mm go together; give all three or none")
-        places.append([np.nan if v is None else v * MM * grown for v in values])
+    place = _places(source, file) * MM * grown
     if not (file.sphere or file.plane):
         raise InputError(f"{source}: sphere: missing; say what was touched, in [[sphere]] or [[plane]]")
     names, planes = tuple(s.name for s in file.sphere), tuple(p.name for p in file.plane)
@@ -136,15 +130,15 @@ def read_artefact(source: str) -> Artefact:
         raise InputError(f"{source}: {kind} '{doubled}' stands twice; give each a name of its own")
     normals = np.array([p.normal for p in file.plane]).reshape(-1, 3)
     _check_normals(source, normals)
-    _check_lengths(source, file, names, np.array(places).reshape(-1, 3), grown)
+    _check_lengths(source, file, names, place, grown)
     probe = file.probe
     return Artefact(
         source=source,
         frame=file.artefact.frame,
         names=names,
-        place=np.array(places).reshape(-1, 3),
+        place=place,
         sigma=np.array([s.sigma_um * UM for s in file.sphere]),
-        diameter=np.array([np.nan if s.diameter_mm is None else s.diameter_mm * MM for s in file.sphere]),
+        diameter=np.array([s.diameter_mm for s in file.sphere], dtype=float) * MM,
         probe=np.array([probe.x_mm, probe.y_mm, probe.z_mm]) * MM,
         probe_diameter=probe.diameter_mm * MM,
         between=np.array([[names.index(n) for n in length.between] for length in file.length], dtype=int).reshape(
@@ -159,6 +153,14 @@ def read_artefact(source: str) -> Artefact:
         plane_sigma=np.array([p.sigma_um * UM for p in file.plane]),
         taught=None if file.artefact.taught is None else dict(file.artefact.taught.rise_K),
     )
+
+
+def _places(source: str, file: ArtefactFile) -> Array:
+    """The spheres' places as given, (S, 3) [mm]; NaN where a sphere has none."""
+    place = np.array([[s.x_mm, s.y_mm, s.z_mm] for s in file.sphere], dtype=float).reshape(-1, 3)
+    for i in np.flatnonzero(np.isnan(place).any(axis=1) & ~np.isnan(place).all(axis=1)).tolist():
+        raise InputError(f"{source}: sphere.{i}: x_mm, y_mm and z_mm go together; give all three or none")
+    return place
 
 
 def _check_normals(source: str, normals: Array) -> None:

@@ -87,20 +87,13 @@ def validate(
         data = with_directions(data, widths)
     nominal, identified = build_model(robot, [], nodes), build_model(robot, sources, nodes)
     check_plausible(robot, nominal if frames is None else identified, data, frames)
+    of_nominal = frames
     if frames is None:
         check_row_count(data)
-        nothing = np.zeros(0, dtype=bool)
-        robust = fit(identified, data, nothing)
-        frames = robust.frames
-        residual = _residual(identified, data, frames)
-        rows = data.subset(~robust.outlier) if robust.outlier.mean() <= MOST else data
-        own_frames = fit(nominal, rows, nothing, robust=False).frames
-        uncorrected = _residual(nominal, data, own_frames)
-    else:
-        uncorrected, residual = (_residual(model, data, frames) for model in (nominal, identified))
-    distances = [np.linalg.norm(r, axis=1) for r in (uncorrected, residual)]
-    outlier = far_rows(data, residual)
-    findings = []
+        of_nominal, frames = _frames_of_each(nominal, identified, data)
+    residual = _residual(identified, data, frames)
+    distances = [np.linalg.norm(r, axis=1) for r in (_residual(nominal, data, of_nominal or frames), residual)]
+    outlier, findings = far_rows(data, residual), list[Finding]()
     if outlier.mean() > MOST:
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
         findings.append(Finding(Level.WARNING, Code.OUTLIERS, message))
@@ -121,6 +114,16 @@ def validate(
         outlier=outlier,
         findings=tuple(findings),
     )
+
+
+def _frames_of_each(
+    nominal: ArmModel, identified: ArmModel, data: Measurements
+) -> tuple[InstrumentFrames, InstrumentFrames]:
+    """Frames fitted to the nominal arm and to the identified one; what the latter sets aside counts for neither."""
+    nothing = np.zeros(0, dtype=bool)
+    robust = fit(identified, data, nothing)
+    rows = data.subset(~robust.outlier) if robust.outlier.mean() <= MOST else data
+    return fit(nominal, rows, nothing, robust=False).frames, robust.frames
 
 
 def far_rows(data: Measurements, residual: Array) -> BoolArray:

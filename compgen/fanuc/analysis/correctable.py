@@ -48,12 +48,8 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
     named = {u.line for u in unsafe}
     line = m.line[traversal.motion]
     held = np.isin(line, list(named)) | (traversal.pose == NONE)
-    defined = set(p.number.tolist())
-    untaught = [
-        s
-        for s in np.flatnonzero((traversal.pose == NONE) & ~np.isin(line, list(named))).tolist()
-        if defined.issuperset(m.position[int(traversal.motion[s])])
-    ]
+    unplaced = np.flatnonzero((traversal.pose == NONE) & ~np.isin(line, list(named)))
+    untaught = _untaught(program, traversal, unplaced)
     unsafe += _motions(program, traversal, untaught, "its position has no numbers of group 1")
     listed_already = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
     unsafe += _motions(program, traversal, np.flatnonzero(traversal.carried & ~held & ~listed_already), _CARRIED)
@@ -66,8 +62,7 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
         i = int(poses.row[k])
         if int(p.line[i]) not in named:
             unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
-    named_rows = np.flatnonzero(np.isin(p.line, [u.line for u in unsafe]))
-    held |= np.isin(row, named_rows)
+    held |= np.isin(row, np.flatnonzero(np.isin(p.line, [u.line for u in unsafe])))
     for number, text in other_statements(program) if len(poses.row) else []:
         named_here = _around(text, program, row, settled=number in poses.placements.settled)
         new = named_here & ~held
@@ -87,6 +82,13 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
         held |= inside
     unsafe += _half_turns(program, poses, robot) if robot is not None else []
     return Scope(~held & (robot is not None), tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
+
+
+def _untaught(program: LsProgram, traversal: DrivenProgram, unplaced: IntArray) -> list[int]:
+    """Those of some stations without a pose whose motion names only positions that are there."""
+    defined = set(program.positions.number.tolist())
+    position, motion = program.motions.position, traversal.motion
+    return [s for s in unplaced.tolist() if defined.issuperset(position[int(motion[s])])]
 
 
 def _motions(program: LsProgram, traversal: DrivenProgram, stations: IntArray | list[int], reason: str) -> list[Unsafe]:
@@ -130,7 +132,6 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot | None) -> list[tuple[
 
 def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
     """Positions that the arm cannot take, or takes badly."""
-    margin_mm = poses.margin / MM
     known = np.asarray(np.isfinite(poses.theta).all(axis=1))
     shoulder, elbow = np.full(len(poses.theta), np.inf), poses.margin.copy()
     shoulder[known] = np.abs(wrist_centre(robot, poses.theta[known])[:, 0])
@@ -146,7 +147,7 @@ def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
     worst, beyond = np.argmax(over, axis=1), np.asarray(known & (over > 1e-9).any(axis=1))
     turned, stretched = np.asarray(known & (wrist < robot.wrist_margin)), np.asarray(known & flat)
     return [
-        (far, lambda k: f"it is {-margin_mm[k]:.1f} mm out of reach of {robot.name} in the posture it names"),
+        (far, lambda k: f"it is {-poses.margin[k] / MM:.1f} mm out of reach of {robot.name} in the posture it names"),
         (
             beyond,
             lambda k: (

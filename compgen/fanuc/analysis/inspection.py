@@ -54,13 +54,9 @@ def inspect(
     m, p = program.motions, program.positions
     active = np.flatnonzero(~m.disabled)
     via, goal = _targets(program, active)
-    targets = np.concatenate([via, goal])
-    used, uses = _distinct(targets[targets >= 0])
-    defined, _ = _distinct(p.number)
     poses = around.poses(program, robot)
     length, duration, untimed = _travel(program, poses, active, via, goal)
     first = p.group <= 1
-    pairs, pair_counts = _distinct((p.uframe[first] + 1 << _HALF) + p.utool[first] + 1)  # F is -1
     beyond = np.flatnonzero(poses.margin < 0)
     traversal = read_traversal(program, poses, robot, around.called.motionless)
     scope = read_scope(program, poses, traversal, robot)
@@ -68,8 +64,6 @@ def inspect(
     number = p.number[poses.row]
     unsafe = [*scope.unsafe, *_unknown_frames(program, poses)]
     unsafe += contradictions(program, traversal, around.called.motionless)
-    mentioned = [int(n) for _, text in other_statements(program) for n in POSITION.findall(text) if n]
-    read = np.isin(defined, used) | np.isin(defined, mentioned)
     return {
         "name": program.name,
         "subtype": program.subtype,
@@ -79,16 +73,9 @@ def inspect(
         "bytes": len(program.data),
         "motions": dict(Counter(map(m.letter.__getitem__, active.tolist()))),
         "disabled_motions": int(m.disabled.sum()),
-        "frames": [
-            {"uframe": (pair >> _HALF) - 1, "utool": (pair & (1 << _HALF) - 1) - 1, "positions": n}
-            for pair, n in zip(pairs.tolist(), pair_counts.tolist(), strict=True)
-        ],
+        "frames": _frames(p.uframe[first], p.utool[first]),
         "positions": {
-            "defined": len(defined),
-            "used": int(read.sum()),
-            "unused": defined[~read].tolist(),
-            "shared": used[uses > 1].tolist(),
-            "undefined": used[~np.isin(used, defined)].tolist(),
+            **_uses(program, np.concatenate([via, goal])),
             "joint_form": int(poses.joint_form.sum()),
         },
         "path_length_mm": length / MM,
@@ -101,6 +88,30 @@ def inspect(
             {"line": u.line, "text": u.text, "reason": u.reason}
             for u in sorted(unsafe, key=lambda u: (u.line, u.reason))
         ],
+    }
+
+
+def _frames(uframe: IntArray, utool: IntArray) -> list[dict[str, int]]:
+    """How many positions are in each frame with each tool; -1 stands for F."""
+    pairs, counts = _distinct((uframe + 1 << _HALF) + utool + 1)
+    return [
+        {"uframe": (pair >> _HALF) - 1, "utool": (pair & (1 << _HALF) - 1) - 1, "positions": n}
+        for pair, n in zip(pairs.tolist(), counts.tolist(), strict=True)
+    ]
+
+
+def _uses(program: LsProgram, targets: IntArray) -> dict[str, Any]:
+    """Which positions are there, which of them motions and other statements name, and which are not there."""
+    used, uses = _distinct(targets[targets >= 0])
+    defined, _ = _distinct(program.positions.number)
+    mentioned = [int(n) for _, text in other_statements(program) for n in POSITION.findall(text) if n]
+    read = np.isin(defined, used) | np.isin(defined, mentioned)
+    return {
+        "defined": len(defined),
+        "used": int(read.sum()),
+        "unused": defined[~read].tolist(),
+        "shared": used[uses > 1].tolist(),
+        "undefined": used[~np.isin(used, defined)].tolist(),
     }
 
 

@@ -47,14 +47,13 @@ def read_traversal(
     last = np.append(motion[1:] != motion[:-1], True) if len(motion) else np.zeros(0, dtype=bool)
     pose = pose_rows(poses, number, motion)
     letter = np.array(m.letter, dtype="U1")[motion]
-    termination = np.array([t.upper().replace(" ", "") for t in m.termination], dtype="U8")[motion]
-    stop = last & ((termination == "FINE") | (termination == "CNT0") | (termination == ""))
-
+    stops = np.array([t.upper().replace(" ", "") in ("FINE", "CNT0", "") for t in m.termination], dtype=bool)
+    stop = last & stops[motion]
     known = pose != NONE
     position, theta = np.full((len(pose), 3), np.nan), np.full((len(pose), 6), np.nan)
     position[known], theta[known] = poses.tcp.position[pose[known]], poses.theta[pose[known]]
     length = _lengths(position, letter == "C", last)
-    turn = np.abs(np.diff(theta, axis=0, prepend=np.full((1, 6), np.nan)))
+    turn = np.abs(np.diff(theta, axis=0, prepend=np.nan))
     ways = _Ways(letter=letter, stop=stop, length=length, turn=turn, angle=_angles(poses, pose))
     value, unit = (column[motion] for column in parse_speeds(m.speed))
     duration, untimed = _durations(ways, value, unit, robot)

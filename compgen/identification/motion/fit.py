@@ -112,22 +112,14 @@ def fit_kind(
     """
     numbers = np.zeros(0)
     if kind.count:
-        starts = [start] if start is not None else [_start(kind, share) for share in STARTS]
-        at = [_cost(kind, residuals, fitted, x) for x in starts]
-        numbers = _solve(kind, residuals, fitted, starts[int(np.argmin(at))])
+        usual = [np.array([(share * LONGEST[kind.filters]) ** 2, EVEN][: kind.count]) for share in STARTS]
+        starts = [start] if start is not None else usual
+        costs = [float((residuals(motion_of(kind, x))[fitted] ** 2).sum()) for x in starts]
+        numbers = _solve(kind, residuals, fitted, starts[int(np.argmin(costs))])
     left = residuals(motion_of(kind, numbers))
     squares = (left**2).sum(axis=1)[~fitted]
     _, which = np.unique(block[~fitted], return_inverse=True)
     return KindFit(kind, numbers, np.bincount(which, squares) / np.maximum(np.bincount(which), 1))
-
-
-def _start(kind: Kind, share: float) -> Array:
-    s = (share * LONGEST[kind.filters]) ** 2
-    return np.array([s, EVEN][: kind.count])
-
-
-def _cost(kind: Kind, residuals: Residuals, fitted: BoolArray, numbers: Array) -> float:
-    return float((residuals(motion_of(kind, numbers))[fitted] ** 2).sum())
 
 
 def _solve(kind: Kind, residuals: Residuals, fitted: BoolArray, start: Array) -> Array:
@@ -138,8 +130,7 @@ def _solve(kind: Kind, residuals: Residuals, fitted: BoolArray, start: Array) ->
         return residuals(motion_of(kind, _scaled(x, longest)))[fitted].ravel() / UM
 
     x = np.array([np.sqrt(start[0]) / longest, *start[1:]])
-    upper = np.ones(len(x))
-    solved = least_squares(function, x, bounds=(np.zeros(len(x)), upper + 1e-9), diff_step=STEP, xtol=1e-6, ftol=1e-9)
+    solved = least_squares(function, x, bounds=(0.0, 1 + 1e-9), diff_step=STEP, xtol=1e-6, ftol=1e-9)
     return _scaled(solved.x, longest)
 
 

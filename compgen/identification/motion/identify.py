@@ -98,8 +98,6 @@ def identify(
     plainest = min(alike, key=lambda fit: (fit.kind.count, float(np.mean(fit.held_out))))
     chosen, intervals, sigma = _refitted(plainest, alike, function, block)
     left = function(plainest.motion)[~fitted]
-    limit = NOISE_MULTIPLE * max(noise, 1e-9) + FLOOR
-    largest = float(np.sqrt((left**2).sum(axis=1).max(initial=0.0)))
     progress(1.0)
     identified = IdentifiedMotion(
         chosen=chosen,
@@ -109,9 +107,9 @@ def identify(
         tried=tuple(fits),
         alike=tuple(f.kind for f in alike),
         noise=noise,
-        limit=limit,
+        limit=NOISE_MULTIPLE * max(noise, 1e-9) + FLOOR,
         held_out=plainest.rms,
-        largest=largest,
+        largest=float(np.sqrt((left**2).sum(axis=1).max(initial=0.0))),
         blocks=len(np.unique(block)),
         findings=(),
     )

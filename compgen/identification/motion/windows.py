@@ -104,13 +104,12 @@ def _spans(run: ExecutedRun, written: Array) -> list[_Span]:
     stops = np.flatnonzero(course.stop)
     first, last = run.covered
     held = [s.arc for s in run.clock.stands if not s.at_stop]
-    arrival = np.interp  # of arc lengths on the log's clock
     arcs, index = np.unique(run.deviation.arc, return_index=True)
     times = run.deviation.time[index]
     for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
         if not course.judged[a:b].all() or course.arc[b] <= first or course.arc[a] >= last:
             continue
-        begin, end = (float(arrival(course.arc[k], arcs, times)) for k in (a, b))
+        begin, end = (float(np.interp(course.arc[k], arcs, times)) for k in (a, b))  # on the log's clock
         inside = [s for s in run.clock.stretches if s.begin < end and s.end > begin]
         if len(inside) != 1 or any(course.arc[a] < arc < course.arc[b] for arc in held):
             continue
@@ -184,17 +183,15 @@ def _window(
         near = course.theta[k] + share[:, None] * (course.theta[k + 1] - course.theta[k])
         theta = nearest_turns(joints, near)
     since = deviation.time[rows] - deviation.time[rows[0]]
-    blocks = block + np.floor(since / BLOCK).astype(np.int64)
     at = deviation.row[rows]
-    off = run.followed.projection.off[at]
     return Window(
         position=position,
         theta=theta,
         arc=arc,
         place=run.followed.position[at],
         row_arc=deviation.arc[rows],
-        off=off,
-        block=blocks,
+        off=run.followed.projection.off[at],
+        block=block + np.floor(since / BLOCK).astype(np.int64),
     )
 
 
