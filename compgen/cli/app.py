@@ -11,27 +11,23 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
-from compgen.cli.commands.anchor import anchor
 from compgen.cli.commands.check import check
 from compgen.cli.commands.compare import compare
 from compgen.cli.commands.correct import correct
-from compgen.cli.commands.executed import executed
-from compgen.cli.commands.export_robot import export_robot
 from compgen.cli.commands.follow import follow
 from compgen.cli.commands.heat import heat
 from compgen.cli.commands.identify import identify, validate
-from compgen.cli.commands.identify_motion import identify_motion
-from compgen.cli.commands.init import init
-from compgen.cli.commands.inspect import inspect, inspect_robot
+from compgen.cli.commands.init import init, schema
+from compgen.cli.commands.inspect import inspect, verify_backup
 from compgen.cli.commands.jobs import generate, predict
 from compgen.cli.commands.offsets import offsets
 from compgen.cli.commands.pages import pages
 from compgen.cli.commands.plan_poses import plan_poses
 from compgen.cli.commands.plan_touches import plan_touches
+from compgen.cli.commands.position_logs import executed, identify_motion
 from compgen.cli.commands.resume import resume
-from compgen.cli.commands.schema import schema
-from compgen.cli.commands.teach_frame import teach_frame
-from compgen.cli.commands.verify_backup import verify_backup
+from compgen.cli.commands.robots import export_robot, inspect_robot
+from compgen.cli.commands.touches import anchor, teach_frame
 from compgen.cli.commands.whatif import whatif
 from compgen.cli.frame import Outcome, framed
 from compgen.core.version import __version__

@@ -1,7 +1,8 @@
 """What all commands have in common: how their options are grouped, where their result goes, how they end.
 
 A command is a function of its options that returns an ``Outcome``. A parameter that is a record stands for a group of
-options: each of its fields is one. ``screen`` is one of them that every command has.
+options: each of its fields is one. ``screen`` is one of them that every command has; ``cores`` is one that a command
+leaves to the frame.
 """
 
 import inspect
@@ -12,6 +13,8 @@ from typing import Any
 
 import typer
 
+from compgen.cli.machine import use_cores, use_machine
+from compgen.cli.options.options import CompiledCores
 from compgen.cli.screen.messages import print_error, print_record
 from compgen.core.exit_codes import ExitCode
 
@@ -40,7 +43,11 @@ def framed(run: Callable[..., Outcome]) -> Callable[..., None]:
     @wraps(run)
     def command(**given: Any) -> None:
         records = {name: groups[name](**{key: given.pop(key) for key in keys}) for name, keys in fields.items()}
-        screen = records["screen"]
+        screen, cores = records["screen"], records.get("cores")
+        if isinstance(cores, CompiledCores):
+            use_machine(cores.workers)
+        elif cores is not None:
+            use_cores(cores.workers)
         outcome = run(**given, **records)
         if not screen.as_json and not screen.quiet:
             outcome.show()

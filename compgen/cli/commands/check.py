@@ -45,7 +45,6 @@ def check(
     """
     if written is not None and len(paths) > 1:
         raise InputError(f"--written {written}: it is the program of one path; give that path alone")
-    opt.checked_bound(max_um)
     if junit is not None:
         check_own_file("--junit", junit, "<testsuite", "check --junit")
     names = _distinct(paths)

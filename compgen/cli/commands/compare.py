@@ -7,7 +7,7 @@ import typer
 
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.options.page_options import PageChoice, PageDate, page_place
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder
 from compgen.cli.output_files.publish import publish
@@ -41,16 +41,15 @@ def compare(
     from compgen.report.compare_page import comparison_files
     from compgen.report.compare_words import comparison_record
 
-    opt.checked_bound(max_um)
     folder = None if output is None else opt.output_folder("", output)
     comparison = pipeline(a, b)
     written = ""
     if folder is not None:
         run = Run(Command.COMPARE)
         check_folder(folder, run, record="compare.json", others=["compare.html"])
-        options = page_options(folder, page, date)
-        files = comparison_files(comparison, max_um, options)
-        publish(folder, {}, page_files(folder, files, page, options), run=run)
+        place = page_place(folder, page, date)
+        files = comparison_files(comparison, max_um, place.options)
+        publish(folder, {}, place.files(files), run=run)
         written = f"wrote {', '.join(sorted(files))} to {folder}"
     broken = None if max_um is None else comparison.broken_bound(max_um)
     return Outcome(

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from compgen.cli.frame import Outcome
-from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_marks
-from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
@@ -29,7 +28,6 @@ from compgen.core.findings import first_message
 if TYPE_CHECKING:
     from compgen.pipelines.correct import Correction
     from compgen.pipelines.correct.result import Options
-    from compgen.report.page import PageOptions
 
 REPORTS = ("report.html", "positions.csv")
 
@@ -98,7 +96,7 @@ def correct(
     page: PageChoice,
     date: PageDate = None,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.Cores,
 ) -> Outcome:
     """Correct an existing program in place: only the numbers of its positions change.
 
@@ -111,14 +109,12 @@ def correct(
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.program_file import programs_beside, read_program, refuse_corrected
 
-    use_cores(workers)
     options = wishes.options()
     source = Path(program)
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
-    if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
-        raise InputError(f"{program}: the result would replace it; give another folder with -o")
-    of_page = page_options(folder, page, date)
+    opt.check_elsewhere(program, folder / source.name, "the result")
+    place = page_place(folder, page, date)
     if wishes.restore:
         return _restore(source, content, folder)
     file = source.name if not options.raised else f"{source.stem}{DRY}{source.suffix}"
@@ -128,45 +124,34 @@ def correct(
         refuse_corrected(source, content)
     cell, history = choice.begin(program, content)
     # a dry run is known by the name that it gets on this controller
-    written = renamed(content, cell.robot.controller.name_length) if options.raised else content
-    run = _check(folder, written, file)
+    run = _check(folder, renamed(content, cell.robot.controller.name_length) if options.raised else content, file)
     frames, registers = tables.read()
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
-            correction = pipeline.correct(
-                content, cell, frames, history, options, progress, programs_beside(source), registers=registers
-            )
+            beside = programs_beside(source)
+            correction = pipeline.correct(content, cell, frames, history, options, progress, beside, registers)
         progress(stages.REPORT, 0.0)
-        return _publish(correction, folder, file, run=run, force=wishes.force, page=page, of_page=of_page)
+        return _publish(correction, place, file, run, force=wishes.force)
 
 
-def _publish(
-    correction: "Correction",
-    folder: Path,
-    file: str,
-    *,
-    run: Run,
-    force: bool,
-    page: PageChoice,
-    of_page: "PageOptions",
-) -> Outcome:
+def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *, force: bool) -> Outcome:
     """Put the program, where it may be loaded, and its reports into their folder."""
     from compgen.cli.screen.correction_table import show_correction
     from compgen.report.files import correction_files
 
     written = correction.is_usable or force
-    files = correction_files(correction, file, of_page, with_program=written)
+    files = correction_files(correction, file, place.options, with_program=written)
     own = (Path(file).stem + PROVENANCE, file)
     programs = {name: files[name] for name in own if name in files}
     reports = {name: files[name] for name in (REPORT, *REPORTS)}
-    publish(folder, programs, page_files(folder, reports, page, of_page), own, run=run)
+    publish(place.folder, programs, place.files(reports), own, run=run)
     errors = []
     if not correction.inside:
         broken = first_message(Level.OUTSIDE, correction.findings)
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
         errors.append(f"{outcome_words(correction.verdict)}: {broken}; {ending}")
-    return Outcome(record=files[REPORT], show=partial(show_correction, correction, folder, files), errors=errors)
+    return Outcome(record=files[REPORT], show=partial(show_correction, correction, place.folder, files), errors=errors)
 
 
 def _check(folder: Path, content: bytes, file: str) -> Run:

@@ -13,14 +13,14 @@ from compgen.cli.commands.resume import (
     JobPath,
     LoadedPages,
     PagesFolder,
-    Place,
     RecordDate,
     checked_moment,
+    put_anew,
     within,
 )
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import PageChoice, page_options
+from compgen.cli.options.page_options import PageChoice, page_place
 from compgen.cli.screen.messages import print_error, print_note_once
 from compgen.cli.screen.streams import reader_has_left
 from compgen.core import interrupts
@@ -138,7 +138,7 @@ def follow(
     max_um: opt.MaxUm = None,
     page: PageChoice,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.CompiledCores,
 ) -> Outcome:
     """Follow a running job by its log: forecast the pages to come, and write the next one anew when it is due.
 
@@ -146,13 +146,9 @@ def follow(
         cgen follow outputs/optic_spiral --log temperatures.csv --within-um 5
         cgen follow outputs/optic_spiral --log temperatures.csv --started 0s --once --json
     """
-    from compgen.cli.machine import use_machine
-
-    opt.checked_bound(max_um)
     limits = watch.limits(max_um)
     checked_moment(date)
-    place = Place(Path(folder), page, page_options(Path(folder), page, date))
-    use_machine(workers)
+    place = page_place(Path(folder), page, date)
     job = _load(place.folder, watch, path=path, robot=robot, max_um=max_um, state=state)
     if watch.pages is not None and not Path(watch.pages).exists():
         print_note_once(f"--pages {watch.pages}: not there yet, so that no page counts as begun; check its name")
@@ -166,7 +162,7 @@ def follow(
             sight = _look(job, watch, limits, date=date)
             resumed = sight.resumed
             if resumed is not None and resumed.replaced and (resumed.is_usable or force):
-                place.put_anew(resumed)
+                put_anew(place, resumed)
                 job = _read_again(job)
             if not screen.quiet or screen.as_json:
                 _say(sight, limits.within_um, as_json=screen.as_json, force=force)
@@ -199,7 +195,7 @@ def _load(
     if CORRECTED in written.record:
         run = corrected_run(read_corrected(written, robot, max_um), _silent)
     else:
-        job = within(job_of(written, path, robot), opt.checked_bound(max_um))
+        job = within(job_of(written, path, robot), opt.bound_of(max_um))
         run = planned_run(written, plan_whole(job, _silent))
     return FollowedJob(folder=folder, run=run, anchored=load_state(state, run.cell) if state is not None else None)
 

@@ -6,16 +6,13 @@ from typing import Annotated
 import typer
 
 from compgen.cli.frame import Outcome
-from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.options.page_options import PageChoice, PageDate, page_place
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core.commands import Command
-from compgen.core.findings import beyond_text
-from compgen.core.units import UM
 
 RECORD, TABLES = "heat.json", ("heat.csv", "heat.html", "runs.csv")
 
@@ -31,7 +28,7 @@ def heat(
     page: PageChoice,
     date: PageDate = None,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.Cores,
 ) -> Outcome:
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run.
 
@@ -43,22 +40,16 @@ def heat(
     from compgen.report.heat_page import heat_csv, heat_html, heat_json, heat_sentences, runs_csv
 
     folder = opt.output_folder(path, output, "_heat")
-    bound = opt.checked_bound(max_um)
-    use_cores(workers)
     planned = job.load(path)
     run = Run(Command.HEAT, planned.name)
     check_folder(folder, run, record=RECORD, others=TABLES)
-    options = page_options(folder, page, date)
+    place = page_place(folder, page, date)
     day = timeline(planned)
-    contents = (heat_csv(planned, day), heat_html(planned, day, options, max_um), runs_csv(planned, day))
+    contents = (heat_csv(planned, day), heat_html(planned, day, place.options, max_um), runs_csv(planned, day))
     files = {RECORD: heat_json(planned, day), **dict(zip(TABLES, contents, strict=True))}
-    publish(folder, {}, page_files(folder, files, page, options), run=run)
+    publish(folder, {}, place.files(files), run=run)
     lines = [*heat_sentences(planned, day), *finding_lines(planned.input_findings)]
     lines.append(f"wrote {', '.join(sorted(files))} to {folder}")
-    largest = float(day.residual.max())
-    errors = []
-    if bound is not None and largest > bound:
-        number = int(day.residual.argmax()) + 1
-        size = beyond_text(largest / UM, bound / UM)
-        errors.append(f"one file is off by {size} um in run {number}, --max-um {max_um:g}")
+    where = f" in run {int(day.residual.argmax()) + 1}"
+    errors = opt.beyond_bound("one file is off by {}", float(day.residual.max()), max_um, where)
     return Outcome(record=files[RECORD], show=partial(print_lines, lines), errors=errors)

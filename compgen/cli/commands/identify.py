@@ -1,6 +1,6 @@
 """Commands on measurements of the arm itself: identify, validate."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from compgen.cli.frame import Outcome
-from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_references
-from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
+from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.ownership import IDENTIFIED, check_robot_files
 from compgen.cli.output_files.publish import check_names, publish
 from compgen.cli.screen.messages import print_lines
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from compgen.identification.identify import Identification
     from compgen.pipelines.files.robot_file import Arm
     from compgen.pipelines.measure.identification_files import MeasurementFiles
-    from compgen.report.page import PageOptions
 
 Temperatures = Annotated[str | None, typer.Option("--temperatures", help="CSV log of the air and any of the nodes.")]
 ReferenceOption = Annotated[
@@ -85,6 +84,46 @@ class Measured:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class RobotFilePlace:
+    """Where a robot file goes, and the reports that say what it was identified from."""
+
+    file: Path
+    place: PagePlace
+
+    def put(
+        self, robot_files: Mapping[str, bytes], record: bytes, html: Content, beside: Mapping[str, bytes] | None = None
+    ) -> str:
+        """Write a robot file with its reports, or the reports alone where there is none; returns what was written.
+
+        Reports of none do not take the place of those of a robot file that stands.
+        """
+        stem = self.file.stem if robot_files or not self.file.exists() else f"{self.file.stem}_refused"
+        reports = {f"{stem}.json": record, f"{stem}.html": html, **(beside or {})}
+        publish(self.file.parent, robot_files, self.place.files(reports))
+        names = [f"{stem}.html", f"{stem}.json", *([self.file.name] if robot_files else [])]
+        return f"wrote {', '.join(str(self.file.with_name(name)) for name in names)}"
+
+
+def robot_file_place(
+    output: str | None, default: Path, command: Command, markers: Mapping[str, str], page: PageChoice, date: str | None
+) -> RobotFilePlace:
+    """Where a command's robot file goes; refused before any work where somebody else's file stands there.
+
+    Args:
+        output: As typed.
+        default: Where it goes else.
+        command: That writes it.
+        markers: What tells its files, as ``check_robot_files`` takes it.
+        page: What the page beside it is made with.
+        date: Of that page.
+    """
+    file = opt.toml_file(output, default, "robot")
+    check_names(file.parent, [file.with_suffix(suffix).name for suffix in (".html", ".json", *markers)])
+    check_robot_files(file, command, markers)
+    return RobotFilePlace(file, page_place(file.parent, page, date))
+
+
 def identify(
     robot: opt.RobotArgument,
     *,
@@ -100,7 +139,7 @@ def identify(
     page: PageChoice,
     date: PageDate = None,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.Cores,
 ) -> Outcome:
     """Fit the error sources of a robot to measurements, and judge the fit.
 
@@ -114,50 +153,36 @@ def identify(
 
     files = measured.files(warm_up, lines)
     arm = load_arm(robot)
-    target = opt.toml_file(output, Path("outputs") / "identify" / f"{arm.robot.name}.toml", "robot")
-    check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json", POSTERIOR)])
-    check_robot_files(target, Command.IDENTIFY, IDENTIFIED)
-    use_cores(workers)
-    options = page_options(target.parent, page, date)
+    default = Path("outputs") / "identify" / f"{arm.robot.name}.toml"
+    target = robot_file_place(output, default, Command.IDENTIFY, IDENTIFIED, page, date)
     with show_progress(quiet=screen.is_silent) as progress:
         identified = pipeline.identify_files(arm, files, measured.reference, progress, force=force)
-    return _publish(arm, identified, files.names, target, force=force, page=page, options=options)
+    return _publish(arm, identified, files.names, target, force=force)
 
 
 def _publish(
-    arm: "Arm",
-    identified: "Identification",
-    sources: Sequence[str],
-    target: Path,
-    *,
-    force: bool,
-    page: PageChoice,
-    options: "PageOptions",
+    arm: "Arm", identified: "Identification", sources: Sequence[str], target: RobotFilePlace, *, force: bool
 ) -> Outcome:
     """Write the robot file, unless the fit is refused, and its reports."""
     from compgen.pipelines.measure import identification_files as pipeline
     from compgen.report.identification import identification_html, identification_summary
     from compgen.report.inputs import measured_inputs
 
-    is_written = not identified.refused or force
     files = [("measured", file, file_hash(file)) for file in sources]
     inputs = measured_inputs(arm.robot.name, (arm.source, file_hash(arm.source)), files)
-    names = ReportNames.beside(target, is_written=is_written)
     record = json_text(identification_summary(identified))
-    reports = {names.record: record, names.page: identification_html(identified, inputs, options)}
-    robot_files = {}
-    if is_written:
-        posterior = target.with_suffix(POSTERIOR).name
+    html, robot_files, beside = identification_html(identified, inputs, target.place.options), {}, {}
+    if not identified.refused or force:
+        posterior = target.file.with_suffix(POSTERIOR).name
         text, of_posterior = pipeline.identified_texts(arm, identified, sources, posterior)
-        robot_files = pipeline.robot_files_of(target, text)
-        reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
-    publish(target.parent, robot_files, page_files(target.parent, reports, page, options))
+        robot_files = pipeline.robot_files_of(target.file, text)
+        beside = {posterior: of_posterior.encode()}  # a report: gone before its robot file goes, there after it
+    words = target.put(robot_files, record, html, beside)
     errors = []
     if identified.refused:
-        ending = "written all the same (--force)" if force else f"{target.name} not written; --force writes it"
+        ending = "written all the same (--force)" if force else f"{target.file.name} not written; --force writes it"
         errors.append(f"refused: {first_message(Level.REFUSED, identified.findings)}; {ending}")
-    show = partial(_show, identified, names.words(target, is_written=is_written))
-    return Outcome(record=record, show=show, errors=errors)
+    return Outcome(record=record, show=partial(_show, identified, words), errors=errors)
 
 
 def _show(identified: "Identification", words: str) -> None:
@@ -166,25 +191,6 @@ def _show(identified: "Identification", words: str) -> None:
 
     show_identification(identified)
     print_lines([words])
-
-
-@dataclass(frozen=True, slots=True)
-class ReportNames:
-    """The files that say what a robot file was identified from."""
-
-    record: str
-    page: str
-
-    @classmethod
-    def beside(cls, target: Path, *, is_written: bool) -> "ReportNames":
-        """Those of a robot file; one that stands, where none is written, stays with its own."""
-        stem = target.stem if is_written or not target.exists() else f"{target.stem}_refused"
-        return cls(f"{stem}.json", f"{stem}.html")
-
-    def words(self, target: Path, *, is_written: bool) -> str:
-        """What was written."""
-        files = [target.with_name(self.page), target.with_name(self.record), *([target] if is_written else [])]
-        return f"wrote {', '.join(map(str, files))}"
 
 
 def validate(
@@ -199,7 +205,7 @@ def validate(
     ] = False,
     max_um: opt.MaxUm = None,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.Cores,
 ) -> Outcome:
     """Compare an identified robot with measurements it has not seen. Fits nothing but frames, and those when asked.
 
@@ -214,8 +220,7 @@ def validate(
     from compgen.report.identification import validation_summary
 
     files = measured.files(hot)
-    bound = opt.checked_bound(max_um)
-    use_cores(workers)
+    bound = opt.bound_of(max_um)
     if hot and files.log is None:
         raise InputError("--hot: how warm the arm was must be known: give the log with --temperatures")
     arm = load_arm(robot)

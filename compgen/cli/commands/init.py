@@ -1,4 +1,4 @@
-"""The command that lays down the shipped robots and paths."""
+"""Commands for files to begin with: init lays down robots and paths, schema prints what they may say."""
 
 import os
 from functools import partial
@@ -9,10 +9,12 @@ import typer
 
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
+from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import check_writable, write_file
-from compgen.cli.screen.messages import print_lines
+from compgen.cli.screen.messages import print_lines, print_record
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
+from compgen.core.json_text import json_text
 
 KINDS = ("robots", "paths")
 TUTORIALS = "docs/tutorials/data"
@@ -104,3 +106,27 @@ def _from_urdf(folder: Path, urdf: str, *, coupled: bool) -> Path:
         raise InputError(f"{target.parent}: cannot be written: {failure.strerror}; give another folder") from failure
     write_file(target, text.encode())
     return target
+
+
+def schema(
+    kind: Annotated[Literal["path", "robot"], typer.Argument(help="Which kind of file.", show_default=False)],
+    *,
+    output: Annotated[str | None, typer.Option("-o", "--output", help="A file to write it to.")] = None,
+    screen: opt.Screen,
+) -> Outcome:
+    """Print the JSON Schema of path or robot files.
+
+    Examples:
+        cgen schema path -o path.schema.json
+        cgen schema robot
+    """
+    from compgen.pipelines.files.schema import path_schema, robot_schema
+
+    if output is not None:
+        check_own_file("-o", output, '"$schema"', "schema")
+    record = path_schema() if kind == "path" else robot_schema()
+    if output is None:
+        print_record(record)
+        return Outcome()
+    write_file(Path(output), json_text(record))
+    return Outcome(record=record)

@@ -1,23 +1,20 @@
-"""Commands that say what a file holds: inspect a program, inspect-robot a robot file."""
+"""Commands that read programs and write nothing: inspect says what one is, verify-backup whether two are the same."""
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.completion import complete_robots
-from compgen.cli.output_files.marker import Run
-from compgen.cli.output_files.ownership import check_folder
-from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import print_findings, stdout_console
+from compgen.cli.options.completion import complete_programs, complete_robots
+from compgen.cli.screen.messages import print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
-from compgen.core.json_text import json_text
 
-RECORD, PICTURE = "robot.json", "zero.svg"
+if TYPE_CHECKING:
+    from compgen.fanuc.comparison.backup import ComparedProgram
 
 
 def inspect(
@@ -59,59 +56,51 @@ def inspect(
     return Outcome(record={"command": Command.INSPECT, **report}, show=partial(show_program, report))
 
 
-def inspect_robot(
-    robot: opt.RobotArgument,
+def verify_backup(
+    written: Annotated[
+        str,
+        typer.Argument(
+            autocompletion=complete_programs, help="The program that was loaded, or its folder.", show_default=False
+        ),
+    ],
+    backup: Annotated[
+        str, typer.Argument(help="What the controller saved as ASCII: NAME.LS, or the folder.", show_default=False)
+    ],
     *,
-    output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_inspect.")
-    ] = None,
+    first: Annotated[int, typer.Option("--first", min=0, help="Differences that are printed of each program.")] = 20,
     screen: opt.Screen,
 ) -> Outcome:
-    """Show a robot file's reach, limits and poses, to compare with the data sheet and the pendant.
+    """Compare a controller's ASCII backup with the written program, to the last digit; exit 1 where they differ.
 
     Examples:
-        cgen inspect-robot m20ia -o sheet
+        cgen verify-backup out/SPIRAL_1300.LS backup/SPIRAL_1300.LS
+        cgen verify-backup outputs/optic_spiral backup --json
     """
-    from compgen.pipelines.files.robot_file import load_arm
-    from compgen.pipelines.files.robot_sheet import robot_sheet
-    from compgen.report.robot_files import sheet_record, zero_svg
+    from compgen.pipelines.compare_backup.backup_files import verify_backup as compare
 
-    arm = load_arm(robot)
-    folder = opt.output_folder(f"{arm.robot.name}_inspect", output)
-    run = Run(Command.INSPECT_ROBOT)
-    check_folder(folder, run, record=RECORD, others=[PICTURE])
-    sheet = robot_sheet(arm)
-    record = sheet_record(sheet)
-    files = {RECORD: json_text(record), PICTURE: zero_svg(sheet).encode()}
-    publish(folder, {}, files, run=run)
-    return Outcome(record=files[RECORD], show=partial(_show, record, folder, list(files)))
+    programs = compare(written, backup)
+    count = sum(len(program.differences) for program in programs)
+    record = {
+        "command": Command.VERIFY_BACKUP,
+        "same": count == 0,
+        "programs": [program.record() for program in programs],
+    }
+    lines = [line for program in programs for line in _lines(program, first)]
+    errors = []
+    if count:
+        worst = next(program for program in programs if program.differences)
+        message = f"{worst.name}: {worst.differences[0]}; {count} in all: load it again, and compare again"
+        errors.append(f"the backup differs: {message}")
+    return Outcome(record=record, show=partial(print_lines, lines), errors=errors)
 
 
-def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
-    """Print lengths, reach, limits, the table to compare, and the files."""
-    from rich.table import Table
-
-    console = stdout_console()
-    reach = record["wrist_reach_mm"]
-    console.print(f"{record['inspected_robot']} ({record['file']})")
-    console.print(
-        f"wrist centre: {reach['inward']:.0f} to {reach['outward']:.0f} mm before the J1 axis, {reach['low']:.0f} to "
-        f"{reach['high']:.0f} mm above World's origin; the pendant's J3 counts {record['pendant_J3']}"
-    )
-    console.print(f"programs: {record['programs']}")
-    table = Table("joint", "lower", "upper", "speed deg/s", "acceleration", "jerk")
-    for joint in record["joints"]:
-        numbers = [joint[k] for k in ("lower_deg", "upper_deg", "speed_deg_s", "acceleration_deg_s2", "jerk_deg_s3")]
-        table.add_row(joint["name"], *(f"{v:g}" for v in numbers))
-    console.print(table)
-    console.print("drive there with tool 0 and World, and compare the position screen:")
-    table = Table("J1 J2 J3 J4 J5 J6", "X", "Y", "Z", "W", "P", "R", "CONFIG")
-    for pose in record["poses"]:
-        joints = " ".join(f"{v:g}" for v in pose["joints_deg"])
-        cells = [f"{pose[k]:.3f}" for k in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")]
-        table.add_row(joints, *cells, pose["config"])
-    console.print(table)
-    if any(abs(abs(pose["p_deg"]) - 90) < 0.01 for pose in record["poses"]):
-        console.print("at P = 90 or -90 only the sum of W and R is fixed: the pendant may share it out otherwise")
-    print_findings(console, record["findings"])
-    console.print(f"wrote {', '.join(files)} to {folder}")
+def _lines(program: "ComparedProgram", first: int) -> list[str]:
+    """What is said of a program: that it is the same, or its first differences."""
+    how = f"the same: {program.statements} statements, {program.positions} positions, to {program.step:g}"
+    ending = "s" if len(program.differences) > 1 else ""
+    how = f"{len(program.differences)} difference{ending}" if program.differences else how
+    lines = [f"{program.name}: {how}", *(f"  {difference}" for difference in program.differences[:first])]
+    if len(program.differences) > first:
+        lines.append(f"  and {len(program.differences) - first} more (--first N, or --json)")
+    lines += [f"  note: {note}" for note in program.notes]
+    return [line.encode("ascii", "backslashreplace").decode() for line in lines]

@@ -1,6 +1,7 @@
 """Commands that write the files of a path: generate, predict."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +10,7 @@ import typer
 
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import PageChoice, PageDate, page_date, page_files, page_options
+from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_date, page_place
 from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, resume_files
@@ -19,14 +20,33 @@ from compgen.core import stages
 from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
-from compgen.core.findings import beyond_text, first_message
+from compgen.core.findings import first_message
 from compgen.core.stages import Progress
-from compgen.core.units import MM, UM
+from compgen.core.units import MM
 
 if TYPE_CHECKING:
-    from compgen.pipelines.planned.job_results import Corrected
+    from compgen.pipelines.planned.job_results import Corrected, Planned
 
 REPORTS = ("report.html", "waypoints.csv")
+
+
+PredictFolder = Annotated[
+    str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_predict.")
+]
+PlannedProgram = Annotated[
+    bool, typer.Option("--program", help="Write the planned program as well, named ..._PLAN: not corrected.")
+]
+HeaderDate = Annotated[
+    str | None,
+    typer.Option("--date", help="Date, YY-MM-DD, of the header (else 26-01-01) and of the page (else none)."),
+]
+Parted = Annotated[
+    bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
+]
+LiftAll = Annotated[
+    float | None,
+    typer.Option("--lift-all", help="Write a dry run instead: the whole program lifted by so much [mm]."),
+]
 
 
 def generate(
@@ -34,23 +54,15 @@ def generate(
     *,
     job: opt.JobChoice,
     output: opt.OutputFolder = None,
-    date: Annotated[
-        str | None,
-        typer.Option("--date", help="Date, YY-MM-DD, of the header (else 26-01-01) and of the page (else none)."),
-    ] = None,
+    date: HeaderDate = None,
     page: PageChoice,
     force: opt.ForceProgram = False,
-    pages: Annotated[
-        bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
-    ] = True,
+    pages: Parted = True,
     strict: opt.Strict = False,
-    lift_all: Annotated[
-        float | None,
-        typer.Option("--lift-all", help="Write a dry run instead: the whole program lifted by so much [mm]."),
-    ] = None,
+    lift_all: LiftAll = None,
     max_um: opt.MaxUm = None,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.CompiledCores,
 ) -> Outcome:
     """Write the corrected program and its proof.
 
@@ -59,33 +71,26 @@ def generate(
         cgen generate paths/optic_raster.toml --set path.stepover_mm=2 --set before.0.duration_h=3
         cgen generate paths/spiral_1300.toml --lift-all 50 -o dry
     """
-    from compgen.cli.machine import use_machine
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import GENERATE, show_progress
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.assumed_ramps import judge_ramps
     from compgen.pipelines.planned.dry_run import lifted, naming_lift
     from compgen.pipelines.planned.program_text import program_name_of
-    from compgen.report.files import job_reports
 
-    use_machine(workers)
     folder = opt.output_folder(path, output, "" if lift_all is None else "_dry")
     lift = None if lift_all is None else lift_all * MM
     with show_progress(GENERATE, quiet=screen.is_silent) as progress, naming_lift(lift):
         chosen = job.load(path, max_um)
         chosen = chosen if lift is None else lifted(chosen, lift)
-        program, run = program_name_of(chosen), Run(Command.GENERATE, chosen.name)
+        program = program_name_of(chosen)
         own = Headed(program=f"{program}.LS", header='= "compgen ', vouches=REPORTS)
-        check_folder(folder, run, record=REPORT, others=REPORTS, headed=[own])
-        of_page = page_options(folder, page, date)
+        files = _job_files(folder, Run(Command.GENERATE, chosen.name), program, [own], page, date)
         in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(chosen, progress, in_header, pages=pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
-        progress(stages.REPORT, 0.0)
-        written = corrected.is_usable or force
-        reports = page_files(folder, job_reports(planned, corrected, of_page, with_program=written), page, of_page)
-        programs = dict(corrected.delivery.files) if written else {}
-        _publish(folder, programs, reports, program, run, progress)
+        programs = dict(corrected.delivery.files) if corrected.is_usable or force else {}
+        reports = files.put(planned, corrected, programs, progress)
     return Outcome(
         record=reports[REPORT],
         show=partial(show_job, planned, corrected, folder, [*programs, *reports]),
@@ -108,17 +113,13 @@ def predict(
     path: opt.PathFile,
     *,
     job: opt.JobChoice,
-    output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_predict.")
-    ] = None,
+    output: PredictFolder = None,
     max_um: opt.MaxUm = None,
     page: PageChoice,
     date: PageDate = None,
-    program: Annotated[
-        bool, typer.Option("--program", help="Write the planned program as well, named ..._PLAN: not corrected.")
-    ] = False,
+    program: PlannedProgram = False,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.CompiledCores,
 ) -> Outcome:
     """Predict the error of the planned program, without correcting it.
 
@@ -126,59 +127,65 @@ def predict(
         cgen predict paths/spiral_1300.toml --set process.feed_mm_s=40
         cgen predict paths/spiral_1300.toml --program --max-um 150
     """
-    from compgen.cli.machine import use_machine
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import PREDICT, show_progress
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.planned_delivery import COMMENT, deliver_planned, planned_name_of
     from compgen.pipelines.planned.program_text import program_name_of
-    from compgen.report.files import job_reports
 
-    use_machine(workers)
     folder = opt.output_folder(path, output, "_predict")
-    bound = opt.checked_bound(max_um)
     with show_progress(PREDICT, quiet=screen.is_silent) as progress:
         chosen = job.load(path, max_um)
-        name, run = planned_name_of(chosen), Run(Command.PREDICT, chosen.name)
-        corrected = Headed(program=f"{program_name_of(chosen)}.LS")
-        own = Headed(program=f"{name}.LS", header=f'= "{COMMENT}"')
-        check_folder(folder, run, record=REPORT, others=REPORTS, headed=[corrected, own])
-        of_page = page_options(folder, page, date)
+        name = planned_name_of(chosen)
+        corrected, own = f"{program_name_of(chosen)}.LS", Headed(program=f"{name}.LS", header=f'= "{COMMENT}"')
+        run = Run(Command.PREDICT, chosen.name)
+        files = _job_files(folder, run, name, [Headed(program=corrected), own], page, date)
         planned = pipeline.predict(chosen, progress)
         programs: dict[str, bytes] = {}
         if program:
             planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
             programs = {} if first_message(Level.OUTSIDE, planned.findings) else dict(delivered.files)
-        progress(stages.REPORT, 0.0)
-        reports = page_files(folder, job_reports(planned, None, of_page), page, of_page)
-        _publish(folder, programs, reports, name, run, progress)
-    errors = []
-    largest = planned.deviation().on_part["total"].max
+        reports = files.put(planned, None, programs, progress)
+    errors = opt.beyond_bound("predicted: error of {}", planned.deviation().on_part["total"].max, max_um)
     if program and not programs:
-        errors.append(f"{first_message(Level.OUTSIDE, planned.findings)}; {name}.LS not written")
-    elif bound is not None and largest > bound:
-        errors.append(f"predicted: error of {beyond_text(largest / UM, bound / UM)} um, --max-um {max_um:g}")
-    files = [*programs, *reports]
-    return Outcome(record=reports[REPORT], show=partial(show_job, planned, None, folder, files), errors=errors)
+        errors = [f"{first_message(Level.OUTSIDE, planned.findings)}; {name}.LS not written"]
+    show = partial(show_job, planned, None, folder, [*programs, *reports])
+    return Outcome(record=reports[REPORT], show=show, errors=errors)
 
 
-def _publish(
-    folder: Path,
-    programs: Mapping[str, bytes],
-    reports: Mapping[str, Content],
-    program: str,
-    run: Run,
-    progress: Progress,
-) -> None:
-    """Put a job's files into its folder; an earlier run's program and pages go where this run writes none."""
-    from compgen.program.manifest import MANIFEST_SUFFIX
+@dataclass(frozen=True, slots=True)
+class JobFiles:
+    """Where the files of a job go, and whose they are."""
 
-    contents = {
-        name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))
-        for k, (name, content) in enumerate(reports.items())
-    }
-    own_names = {f"{program}.LS", *resume_files(folder)}
-    publish(folder, programs, contents, own_names, f"{program}{MANIFEST_SUFFIX}", run)
+    place: PagePlace
+    run: Run
+    program: str  # the name, also of the one that an earlier run left
+
+    def put(
+        self, planned: "Planned", corrected: "Corrected | None", programs: Mapping[str, bytes], progress: Progress
+    ) -> dict[str, Content]:
+        """Write programs and reports; an earlier run's program and pages go where this run writes none."""
+        from compgen.program.manifest import MANIFEST_SUFFIX
+        from compgen.report.files import job_reports
+
+        progress(stages.REPORT, 0.0)
+        options, with_program = self.place.options, corrected is None or bool(programs)
+        reports = self.place.files(job_reports(planned, corrected, options, with_program=with_program))
+        contents = {
+            name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))
+            for k, (name, content) in enumerate(reports.items())
+        }
+        own_names = {f"{self.program}.LS", *resume_files(self.place.folder)}
+        publish(self.place.folder, programs, contents, own_names, f"{self.program}{MANIFEST_SUFFIX}", self.run)
+        return reports
+
+
+def _job_files(
+    folder: Path, run: Run, program: str, headed: Sequence[Headed], page: PageChoice, date: str | None
+) -> JobFiles:
+    """Where the files of a job go; raises InputError where they would replace what is not the run's own."""
+    check_folder(folder, run, record=REPORT, others=REPORTS, headed=headed)
+    return JobFiles(page_place(folder, page, date), run, program)
 
 
 def _with_progress(content: Content, progress: Progress, share: float) -> Iterable[bytes]:

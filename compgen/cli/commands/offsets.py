@@ -7,28 +7,28 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from compgen.cli.frame import Outcome
-from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_jobs
 from compgen.cli.screen.messages import print_findings, stdout_console
 from compgen.core.exceptions import InputError, naming_file
-from compgen.core.findings import beyond_text
+from compgen.core.units import UM
 
 if TYPE_CHECKING:
     from compgen.core.stages import Progress
     from compgen.pipelines.planned.offsets import Offsets
 
+PathOrProgram = Annotated[
+    str,
+    typer.Argument(autocompletion=complete_jobs, help="A path file, or a FANUC program, NAME.LS", show_default=False),
+]
+LogOfPath = Annotated[str | None, typer.Option("--log", help="Of a path: temperature log in place of [[before]].")]
+
 
 def offsets(
-    path: Annotated[
-        str,
-        typer.Argument(
-            autocompletion=complete_jobs, help="A path file, or a FANUC program, NAME.LS", show_default=False
-        ),
-    ],
+    path: PathOrProgram,
     *,
     job: opt.JobChoice,
-    log: Annotated[str | None, typer.Option("--log", help="Of a path: temperature log in place of [[before]].")] = None,
+    log: LogOfPath = None,
     reference: opt.LogReference = None,
     tables: opt.ProgramTables,
     before: Annotated[
@@ -37,7 +37,7 @@ def offsets(
     ] = None,
     max_um: opt.MaxUm = None,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.Cores,
 ) -> Outcome:
     """Find the one position register or user frame that does best in place of a corrected program.
 
@@ -49,30 +49,28 @@ def offsets(
     from compgen.pipelines.planned.offsets import offsets_of_job
     from compgen.report.offset_record import offsets_record
 
-    opt.checked_bound(max_um)
-    use_cores(workers)
     with show_progress(quiet=screen.is_silent) as progress:
-        if not path.lower().endswith(".ls"):
-            options = (("--frames", tables.frames), ("--registers", tables.registers), ("--before", before))
-            given = [option for option, value in options if value]
-            if given:
-                raise InputError(f"{given[0]}: is of a program (.LS); a path file says it itself; leave it out")
-            result = offsets_of_job(job.load_with_log(path, log, reference), progress)
-        else:
+        if path.lower().endswith(".ls"):
             if log is not None:
                 raise InputError("--log: is of a path file; for a program anchor with it, and give --state")
             choice = opt.ProgramChoice(
                 robot=job.robot, before=before, state=job.state, state_age=job.state_age, overrides=job.overrides
             )
             result = _of_program(path, choice, tables, progress)
+        else:
+            _refuse_options_of_programs(tables, before)
+            result = offsets_of_job(job.load_with_log(path, log, reference), progress)
     record = offsets_record(result)
     best = min((way for way in record["ways"] if way["type_in"] is not None), key=lambda way: way["leaves"]["max_um"])
-    left = best["leaves"]["max_um"]
-    errors = []
-    if max_um is not None and left > max_um:
-        size = beyond_text(left, max_um)
-        errors.append(f"the best offset ({best['kind']}) leaves {size} um, --max-um {max_um:g}")
+    errors = opt.beyond_bound(f"the best offset ({best['kind']}) leaves {{}}", best["leaves"]["max_um"] * UM, max_um)
     return Outcome(record=record, show=partial(_show, record), errors=errors)
+
+
+def _refuse_options_of_programs(tables: opt.ProgramTables, before: list[str] | None) -> None:
+    """Raises InputError for an option of programs that is given with a path file."""
+    for option, value in (("--frames", tables.frames), ("--registers", tables.registers), ("--before", before)):
+        if value:
+            raise InputError(f"{option}: is of a program (.LS); a path file says it itself; leave it out")
 
 
 def _of_program(program: str, choice: opt.ProgramChoice, tables: opt.ProgramTables, progress: "Progress") -> "Offsets":

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from compgen.cli.frame import Outcome
-from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import Headed, check_folder, check_unfilled
@@ -23,8 +22,10 @@ from compgen.core.units import DEG, MM, UM
 if TYPE_CHECKING:
     from compgen.core.arrays import Array
     from compgen.core.findings import Finding
+    from compgen.core.stages import Progress
     from compgen.identification.model import FreeParameter
     from compgen.identification.pose_planning import PosePlan, Site
+    from compgen.pipelines.files.robot_file import Arm
     from compgen.robot.robot import Robot
 
 FARTHEST_MM = 1e5  # of what stands in a cell
@@ -51,9 +52,16 @@ class SiteChoice:
     instrument: Annotated[
         str | None, typer.Option("--instrument", help="Where the instrument stands, World 'x y z' in mm.")
     ] = None
-    view: Annotated[float, typer.Option("--view", help="Widest angle at which reflectors are seen, deg.")] = 60.0
-    noise: Annotated[float, typer.Option("--noise", help="Of one measured coordinate, um.")] = 30.0
-    share: Annotated[float, typer.Option("--range", help="Share of each joint's range to use.")] = 0.9
+    view: Annotated[
+        float,
+        typer.Option("--view", callback=opt.in_range(1, 180), help="Widest angle at which reflectors are seen, deg."),
+    ] = 60.0
+    noise: Annotated[
+        float, typer.Option("--noise", callback=opt.in_range(0.1, 1e4), help="Of one measured coordinate, um.")
+    ] = 30.0
+    share: Annotated[
+        float, typer.Option("--range", callback=opt.in_range(0.01, 1.0), help="Share of each joint's range to use.")
+    ] = 0.9
 
     def site(self, robot: "Robot") -> "Site":
         """The same in SI units, without a box the reach of the robot; raises InputError."""
@@ -65,9 +73,6 @@ class SiteChoice:
         box = [-reach] * 3 + [reach] * 3 if self.box is None else _typed_numbers("--box", self.box)
         if not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
             raise InputError(f"--box '{self.box}': each low corner must be below the high one: x0 y0 z0 x1 y1 z1")
-        opt.check_range("--noise", self.noise, 0.1, 1e4)
-        opt.check_range("--range", self.share, 0.01, 1.0)
-        opt.check_range("--view", self.view, 1, 180)
         reflectors = [_typed_numbers("--reflector", text) for text in self.reflectors or ["60 0 100"]]
         stand = None if self.instrument is None else np.array(_typed_numbers("--instrument", self.instrument)) * MM
         return Site(
@@ -102,53 +107,79 @@ def plan_poses(
     output: Annotated[str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_poses.")] = None,
     date: opt.Date = DEFAULT_DATE,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.Cores,
 ) -> Outcome:
     """Choose the poses that tell most of a robot's errors: a CSV, and a program that visits them.
 
     Examples:
         cgen plan-poses m710ic50 -n 60 -o poses
     """
-    import numpy as np
-
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.fanuc.measuring_programs import measuring_program
-    from compgen.identification import pose_planning
-    from compgen.identification.model import build_model
-    from compgen.identification.parameters import symbolic_sources
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.program.program import program_name
 
     arm = load_arm(robot)
     folder = opt.output_folder(f"{arm.robot.name}_poses", output)
-    length = arm.robot.controller.name_length
-    program, turning = (program_name(f"{arm.robot.name}_{what}", length) for what in ("poses", "reversals"))
-    run = Run(Command.PLAN_POSES, arm.robot.name)
-    _check(folder, run, f"{program}.LS", f"{turning}.LS")
+    length, run = arm.robot.controller.name_length, Run(Command.PLAN_POSES, arm.robot.name)
+    names = [program_name(f"{arm.robot.name}_{what}", length) for what in ("poses", "reversals")]
+    _check(folder, run, *(f"{name}.LS" for name in names))
     site = choice.site(arm.robot)
+    with show_progress(quiet=screen.is_silent) as progress:
+        planned = _planned(arm, site, count, progress, reversals=reversals)
+    programs, tables = _files(planned, arm.robot, names, checked_date(date), wait)
+    publish(folder, programs, tables, (f"{names[1]}.LS", REVERSALS), run=run)
+    record = _record(planned, sorted([*programs, *tables]), [*arm.input_findings, *choice.input_findings()])
+    return Outcome(record=record, show=partial(_show, record, folder))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedPoses:
+    """Poses to measure, and the runs that reverse joints."""
+
+    site: "Site"
+    terms: "Sequence[FreeParameter]"
+    plan: "PosePlan"
+    runs: "Sequence[tuple[Array, int]]"  # poses of each, and the reflector
+
+
+def _planned(arm: "Arm", site: "Site", count: int, progress: "Progress", *, reversals: bool) -> PlannedPoses:
+    """The poses that tell most of an arm's errors."""
+    import numpy as np
+
+    from compgen.identification.model import build_model
+    from compgen.identification.parameters import symbolic_sources
+    from compgen.identification.pose_planning import plan_poses, plan_reversals
+
     sources = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
     parts = [source for source in sources if source.original.NAME != "joint_ripple"]
     model = build_model(arm.robot, parts, len(arm.nodes))
-    use_cores(workers)
-    with show_progress(quiet=screen.is_silent) as progress:
-        plan = pose_planning.plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
-    runs = pose_planning.plan_reversals(arm.robot, model, len(arm.nodes), site, plan) if reversals else []
-    pendant = np.round(arm.robot.to_pendant(plan.theta) / DEG, 3)
-    day = checked_date(date)
-    programs = {f"{program}.LS": measuring_program(program, HEADERS[0], day, pendant, wait)}
+    plan = plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
+    runs = plan_reversals(arm.robot, model, len(arm.nodes), site, plan) if reversals else []
+    return PlannedPoses(site=site, terms=model.parameters, plan=plan, runs=runs)
+
+
+def _files(
+    planned: PlannedPoses, robot: "Robot", names: Sequence[str], day: str, wait: float
+) -> tuple[dict[str, bytes], dict[str, bytes]]:
+    """The programs that visit the poses and reverse joints, and the tables to fill in."""
+    import numpy as np
+
+    from compgen.fanuc.measuring_programs import measuring_program
+
+    def program(number: int, pendant: "Array") -> dict[str, bytes]:
+        return {f"{names[number]}.LS": measuring_program(names[number], HEADERS[number], day, pendant, wait)}
+
+    theta, runs = planned.plan.theta, planned.runs
+    pendant = np.round(robot.to_pendant(theta) / DEG, 3)
     tables = {
-        POSES: _poses_csv(pendant, [range(len(site.reflector))] * count),
-        EXPECTED: _expected_csv(model.parameters, plan),
+        POSES: _poses_csv(pendant, [range(len(planned.site.reflector))] * len(theta)),
+        EXPECTED: _expected_csv(planned.terms, planned.plan),
     }
-    if runs:
-        turned = np.round(arm.robot.to_pendant(np.vstack([poses for poses, _ in runs])) / DEG, 3)
-        programs[f"{turning}.LS"] = measuring_program(turning, HEADERS[1], day, turned, wait)
-        tables[REVERSALS] = _poses_csv(turned, [[target] for poses, target in runs for _ in poses])
-    publish(folder, programs, tables, (f"{turning}.LS", REVERSALS), run=run)
-    record = _record(
-        model.parameters, plan, len(runs), sorted([*programs, *tables]), [*arm.input_findings, *choice.input_findings()]
-    )
-    return Outcome(record=record, show=partial(_show, record, folder))
+    if not runs:
+        return program(0, pendant), tables
+    turned = np.round(robot.to_pendant(np.vstack([poses for poses, _ in runs])) / DEG, 3)
+    targets = [[target] for poses, target in runs for _ in poses]
+    return program(0, pendant) | program(1, turned), tables | {REVERSALS: _poses_csv(turned, targets)}
 
 
 def _check(folder: Path, run: Run, program: str, turning: str) -> None:
@@ -194,17 +225,16 @@ def _expected_csv(terms: "Sequence[FreeParameter]", plan: "PosePlan") -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _record(
-    terms: "Sequence[FreeParameter]", plan: "PosePlan", runs: int, files: list[str], findings: "Sequence[Finding]"
-) -> dict[str, Any]:
+def _record(planned: PlannedPoses, files: list[str], findings: "Sequence[Finding]") -> dict[str, Any]:
     """How well each parameter will be known, the reversal runs, findings, and the files."""
+    plan = planned.plan
     return {
         "command": Command.PLAN_POSES,
         "poses": len(plan.theta),
-        "reversal_runs": runs,
+        "reversal_runs": len(planned.runs),
         "parameters": [
             {"name": t.name, "prior_sigma": prior / t.unit, "expected_sigma": sigma / t.unit}
-            for t, prior, sigma in zip(terms, plan.prior.tolist(), plan.sigma.tolist(), strict=True)
+            for t, prior, sigma in zip(planned.terms, plan.prior.tolist(), plan.sigma.tolist(), strict=True)
         ],
         "findings": [f.record() for f in findings],
         "files": files,

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from compgen.cli.frame import Outcome
-from compgen.cli.machine import use_cores
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder, check_unfilled
@@ -27,6 +26,10 @@ if TYPE_CHECKING:
 CONDITION = re.compile(r"(?:DI|RI|UI|SI|WI|F|M)\[[1-9][0-9]{0,4}\]=(?:ON|OFF)")
 RECORD, TABLE = "plan.json", "touches.csv"
 
+TouchesFolder = Annotated[
+    str | None, typer.Option("-o", "--output", help="Folder; default outputs/<path name>_touches.")
+]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchChoice:
@@ -41,23 +44,30 @@ class SearchChoice:
     skip: Annotated[str, typer.Option("--skip", help="Signal that ends a search, as SKIP CONDITION has it.")] = (
         "DI[1]=ON"
     )
-    register: Annotated[int, typer.Option("--pr", help="First position register that keeps a touch.")] = 1
-    utool: Annotated[int, typer.Option("--utool", help="Number of the probe's tool on the controller.")] = 9
-    sigma: Annotated[float, typer.Option("--sigma", help="Of one coordinate of a touch, um.")] = 12.0
-    clearance: Annotated[float, typer.Option("--clearance", help="From where a search begins, mm before it.")] = 20.0
-    beyond: Annotated[float, typer.Option("--beyond", help="How far a search may go behind the planned touch, mm.")] = (
-        3.0
-    )
+    register: Annotated[
+        int, typer.Option("--pr", callback=opt.in_range(1, 9999), help="First position register that keeps a touch.")
+    ] = 1
+    utool: Annotated[
+        int, typer.Option("--utool", callback=opt.in_range(1, 29), help="Number of the probe's tool on the controller.")
+    ] = 9
+    sigma: Annotated[
+        float, typer.Option("--sigma", callback=opt.in_range(0.1, 1e4), help="Of one coordinate of a touch, um.")
+    ] = 12.0
+    clearance: Annotated[
+        float,
+        typer.Option("--clearance", callback=opt.in_range(1, 500), help="From where a search begins, mm before it."),
+    ] = 20.0
+    beyond: Annotated[
+        float,
+        typer.Option(
+            "--beyond", callback=opt.in_range(0.1, 50), help="How far a search may go behind the planned touch, mm."
+        ),
+    ] = 3.0
 
     def signal(self) -> "Signal | None":
-        """What ends a search, None where the program stops instead; raises InputError for a number out of its range."""
+        """What ends a search, None where the program stops instead; raises InputError for a condition that is none."""
         from compgen.fanuc.measuring_programs import Signal
 
-        opt.check_range("--sigma", self.sigma, 0.1, 1e4)
-        opt.check_range("--clearance", self.clearance, 1, 500)
-        opt.check_range("--beyond", self.beyond, 0.1, 50)
-        opt.check_range("--utool", self.utool, 1, 29)
-        opt.check_range("--pr", self.register, 1, 9999)
         return None if self.stops or self.centres else Signal(_condition(self.skip), self.register)
 
 
@@ -71,12 +81,10 @@ def plan_touches(
     log: Annotated[str | None, typer.Option("--log", help="Temperature log in place of [[before]].")] = None,
     reference: opt.LogReference = None,
     frames: opt.FramesFile = None,
-    output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Folder; default outputs/<path name>_touches.")
-    ] = None,
+    output: TouchesFolder = None,
     date: opt.Date = DEFAULT_DATE,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.Cores,
 ) -> Outcome:
     """Choose the touches that tell most of where a path will be: a CSV to fill in, and a program that touches.
 
@@ -91,35 +99,23 @@ def plan_touches(
     from compgen.program.program import program_name
     from compgen.report.touch_plan import touch_record, touches_csv
 
-    if artefact is None:
-        raise InputError("--artefact: missing; give the TOML of spheres and probe")
-    signal = choice.signal()
-    folder = opt.output_folder(path, output, "_touches")
+    artefact, signal = opt.given("--artefact", artefact, "the TOML of spheres and probe"), choice.signal()
+    folder, run = opt.output_folder(path, output, "_touches"), Run(Command.PLAN_TOUCHES)
     chosen = job.load_with_log(path, log, reference)
     name = program_name(f"{chosen.name}_touches", chosen.robot.controller.name_length)
-    run = Run(Command.PLAN_TOUCHES)
     check_folder(folder, run, record=RECORD, others=[f"{name}.LS", TABLE])
     check_unfilled(folder, TABLE, "touches that were made", lambda row: row.startswith(b","))
-    spheres = read_artefact(artefact)
+    spheres, sigma = read_artefact(artefact), choice.sigma * UM
     frame = frame_of_artefact(spheres, chosen.frame, frames)
-    use_cores(workers)
     search = Search(choice.clearance * MM, choice.beyond * MM, centres=choice.centres)
     with show_progress(quiet=screen.is_silent) as progress:
-        planned = plan_path_touches(
-            chosen,
-            spheres,
-            frame,
-            count=count,
-            sigma=choice.sigma * UM,
-            search=search,
-            progress=progress,
-        )
-    program = write_touches(planned, name, checked_date(date), choice.utool, signal)
+        planned = plan_path_touches(chosen, spheres, frame, count=count, sigma=sigma, search=search, progress=progress)
     touches = positions_of(planned, choice.utool, stops=signal is None)
     record = touch_record(planned, touches, signal)
     reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, stops=signal is None)}
-    publish(folder, {f"{name}.LS": program}, reports, run=run)
-    return Outcome(record=reports[RECORD], show=partial(_show, record, folder, [f"{name}.LS", *reports]))
+    program = {f"{name}.LS": write_touches(planned, name, checked_date(date), choice.utool, signal)}
+    publish(folder, program, reports, run=run)
+    return Outcome(record=reports[RECORD], show=partial(_show, record, folder, [*program, *reports]))
 
 
 def _condition(text: str) -> str:

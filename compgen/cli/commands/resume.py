@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_page_folders
-from compgen.cli.options.page_options import PageChoice, page_files, page_options
+from compgen.cli.options.page_options import PageChoice, PagePlace, page_place
 from compgen.cli.output_files.marker import Run, command_in
 from compgen.cli.output_files.ownership import RESUME_FILES
 from compgen.cli.screen.messages import finding_lines, print_table, stdout_console
@@ -21,6 +21,7 @@ from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
+from compgen.core.stages import Progress
 
 if TYPE_CHECKING:
     from compgen.job.job import Job
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from compgen.pipelines.resume.corrected_job import CorrectedJob
     from compgen.pipelines.resume.result import Resumed
     from compgen.pipelines.resume.whole import Whole
-    from compgen.report.page import PageOptions
+    from compgen.pipelines.resume.written_job import WrittenJob
 
 PagesFolder = Annotated[
     str,
@@ -59,11 +60,6 @@ class Cause:
         str | None, typer.Option("--late", help="How long the page waits after the one before, servo on: 35min.")
     ] = None
 
-    @property
-    def waits(self) -> float:
-        """How long the page waits [s]."""
-        return opt.duration(self.late, "--late") if self.late is not None else 0.0
-
     def check(self) -> None:
         """Raises InputError where not one of the three is given, or a value is none."""
         from compgen.job.anchored_start import seconds_of_age
@@ -77,10 +73,13 @@ class Cause:
             )
         if self.late is not None:
             opt.duration(self.late, "--late")
-        if self.state_age is not None:
-            seconds_of_age(self.state_age)
-            if self.state is None:
-                raise InputError("--state-age: is of a state; name its file with --state")
+        if self.state_age is not None and seconds_of_age(self.state_age) >= 0 and self.state is None:
+            raise InputError("--state-age: is of a state; name its file with --state")
+
+    @property
+    def waits(self) -> float:
+        """How long the page waits [s]."""
+        return opt.duration(self.late, "--late") if self.late is not None else 0.0
 
     @property
     def age(self) -> float:
@@ -116,43 +115,6 @@ class Progressed:
     done: Annotated[int, typer.Option("--done", help="The last page that has run.")] = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """A folder of pages, and what a page of its reports is made with."""
-
-    folder: Path
-    choice: PageChoice
-    options: "PageOptions"
-
-    def put_anew(self, resumed: "Resumed | ResumedProgram") -> None:
-        """Put new pages, their manifest and their report into the folder, all of them or none."""
-        from compgen.pipelines.resume.result import Resumed
-        from compgen.report.resume import program_html, program_summary, resume_html, resume_summary
-
-        if isinstance(resumed, Resumed):
-            self._put(resumed, json_text(resume_summary(resumed)), resume_html(resumed, self.options))
-        else:
-            self._put(resumed, json_text(program_summary(resumed)), program_html(resumed, self.options))
-
-    def _put(self, resumed: "Resumed | ResumedProgram", record: bytes, html: bytes) -> None:
-        """Put new pages and their manifest with their report and its figures into the folder, all of them or none.
-
-        Raises:
-            InputError: A report of another stands there, or the folder cannot be written.
-        """
-        from compgen.cli.output_files.replace_together import replace_together
-
-        is_own = command_in(self.folder / RESUME_FILES[0]) is Command.RESUME
-        foreign = next((name for name in RESUME_FILES if (self.folder / name).exists() and not is_own), None)
-        if foreign:
-            file = self.folder / foreign
-            raise InputError(f"{file}: it is there and not what cgen resume or follow wrote; move it away")
-        reports = dict(zip(RESUME_FILES, (record, html), strict=True))
-        changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-        files = {**page_files(self.folder, reports, self.choice, self.options), **changed}
-        replace_together(self.folder, files, Run(Command.RESUME))
-
-
 def resume(
     folder: PagesFolder,
     *,
@@ -166,7 +128,7 @@ def resume(
     force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
     page: PageChoice,
     screen: opt.Screen,
-    workers: opt.Workers = 0,
+    cores: opt.CompiledCores,
 ) -> Outcome:
     """Write the remaining pages of a job anew, under their names, for what the robot is when the next one starts.
 
@@ -174,80 +136,76 @@ def resume(
         cgen resume outputs/optic_spiral --from-page 2 --late 35min
         cgen resume outputs/optic_spiral --from-page 2 --log temperatures.csv --max-um 5
     """
-    from compgen.cli.machine import use_machine
     from compgen.cli.output_files.replace_together import finish_replacing
-    from compgen.cli.screen.progress_bar import RESUME, show_progress
-    from compgen.cli.screen.resume_table import show_resumed
+    from compgen.cli.screen.progress_bar import CORRECT, RESUME, show_progress
     from compgen.pipelines.resume.corrected_job import read_corrected
     from compgen.pipelines.resume.resume import require_free
-    from compgen.pipelines.resume.resume import resume as pipeline
-    from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
-    from compgen.report.resume import resume_summary
 
     cause.check()
     when = checked_moment(date)
-    place = Place(Path(folder), page, page_options(Path(folder), page, date))
+    place = page_place(Path(folder), page, date)
     finish_replacing(place.folder)
     written = read_written_job(place.folder)
     require_free(written, from_page, at.loaded, at.done)
-    bound = opt.checked_bound(max_um)
-    use_machine(workers)
-    if CORRECTED in written.record:
-        job = read_corrected(written, robot, max_um)
-        return _resume_corrected(job, from_page, cause, at, when, place, force=force, silent=screen.is_silent)
-    with show_progress(RESUME, quiet=screen.is_silent) as progress:
-        whole = plan_whole(within(job_of(written, path, robot), bound), progress)
-        resumed = pipeline(
-            written, whole, from_page, partial(cause.begin, whole), when, progress, loaded=at.loaded, done=at.done
-        )
+    resumed: Resumed | ResumedProgram
+    with show_progress(CORRECT if CORRECTED in written.record else RESUME, quiet=screen.is_silent) as progress:
+        if CORRECTED in written.record:
+            program = read_corrected(written, robot, max_um)
+            resumed = _program_anew(program, from_page, cause, at, when, progress)
+        else:
+            job = within(job_of(written, path, robot), opt.bound_of(max_um))
+            resumed = _job_anew(written, job, from_page, cause, at, when, progress)
         progress(stages.REPORT, 0.0)
-        is_written = bool(resumed.replaced) and (resumed.inside or force)
+        is_written = bool(resumed.replaced) and (resumed.is_usable or force)
         if is_written:
-            place.put_anew(resumed)
+            put_anew(place, resumed)
+    return _outcome(resumed, place.folder, is_written=is_written)
+
+
+def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool) -> Outcome:
+    """What became of the pages, and why they are not inside."""
+    from compgen.verification.verdict import Verdict
+
     errors = []
-    if not resumed.inside:
-        broken = first_message(Level.OUTSIDE, resumed.findings)
-        ending = "written all the same (--force)" if force else "nothing was written; --force writes the pages"
-        errors.append(f"{resumed.verdict}: {broken}; {ending}")
-    return Outcome(
-        record=resume_summary(resumed),
-        show=partial(show_resumed, resumed, place.folder, is_written=is_written),
-        errors=errors,
-    )
+    if resumed.verdict is not Verdict.INSIDE:
+        ending = "nothing was written; --force writes the pages"
+        if is_written or resumed.is_usable:
+            ending = "written all the same" + ("" if resumed.is_usable else " (--force)")
+        errors.append(f"{resumed.verdict}: {first_message(Level.OUTSIDE, resumed.findings)}; {ending}")
+    show = partial(_show, resumed, folder, is_written=is_written)
+    return Outcome(record=record_of(resumed), show=show, errors=errors)
 
 
-def _resume_corrected(
-    job: "CorrectedJob",
-    from_page: int,
-    cause: Cause,
-    at: Progressed,
-    date: str,
-    place: Place,
-    *,
-    force: bool,
-    silent: bool,
-) -> Outcome:
-    """Write the remaining pages of a corrected program anew."""
-    from compgen.cli.screen.progress_bar import CORRECT, show_progress
+def _job_anew(
+    written: "WrittenJob", job: "Job", from_page: int, cause: Cause, at: Progressed, date: str, progress: Progress
+) -> "Resumed":
+    """The remaining pages of a planned job."""
+    from compgen.pipelines.resume.resume import resume as pipeline
+    from compgen.pipelines.resume.whole import plan_whole
+
+    whole = plan_whole(job, progress)
+    begin = partial(cause.begin, whole)
+    return pipeline(written, whole, from_page, begin, date, progress, loaded=at.loaded, done=at.done)
+
+
+def _program_anew(
+    job: "CorrectedJob", from_page: int, cause: Cause, at: Progressed, date: str, progress: Progress
+) -> "ResumedProgram":
+    """The remaining pages of a corrected program."""
     from compgen.pipelines.resume.corrected import resume_corrected
-    from compgen.report.resume import program_summary
 
-    begin = cause.begin_corrected(job)
-    with show_progress(CORRECT, quiet=silent) as progress:
-        resumed = resume_corrected(job, from_page, begin, date, progress, at.loaded, at.done)
-        usable = resumed.is_usable
-        is_written = bool(resumed.replaced) and (usable or force)
-        report = json_text(program_summary(resumed))
-        if is_written:
-            place.put_anew(resumed)
-    errors = []
-    if not resumed.correction.inside:
-        broken = first_message(Level.OUTSIDE, resumed.findings)
-        ending = "written all the same" if is_written or usable else "nothing was written; --force writes the pages"
-        errors.append(f"{resumed.verdict}: {broken}; {ending}")
-    show = partial(_show_corrected, resumed, place.folder, is_written=is_written)
-    return Outcome(record=report, show=show, errors=errors)
+    return resume_corrected(job, from_page, cause.begin_corrected(job), date, progress, at.loaded, at.done)
+
+
+def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool) -> None:
+    from compgen.cli.screen.resume_table import show_resumed
+    from compgen.pipelines.resume.result import Resumed
+
+    if isinstance(resumed, Resumed):
+        show_resumed(resumed, folder, is_written=is_written)
+    else:
+        _show_corrected(resumed, folder, is_written=is_written)
 
 
 def _show_corrected(resumed: "ResumedProgram", folder: Path, *, is_written: bool) -> None:
@@ -263,6 +221,36 @@ def _show_corrected(resumed: "ResumedProgram", folder: Path, *, is_written: bool
         lines.append("nothing to do: the pages in the folder are these already")
     for line in lines:
         console.print(line)
+
+
+def put_anew(place: PagePlace, resumed: "Resumed | ResumedProgram") -> None:
+    """Put new pages and their manifest with their report and its figures into the folder, all of them or none.
+
+    Raises:
+        InputError: A report of another stands there, or the folder cannot be written.
+    """
+    from compgen.cli.output_files.replace_together import replace_together
+    from compgen.pipelines.resume.result import Resumed
+    from compgen.report.resume import program_html, resume_html
+
+    is_own = command_in(place.folder / RESUME_FILES[0]) is Command.RESUME
+    foreign = next((name for name in RESUME_FILES if (place.folder / name).exists() and not is_own), None)
+    if foreign:
+        file = place.folder / foreign
+        raise InputError(f"{file}: it is there and not what cgen resume or follow wrote; move it away")
+    html = resume_html(resumed, place.options) if isinstance(resumed, Resumed) else program_html(resumed, place.options)
+    contents = json_text(record_of(resumed)), html
+    reports = place.files(dict(zip(RESUME_FILES, contents, strict=True)))
+    changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
+    replace_together(place.folder, {**reports, **changed}, Run(Command.RESUME))
+
+
+def record_of(resumed: "Resumed | ResumedProgram") -> dict[str, Any]:
+    """What became of the pages, for the folder and for ``--json``."""
+    from compgen.pipelines.resume.result import Resumed
+    from compgen.report.resume import program_summary, resume_summary
+
+    return resume_summary(resumed) if isinstance(resumed, Resumed) else program_summary(resumed)
 
 
 def within(job: "Job", bound: float | None) -> "Job":

@@ -13,7 +13,7 @@ import typer
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_keys, complete_paths, complete_questions
-from compgen.cli.options.page_options import PageChoice, PageDate, page_files, page_options
+from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files import study_files as files_of_study
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.publish import publish
@@ -28,6 +28,7 @@ from compgen.core.units import UM
 if TYPE_CHECKING:
     from compgen.pipelines.study import Row, Study
     from compgen.report.live import LiveSection
+    from compgen.report.study_tables import StudyOutcome
 
 MOST_FAILED = 10  # scenarios that are named
 
@@ -71,18 +72,22 @@ class Scenarios:
     workers: opt.Workers = 0
 
 
+Sliders = Annotated[
+    bool, typer.Option("--live/--no-live", help="Sliders on the page; they take one corrected program.")
+]
+StudyFolder = Annotated[
+    str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_whatif.")
+]
+
+
 def whatif(
     path: opt.PathFile,
     *,
     scenarios: Scenarios,
     questions: Questions,
-    live: Annotated[
-        bool, typer.Option("--live/--no-live", help="Sliders on the page; they take one corrected program.")
-    ] = True,
+    live: Sliders = True,
     job: opt.JobChoice,
-    output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_whatif.")
-    ] = None,
+    output: StudyFolder = None,
     max_um: opt.MaxUm = None,
     page: PageChoice,
     date: PageDate = None,
@@ -97,13 +102,11 @@ def whatif(
     """
     from compgen.pipelines.study import build
     from compgen.pipelines.study.questions import answer_questions, base_job, check_study
-    from compgen.report.files import study_files, study_sentences
     from compgen.report.live import NONE
     from compgen.report.study_tables import StudyOutcome
 
     robot, vary, listed, asked = job.robot, scenarios.vary or (), scenarios.listed, questions.asked or []
     changes = job.changes(path, max_um if scenarios.correct else None)
-    opt.checked_bound(max_um)
     varied = bool(vary or listed)
     if max_um is not None and not varied:
         raise InputError(f"--max-um {max_um:g}: no scenario to judge; give --vary KEY=V1,V2 or --list FILE.csv")
@@ -111,28 +114,37 @@ def whatif(
     study = build(path, robot, changes, vary, listed, correct=scenarios.correct) if varied else None
     folder, identity = opt.output_folder(path, output, "_whatif"), study.identity if study else None
     folder = study_folder(folder, path, identity, {*asked}, is_chosen=output is not None, fresh=scenarios.fresh)
-    of_page = page_options(folder, page, date)
-    answers = answer_questions(
-        path, robot, changes, asked, questions.within_um * UM, questions.pass_paths or [], questions.feeds
-    )
+    place = page_place(folder, page, date)
+    within, passes = questions.within_um * UM, questions.pass_paths or []
+    answers = answer_questions(path, robot, changes, asked, within, passes, questions.feeds)
     rows = _run_scenarios(study, folder, scenarios, silent=screen.is_silent) if study else []
     alone = study is None and not answers
     living = _sliders(path, robot, changes, silent=screen.is_silent, alone=alone) if live else NONE
-    journal = {files_of_study.JOURNAL: files_of_study.journal_text(study.identity, rows)} if study else {}
     base = base_job(path, robot, changes)
     outcome = StudyOutcome(study=study, rows=rows, answers=answers, base=base, max_um=max_um)
-    files = study_files(path, changes, outcome, of_page, living)
-    reports, run = page_files(folder, files, page, of_page), Run(Command.WHATIF, Path(path).stem)
-    publish(folder, journal, reports, own_files() if scenarios.fresh else (), run=run)
+    return _publish(path, changes, outcome, living, place, fresh=scenarios.fresh)
+
+
+def _publish(
+    path: str, changes: Sequence[str], outcome: "StudyOutcome", living: "LiveSection", place: PagePlace, *, fresh: bool
+) -> Outcome:
+    """Put the journal and the reports of a study, and of what was asked, into their folder."""
+    from compgen.report.files import study_files, study_sentences
+
+    study, rows, base = outcome.study, outcome.rows, outcome.base
+    journal = {files_of_study.JOURNAL: files_of_study.journal_text(study.identity, rows)} if study else {}
+    files = study_files(path, changes, outcome, place.options, living)
+    reports, run = place.files(files), Run(Command.WHATIF, Path(path).stem)
+    publish(place.folder, journal, reports, own_files() if fresh else (), run=run)
     failed = [row for row in rows if row["state"] == "failed"]
     lines = [
         *study_sentences(outcome),
         *([living.sentence] if living.sentence else []),
         *finding_lines(base.input_findings if base is not None else ()),
         *(f"failed: scenario {row['index']}: {row['reason']}" for row in failed[:MOST_FAILED]),
-        f"wrote {', '.join(sorted([*journal, *files]))} to {folder}",
+        f"wrote {', '.join(sorted([*journal, *files]))} to {place.folder}",
     ]
-    return Outcome(record=files[RECORD], show=partial(print_lines, lines), errors=_reasons(rows, max_um))
+    return Outcome(record=files[RECORD], show=partial(print_lines, lines), errors=_reasons(rows, outcome.max_um))
 
 
 def _reasons(rows: "list[Row]", max_um: float | None) -> list[str]:

@@ -1,6 +1,7 @@
 """Arguments and options that several commands share, alone and in groups, and the checks of their values."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,6 +17,7 @@ from compgen.cli.options.completion import (
 )
 from compgen.cli.output_files import marker, publish
 from compgen.core.exceptions import InputError, naming_file
+from compgen.core.findings import beyond_text
 from compgen.core.units import HOUR, MINUTE, UM
 
 if TYPE_CHECKING:
@@ -23,6 +25,18 @@ if TYPE_CHECKING:
     from compgen.program.frames import Frames
     from compgen.program.registers import Register
     from compgen.thermal import Duty
+
+
+def in_range(least: float, most: float, unit: str = "") -> Callable[[typer.CallbackParam, float | None], float | None]:
+    """What refuses a number out of its range as soon as the option is read; None is an option that is not given."""
+
+    def checked(param: typer.CallbackParam, value: float | None) -> float | None:
+        if value is not None and not least <= value <= most:
+            raise InputError(f"{param.opts[0]} {value:g}: must be {least:g} to {most:g} {unit}".rstrip())
+        return value
+
+    return checked
+
 
 PathFile = Annotated[
     str,
@@ -84,9 +98,12 @@ Workers = Annotated[
 ]
 MaxUm = Annotated[
     float | None,
-    typer.Option("--max-um", help="Largest error allowed on the part [um], in place of the files' bound; else exit 1."),
+    typer.Option(
+        "--max-um",
+        callback=in_range(0.001, 1e6, "um"),
+        help="Largest error allowed on the part [um], in place of the files' bound; else exit 1.",
+    ),
 ]
-LEAST_UM, MOST_UM = 0.001, 1e6  # of --max-um
 
 Strict = Annotated[
     bool, typer.Option("--strict", help="Refuse where assumed accelerations decide whether the bounds are kept.")
@@ -135,6 +152,20 @@ class Screen:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Cores:
+    """Over how many cores rows are shared out; the frame sees to it before the command runs."""
+
+    workers: Workers = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompiledCores:
+    """Cores of a command that evaluates so many rows that compiling pays; the frame sees to it."""
+
+    workers: Workers = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class JobChoice:
     """What a path file's job is made with in place of what the file says: robot, keys, state."""
 
@@ -147,7 +178,7 @@ class JobChoice:
         """The overrides of a path file, with the bound of ``--max-um`` and those that a state comes to."""
         from compgen.job.anchored_start import seconds_of_age, state_overrides
 
-        bound = [] if checked_bound(max_um) is None else [f"bounds.max_um={max_um!r}"]
+        bound = [] if max_um is None else [f"bounds.max_um={max_um!r}"]
         age = seconds_of_age(self.state_age) if self.state_age is not None else 0.0
         return [*(self.overrides or ()), *bound, *state_overrides(path, self.state, age)]
 
@@ -203,20 +234,30 @@ class ProgramTables:
         return read_frames(self.frames), read_registers(self.registers)
 
 
-def checked_bound(max_um: float | None) -> float | None:
-    """What ``--max-um`` gives [m]; raises InputError for what is no bound."""
-    if max_um is None:
-        return None
-    if not LEAST_UM <= max_um <= MOST_UM:
-        raise InputError(f"--max-um {max_um:g}: must be {LEAST_UM:g} to {MOST_UM:g} um")
-    return max_um * UM
+def bound_of(max_um: float | None) -> float | None:
+    """What ``--max-um`` gives [m]."""
+    return None if max_um is None else max_um * UM
 
 
-def position_log(log: str | None) -> str:
-    """The file of a log of positions; raises InputError where none is named."""
-    if log is None:
-        raise InputError("--log: missing; give the CSV of positions that was logged while the program ran")
-    return log
+def beyond_bound(words: str, error: float, max_um: float | None, place: str = "") -> list[str]:
+    """Why a run whose largest error [m] is beyond ``--max-um`` is not inside; nothing where it is not beyond.
+
+    Args:
+        words: What has the error, "{}" in its place.
+        error: The largest one [m].
+        max_um: As typed [um].
+        place: Where it is.
+    """
+    if max_um is None or error <= max_um * UM:
+        return []
+    return [f"{words.format(beyond_text(error / UM, max_um))} um{place}, --max-um {max_um:g}"]
+
+
+def given(option: str, value: str | None, what: str) -> str:
+    """The value of an option that a command cannot do without; raises InputError where it is missing."""
+    if value is None:
+        raise InputError(f"{option}: missing; give {what}")
+    return value
 
 
 def output_folder(path: str, output: str | None, suffix: str = "") -> Path:
@@ -227,6 +268,12 @@ def output_folder(path: str, output: str | None, suffix: str = "") -> Path:
     publish.check_writable(folder.absolute())
     marker.runs_in(folder)
     return folder
+
+
+def check_elsewhere(program: str, target: Path, what: str) -> None:
+    """Raises InputError where what is written, named in words, would replace the program that it is made from."""
+    if target.exists() and Path(program).exists() and target.samefile(program):
+        raise InputError(f"{program}: {what} would replace it; give another folder with -o")
 
 
 def toml_file(output: str | None, default: Path, whose: str) -> Path:
@@ -257,9 +304,3 @@ def duration(text: str, option: str) -> float:
     if not parts or _PART.sub("", text).strip() or units != sorted(set(units), key=list(_UNITS).index):
         raise InputError(f"{option} {text!r:.60}: not a duration; write it as 35min, 1h30min or 90s")
     return float(sum(float(number) * _UNITS[unit] for number, unit in parts))
-
-
-def check_range(option: str, value: float, least: float, most: float) -> None:
-    """Raises InputError for an option's number that is out of its range."""
-    if not least <= value <= most:
-        raise InputError(f"{option} {value:g}: must be {least:g} to {most:g}")

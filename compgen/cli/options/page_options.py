@@ -42,8 +42,23 @@ class PageChoice:
     figures: FiguresOption = None
 
 
-def page_options(folder: Path, page: PageChoice, date: str | None = None) -> "PageOptions":
-    """What a page is made with; refused before any work where the script cannot lie above its folder.
+@dataclass(frozen=True, slots=True)
+class PagePlace:
+    """A folder that a page goes to, and what the page is made with."""
+
+    folder: Path
+    choice: PageChoice
+    options: "PageOptions"
+
+    def files(self, files: Mapping[str, Content]) -> dict[str, Content]:
+        """The files of a run, a page among them, with its figures' files; the script that it shares is put above it."""
+        reports = with_figures(self.folder, files, self.choice.figures)
+        share_script(self.folder, self.options)
+        return reports
+
+
+def page_place(folder: Path, page: PageChoice, date: str | None = None) -> PagePlace:
+    """Where a page goes; refused before any work where the script cannot lie above its folder.
 
     Args:
         folder: Of the page.
@@ -57,20 +72,11 @@ def page_options(folder: Path, page: PageChoice, date: str | None = None) -> "Pa
 
     shown = "" if date is None else page_date(date)
     if page.assets is Assets.INLINE:
-        return PageOptions(shown)
+        return PagePlace(folder, page, PageOptions(shown))
     script = _script_above(folder)
     check_writable(script.parent)
     _is_there(script)
-    return PageOptions(shown, f"../{script.name}")
-
-
-def page_files(
-    folder: Path, files: Mapping[str, Content], page: PageChoice, options: "PageOptions"
-) -> dict[str, Content]:
-    """The files of a run, a page among them, with its figures' files; the script that it shares is put above it."""
-    reports = with_figures(folder, files, page.figures)
-    share_script(folder, options)
-    return reports
+    return PagePlace(folder, page, PageOptions(shown, f"../{script.name}"))
 
 
 def share_script(folder: Path, options: "PageOptions") -> None:

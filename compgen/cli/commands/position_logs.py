@@ -1,0 +1,197 @@
+"""Commands on a log of positions: executed judges the run, identify-motion fits the controller's motion to it."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from compgen.cli.commands.identify import RobotFilePlace, robot_file_place
+from compgen.cli.frame import Outcome
+from compgen.cli.options import options as opt
+from compgen.cli.options.completion import complete_programs, complete_robots
+from compgen.cli.options.page_options import PageChoice, PageDate, page_place
+from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import IDENTIFIED_MOTION, check_folder
+from compgen.cli.output_files.publish import publish
+from compgen.cli.screen.messages import finding_lines, print_lines
+from compgen.core import stages
+from compgen.core.codes import Level
+from compgen.core.commands import Command
+from compgen.core.exceptions import naming_file
+from compgen.core.files import file_hash
+from compgen.core.findings import first_message
+from compgen.core.json_text import json_text
+
+if TYPE_CHECKING:
+    from compgen.identification.motion.identify import IdentifiedMotion
+    from compgen.pipelines.executed.executed import ProgramText, Situation
+    from compgen.report.inputs import Inputs
+    from compgen.verification.executed.judgement import ExecutedRun
+
+RECORD, PAGE, TABLE = "executed.json", "executed.html", "executed.csv"
+
+OtherPrograms = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--also", autocompletion=complete_programs, help="A program that may have been run instead; repeatable."
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedProgram:
+    """A program of which a log is given, with the robot that drove it."""
+
+    file: str
+    log: str
+    text: "ProgramText"
+    robot_file: str
+    situation: "Situation"
+
+    def inputs(self) -> "Inputs":
+        """What a page names as its inputs."""
+        from compgen.report.inputs import measured_inputs
+
+        sources = [(kind, file, file_hash(file)) for kind, file in (("program", self.file), ("log", self.log))]
+        return measured_inputs(self.situation.robot.name, (self.robot_file, file_hash(self.robot_file)), sources)
+
+
+def _logged_program(
+    program: str, log: str | None, robot: str | None, tables: opt.ProgramTables, *, in_world: bool
+) -> LoggedProgram:
+    """The program with what lies beside it; the log is not read yet."""
+    from compgen.pipelines.correct.program_file import programs_beside, read_program
+    from compgen.pipelines.executed.executed import Situation, read_text
+    from compgen.pipelines.files.robot_file import find_robot, load_robot, robot_of_program
+
+    log = opt.given("--log", log, "the CSV of positions that was logged while the program ran")
+    content = read_program(program)
+    with naming_file(program):
+        robot_file = str(find_robot(robot if robot is not None else robot_of_program(content)))
+        text = read_text(program, content)
+    situation = Situation(load_robot(robot_file), *tables.read(), programs_beside(Path(program)), in_world)
+    with naming_file(program):
+        situation.course(content)  # what is wrong with the program is named before the log is read
+    return LoggedProgram(file=program, log=log, text=text, robot_file=robot_file, situation=situation)
+
+
+def executed(
+    program: opt.ProgramFile,
+    *,
+    log: opt.PositionLog = None,
+    robot: opt.ProgramRobot = None,
+    tables: opt.ProgramTables,
+    in_world: opt.InWorld = False,
+    also: OtherPrograms = None,
+    max_um: opt.MaxUm = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>_executed.")
+    ] = None,
+    page: PageChoice,
+    date: PageDate = None,
+    screen: opt.Screen,
+    cores: opt.Cores,
+) -> Outcome:
+    """Say whether a log of positions is of this program, at which override, in which time, and how true to the path.
+
+    Examples:
+        cgen executed out/SPIRAL_1300.LS --log run.csv --max-um 200
+    """
+    from compgen.pipelines.correct.program_file import read_program
+    from compgen.pipelines.executed.executed import judge_log
+    from compgen.report.executed import executed_csv, executed_html, executed_summary
+    from compgen.verification.executed.position_log import read_position_log
+
+    folder = opt.output_folder(program, output, "_executed")
+    logged = _logged_program(program, log, robot, tables, in_world=in_world)
+    text, own, bound = logged.text, Run(Command.EXECUTED, logged.text.name), opt.bound_of(max_um)
+    check_folder(folder, own, record=RECORD, others=[PAGE, TABLE])
+    place = page_place(folder, page, date)
+    others = [(name, read_program(name)) for name in also or []]
+    run = judge_log(text, read_position_log(logged.log), logged.situation, others, bound)
+    summary = executed_summary(run, text, logged.situation.robot, bound)
+    record, html = json_text(summary), executed_html(run, summary, logged.inputs(), place.options)
+    files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
+    publish(folder, {}, place.files(files), run=own)
+    outside = first_message(Level.OUTSIDE, run.findings)
+    show = partial(print_lines, [*_lines(summary), f"wrote {', '.join(files)} to {folder}"])
+    return Outcome(record=record, show=show, errors=[f"outside: {outside}"] if outside else [])
+
+
+def _lines(summary: dict[str, Any]) -> list[str]:
+    """What the command prints."""
+    log, time, covered = summary["log"], summary["time"], summary["covered"]
+    off = "" if time["off_percent"] is None else f" ({time['off_percent']:+.2f} %)"
+    overrides = ", then ".join(f"{s['percent']:.0f} %" for s in summary["override"]) or "not known"
+    lines = [
+        f"{summary['name']}: {log['rows']} rows every {log['period_ms']:.3g} ms, {100 * covered['share']:.1f} % of the "
+        f"path ({covered['from']} to {covered['to']})",
+        f"override {overrides}; {time['took_s']:.2f} s between its first and last steady row, planned "
+        f"{time['expected_s']:.2f} s{off}; the program began at {time['start_s']:.3f} s of the log's clock",
+    ]
+    lines += [
+        f"{name}: max {d['max_um']:.1f}, p99 {d['p99_um']:.1f}, rms {d['rms_um']:.1f} um; largest at {d['at']}"
+        for name, d in summary["deviation"].items()
+    ]
+    lines.append(f"verdict: {summary['verdict']}")
+    return [*lines, *finding_lines(summary["findings"])]
+
+
+def identify_motion(
+    program: opt.ProgramFile,
+    *,
+    log: opt.PositionLog = None,
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", autocompletion=complete_robots, help="Robot name or file; [motion] goes into a copy."),
+    ] = None,
+    tables: opt.ProgramTables,
+    in_world: opt.InWorld = False,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
+    ] = None,
+    page: PageChoice,
+    date: PageDate = None,
+    screen: opt.Screen,
+    cores: opt.Cores,
+) -> Outcome:
+    """Fit how the controller smooths its commands to a log of a run, with a verdict on stretches held out.
+
+    Examples:
+        cgen identify-motion out/SPIRAL_1300.LS --log run.csv --robot mine.toml -o smooth.toml
+    """
+    from compgen.cli.screen.progress_bar import show_progress
+    from compgen.pipelines.files.robot_file import load_arm
+    from compgen.pipelines.measure.identify_motion import identify_motion as identify
+    from compgen.verification.executed.position_log import read_position_log
+
+    logged = _logged_program(program, log, robot, tables, in_world=in_world)
+    arm = load_arm(logged.robot_file)
+    default = Path("outputs") / "motion" / f"{arm.robot.name}.toml"
+    target = robot_file_place(output, default, Command.IDENTIFY_MOTION, IDENTIFIED_MOTION, page, date)
+    positions = read_position_log(logged.log)
+    with show_progress(quiet=screen.is_silent) as progress:
+        run, identified = identify(logged.text, positions, logged.situation, partial(progress, stages.MOTION))
+    return _publish_motion(logged, arm.text, run, identified, target)
+
+
+def _publish_motion(
+    logged: LoggedProgram, robot_text: str, run: "ExecutedRun", identified: "IdentifiedMotion", target: RobotFilePlace
+) -> Outcome:
+    """Write a copy of the robot file with the motion, unless the fit is refused, and the reports."""
+    from compgen.pipelines.measure.identify_motion import motion_text
+    from compgen.report.motion_report import motion_html, motion_sentences, motion_summary
+
+    robot, text = logged.situation.robot, logged.text
+    summary = motion_summary(run, text, identified, robot)
+    written = {}
+    if identified.accepted:
+        written = {target.file.name: motion_text(robot_text, robot, run, text, identified).encode()}
+    record = json_text(summary)
+    words = target.put(written, record, motion_html(summary, logged.inputs(), target.place.options))
+    lines = [*motion_sentences(summary), *finding_lines((*identified.findings, *run.findings)), words]
+    refused = first_message(Level.REFUSED, identified.findings)
+    errors = [f"refused: {refused}; {target.file.name} not written"] if refused else []
+    return Outcome(record=record, show=partial(print_lines, lines), errors=errors)
