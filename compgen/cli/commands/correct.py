@@ -109,27 +109,27 @@ def correct(
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.program_file import programs_beside, read_program, refuse_corrected
 
-    options = wishes.options()
-    source = Path(program)
+    options, source = wishes.options(), Path(program)
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
     opt.check_elsewhere(program, folder / source.name, "the result")
     place = page_place(folder, page, date)
     if wishes.restore:
         return _restore(source, content, folder)
-    file = source.name if not options.raised else f"{source.stem}{DRY}{source.suffix}"
+    file = f"{source.stem}{DRY}{source.suffix}" if options.raised else source.name
     if not options.raised:
         _check(folder, content, file)
     if not wishes.again:
         refuse_corrected(source, content)
-    cell, history = choice.begin(program, content)
+    (cell, history), (frames, registers) = choice.begin(program, content), tables.read()
     # a dry run is known by the name that it gets on this controller
     run = _check(folder, renamed(content, cell.robot.controller.name_length) if options.raised else content, file)
-    frames, registers = tables.read()
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
             beside = programs_beside(source)
-            correction = pipeline.correct(content, cell, frames, history, options, progress, beside, registers)
+            correction = pipeline.correct(
+                content, cell, frames, history, options, progress, beside, registers=registers
+            )
         progress(stages.REPORT, 0.0)
         return _publish(correction, place, file, run, force=wishes.force)
 
