@@ -1,6 +1,5 @@
 """The command that corrects a program that exists."""
 
-import os
 import re
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +13,7 @@ from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_marks
 from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
-from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.marker import Run, read_record
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import outcome_words, print_lines
@@ -164,8 +163,10 @@ def _check(folder: Path, content: bytes, file: str) -> Run:
     """
     match = _PROGRAM_LINE.search(content, 0, 4000)
     run = Run(Command.CORRECT, match[1].decode("ascii") if match else Path(file).stem)
-    is_own = os.path.lexists(folder / (Path(file).stem + PROVENANCE))
-    check_folder(folder, run, record=REPORT, others=REPORTS, headed=[] if is_own else [Headed(program=file)])
+    provenance = Path(file).stem + PROVENANCE
+    is_own = "planned_sha256" in read_record(folder / provenance)
+    unvouched = [] if is_own else [Headed(program=file), Headed(program=provenance)]
+    check_folder(folder, run, record=REPORT, others=REPORTS, headed=unvouched)
     return run
 
 
