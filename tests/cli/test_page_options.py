@@ -61,7 +61,7 @@ def test_a_folder_in_the_script_s_place_is_refused(tmp_path):
 
 
 def test_runs_at_the_same_moment_leave_one_whole_script(tmp_path):
-    of_page = options.page_options(tmp_path / "a", PageChoice(assets=Assets.SHARED))
+    of_page = options.page_place(tmp_path / "a", PageChoice(assets=Assets.SHARED)).options
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda n: share_script(tmp_path / f"run{n}", of_page), range(8)))
     assert [file.name for file in tmp_path.iterdir()] == [library_name()]
@@ -70,7 +70,7 @@ def test_runs_at_the_same_moment_leave_one_whole_script(tmp_path):
 
 def test_a_script_that_comes_while_it_is_looked_for_is_the_script(tmp_path, monkeypatch):
     """Another run's script appears after this one has tried to read it and before it looks whether it is there."""
-    of_page = options.page_options(tmp_path / "a", PageChoice(assets=Assets.SHARED))
+    of_page = options.page_place(tmp_path / "a", PageChoice(assets=Assets.SHARED)).options
     read, script = options.read_regular, tmp_path / library_name()
 
     def late(path):
