@@ -140,6 +140,7 @@ def test_a_file_of_somebody_else_is_kept(folder, tmp_path, name):
         done = run(*with_output(CALLS[name], foreign if place.is_dir() else foreign / file), "--json", cwd=folder)
         if snapshot(foreign) == {file: b"somebody's"}:
             one_line(done)
+            assert foreign.name in done.stderr
             kept.append(file)
     assert kept == files
 

@@ -34,13 +34,6 @@ def test_heat_keeps_another_paths_day(heated):
     assert content(heated)["heat.json"] != before["heat.json"]
 
 
-@pytest.mark.parametrize("name", ["heat.csv", "runs.csv", "heat.html", "heat.json"])
-def test_heat_keeps_what_it_has_not_written(name, tmp_path):
-    (tmp_path / name).write_text("{}")
-    refused(run("heat", LINE_Y, "-q", "-o", tmp_path), 2, f"{name} in it is not what cgen heat wrote", "-o")
-    assert content(tmp_path) == {name: b"{}"}
-
-
 def test_heat_says_the_day_in_numbers(heated):
     day = json.loads((heated / "heat.json").read_text())
     assert (day["schema"], day["name"], day["runs"]["count"]) == (1, "line_y", 1)
@@ -49,19 +42,10 @@ def test_heat_says_the_day_in_numbers(heated):
     assert len(day["provenance"]["robot_file"]["sha256"]) == 64
 
 
-@pytest.mark.parametrize(
-    ("command", "name"),
-    [
-        ("generate", "report.html"),
-        ("generate", "waypoints.csv"),
-        ("predict", "waypoints.csv"),
-        ("predict", "LINE_Y.LS"),
-    ],
-)
-def test_a_job_keeps_what_no_report_vouches_for(command, name, tmp_path):
-    (tmp_path / name).write_text("of somebody else")
-    refused(run(command, LINE_Y, "-q", "-o", tmp_path), 2, f"{name} in it is not what cgen {command} wrote", "-o")
-    assert content(tmp_path) == {name: b"of somebody else"}
+def test_a_prediction_keeps_a_program_of_the_path_s_name(tmp_path):
+    (tmp_path / "LINE_Y.LS").write_text("of somebody else")
+    refused(run("predict", LINE_Y, "-q", "-o", tmp_path), 2, "LINE_Y.LS in it is not what cgen predict wrote", "-o")
+    assert content(tmp_path) == {"LINE_Y.LS": b"of somebody else"}
 
 
 def test_questions_keep_another_paths_answers(tmp_path):
@@ -79,13 +63,6 @@ def test_a_study_keeps_what_no_study_has_written(more, tmp_path):
     (tmp_path / "contributions.csv").write_text("of somebody else")
     refused(run("whatif", LINE_Y, *ASK, "-o", tmp_path, *more), 2, str(tmp_path), "-o")
     assert content(tmp_path) == {"contributions.csv": b"of somebody else"}
-
-
-@pytest.mark.parametrize("name", ["expected.csv", "M710IC50_POSES.LS"])
-def test_planned_poses_keep_what_they_have_not_written(name, tmp_path):
-    (tmp_path / name).write_text("of somebody else")
-    refused(run("plan-poses", "m710ic50", "-n", "12", "-q", "-o", tmp_path), 2, f"{name} in it is not what")
-    assert content(tmp_path) == {name: b"of somebody else"}
 
 
 def test_planned_poses_keep_another_robots(tmp_path):
