@@ -25,12 +25,14 @@ from compgen.core.stages import Progress
 
 if TYPE_CHECKING:
     from compgen.job.job import Job
+    from compgen.pipelines.planned.job_results import Planned
     from compgen.pipelines.resume.beginning import Beginning, Known
     from compgen.pipelines.resume.corrected import Begin, ResumedProgram
     from compgen.pipelines.resume.corrected_job import CorrectedJob
     from compgen.pipelines.resume.result import Resumed
     from compgen.pipelines.resume.whole import Whole
     from compgen.pipelines.resume.written_job import WrittenJob
+    from compgen.report.page import PageOptions
 
 PagesFolder = Annotated[
     str,
@@ -88,7 +90,7 @@ class Cause:
 
         return seconds_of_age(self.state_age) if self.state_age is not None else 0.0
 
-    def begin(self, whole: "Whole", known: "Known") -> "Beginning":
+    def begin(self, whole: "Planned", known: "Known") -> "Beginning":
         """How the first new page of a job begins."""
         from compgen.pipelines.resume.beginning import begin_late
         from compgen.pipelines.resume.from_log import begin_with_log

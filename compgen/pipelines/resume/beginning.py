@@ -19,7 +19,7 @@ from compgen.error_model.anchored_state import parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.planned.job_results import Planned
 from compgen.thermal import Ambient, state_after, states_at
 
 MOST_LATE = 7 * DAY
@@ -64,7 +64,7 @@ class Known:
         own(self, state=("S",))
 
 
-def known_state(whole: Whole, resumed: list[dict[str, Any]], page: int, first: int) -> Known:
+def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first: int) -> Known:
     """What the plan, and what was replaced since, say of the robot when a page starts.
 
     Args:
@@ -95,7 +95,7 @@ def unmoved(job: Job) -> Cell:
     return load_cell(job.cell.robot_file, [o for o in job.overrides if o.startswith("robot.")])
 
 
-def begin_late(whole: Whole, known: Known, late: float) -> Beginning:
+def begin_late(whole: Planned, known: Known, late: float) -> Beginning:
     """The page starts so much later [s] than the page before stopped; the servo is on."""
     if not 0 <= late <= MOST_LATE:
         raise InputError(f"--late {late:g} s: outside 0 to {MOST_LATE:g} s; give how long the page waits, as 35min")
@@ -113,7 +113,9 @@ def begin_late(whole: Whole, known: Known, late: float) -> Beginning:
     )
 
 
-def begin_at(whole: Whole, known: Known, state: Array, air: float | None, why: str, cause: dict[str, Any]) -> Beginning:
+def begin_at(
+    whole: Planned, known: Known, state: Array, air: float | None, why: str, cause: dict[str, Any]
+) -> Beginning:
     """The page starts with a state that somebody has found; of the wait before it nothing is known.
 
     Args:
@@ -129,7 +131,7 @@ def begin_at(whole: Whole, known: Known, state: Array, air: float | None, why: s
     return Beginning(state=state, clock=clock, cell=known.cell, air=later, why=why, cause=cause)
 
 
-def _air_from(job: Job, clock: float, whole: Whole) -> Ambient:
+def _air_from(job: Job, clock: float, whole: Planned) -> Ambient:
     air = job.history.air
     span = 3 * MOST_LATE + float(whole.time[-1])
     return air if air.is_still else air.seen_from(np.array([clock]), span)

@@ -9,12 +9,11 @@ for every mode that remembers so long (one that has died away over ``FORGOTTEN``
 pages from that one on are taken; those before stay. Source: superposition, the heat models are linear.
 """
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,10 +35,10 @@ from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.from_state import begin_anchored
+from compgen.pipelines.resume.record import Rewriting, manifest_anew
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import WrittenJob
-from compgen.program.manifest import with_checksum
 from compgen.program.pages import Capacity
 from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
@@ -88,8 +87,15 @@ class ResumedProgram(PagesAnew):
         return self.correction.band
 
 
-def resume_corrected(
-    job: CorrectedJob, from_page: int, begin: Begin, date: str, progress: Progress, loaded: int = 0, done: int = 0
+def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
+    job: CorrectedJob,
+    from_page: int,
+    begin: Begin,
+    date: str,
+    progress: Progress,
+    loaded: int = 0,
+    done: int = 0,
+    first: Correction | None = None,
 ) -> ResumedProgram:
     """The pages of a corrected program from one on, for what the robot is when it starts.
 
@@ -101,6 +107,7 @@ def resume_corrected(
         progress: Called with the stage and the share done.
         loaded: The last page that the controller has; 0 where nobody says.
         done: The last page that has run.
+        first: The correction that the pages were parted of; default it is made again.
 
     Raises:
         InputError: Such a page is not there, has run or is loaded, a file is another than was written, or the new
@@ -109,20 +116,12 @@ def resume_corrected(
     written = job.written
     require_free(written, from_page, loaded, done)
     require_unedited(written)
-    first = corrected_first(job, progress)
+    first = first or corrected_first(job, progress)
     motion = first.plan.drive.joint_motion()
-    start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
-    cell, old = job.cell, first
     # a start that is known is not averaged over others
     job = replace(job, options=replace(job.options, ensemble=None))
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
-    if earlier:
-        start = np.array(earlier[-1]["start_state"])
-        if len(start) != len(cell.heat.rate):
-            raise InputError(f"{written.manifest_file}: resumed: start_state is of another thermal model; {ANEW}")
-        if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
-            cell = with_state_text(job.plain, anchored, f"{written.manifest_file}: resumed.state_toml")
-        old = _corrected(_unjudged(job), _beginning(cell, start), (), progress)
+    cell, start, old = _as_written(job, first, earlier, progress)
     stations = page_stations(old, job)
     at = stations[from_page - 1]
     state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
@@ -139,18 +138,18 @@ def resume_corrected(
     before = _fly(new, old.text)
     results = _results(written, from_page, stations, pages, new, before)
     join = _join(written, from_page, at, new, before, old.text) if at else None
-    entry = {
-        "from_page": from_page,
-        "date": date,
-        "why": begun.why,
-        **begun.cause,
-        **({"loaded": loaded} if loaded else {}),
-        **({"done": done} if done else {}),
-        "start_state": started.tolist(),
-        "join": None if join is None else join.record(),
-    }
     files = {page.file: pages[page.name] for page in written.pages[from_page - 1 :]}
-    manifest = _manifest(written, files, entry, results)
+    rewriting = Rewriting(
+        from_page=from_page,
+        date=date,
+        why=begun.why,
+        cause=begun.cause,
+        loaded=loaded,
+        done=done,
+        start={"start_state": started.tolist()},
+        join=join,
+    )
+    manifest = manifest_anew(written, files, results, rewriting)
     return ResumedProgram(
         written=written,
         from_page=from_page,
@@ -162,6 +161,28 @@ def resume_corrected(
         cause=begun.cause,
         findings=new.findings,
     )
+
+
+class _AsWritten(NamedTuple):
+    """What the pages in the folder were corrected for."""
+
+    cell: Cell
+    start: Array  # (S,) thermal state when the program began
+    correction: Correction
+
+
+def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress: Progress) -> _AsWritten:
+    """What the pages were corrected for at last: the day so far, or what an earlier call has found."""
+    cell, heat = job.cell, job.cell.heat
+    if not earlier:
+        motion = first.plan.drive.joint_motion()
+        return _AsWritten(cell, state_after(heat, with_losses(heat, job.before, motion)), first)
+    where, start = job.written.manifest_file, np.array(earlier[-1]["start_state"])
+    if len(start) != len(heat.rate):
+        raise InputError(f"{where}: resumed: start_state is of another thermal model; {ANEW}")
+    if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
+        cell = with_state_text(job.plain, anchored, f"{where}: resumed.state_toml")
+    return _AsWritten(cell, start, _corrected(_unjudged(job), _beginning(cell, start), (), progress))
 
 
 def _grown_back(change: Array, passed: Array) -> Array:
@@ -330,24 +351,6 @@ def _join(
         beyond=sizes[1],
         on_the_part=False,
     )
-
-
-def _manifest(
-    written: WrittenJob, files: dict[str, bytes], entry: dict[str, Any], results: tuple[PageResult, ...]
-) -> bytes:
-    """The manifest with what was replaced."""
-    record: dict[str, Any] = json.loads(json.dumps(dict(written.record)))
-    of_page = {page.file: page for page in results}
-    entry["pages"] = []
-    for line in record["pages"]:
-        if line["file"] in files:
-            data, result = files[line["file"]], of_page[line["file"]]
-            checksum = sha256(data).hexdigest()
-            sizes = {"before": result.before.record(), "after": result.after.record()}
-            entry["pages"].append({"name": line["name"], "old_sha256": line["sha256"], "new_sha256": checksum, **sizes})
-            line.update(sha256=checksum, bytes=len(data))
-    record["resumed"] = [*record.get("resumed", []), entry]
-    return with_checksum(record)
 
 
 def words_of(resumed: ResumedProgram) -> list[str]:

@@ -11,8 +11,8 @@ from compgen.core.toml import check, override, read_toml
 from compgen.core.units import MINUTE
 from compgen.job.job import Job
 from compgen.pipelines.files.schema import PathFile
+from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at
-from compgen.pipelines.resume.whole import Whole
 from compgen.thermal import tables
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import LogEnd, end_of
@@ -55,12 +55,12 @@ def path_tables(job: Job) -> PathFile:
     return check(PathFile, data, job.source)
 
 
-def state_at_end(whole: Whole, log: TemperatureLog) -> LogEnd:
+def state_at_end(whole: Planned, log: TemperatureLog) -> LogEnd:
     """The robot when a log ends."""
     return end_of(log, whole.job.cell.heat, whole.job.cell.warmth, partial(whole.motion_from, 0))
 
 
-def begin_with_log(whole: Whole, known: Known, file: str) -> Beginning:
+def begin_with_log(whole: Planned, known: Known, file: str) -> Beginning:
     """The page starts when a log ends.
 
     Args:

@@ -11,9 +11,9 @@ from compgen.core.units import MINUTE
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.job.anchored_start import cell_with_state, load_state
 from compgen.job.job import Cell
+from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning, Begun, Known, begin_at, unmoved
 from compgen.pipelines.resume.from_log import path_tables
-from compgen.pipelines.resume.whole import Whole
 from compgen.thermal import Ambient, Duty, state_after
 
 
@@ -64,7 +64,7 @@ def air_of_state(state: AnchoredState) -> Ambient:
     return Ambient(np.zeros(1), np.array([state.air]))
 
 
-def begin_with_state(whole: Whole, known: Known, file: str, age: float) -> Beginning:
+def begin_with_state(whole: Planned, known: Known, file: str, age: float) -> Beginning:
     """A page of a planned job starts so long after a state was found; arguments and exceptions as above."""
     job = whole.job
     now = begin_anchored(unmoved(job), file, age, job.history.standing, known.earlier)

@@ -12,13 +12,13 @@ from compgen.core.stages import Progress
 from compgen.core.units import MINUTE
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
+from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Begun, Known, begin_at, unmoved
 from compgen.pipelines.resume.corrected import ResumedProgram
 from compgen.pipelines.resume.from_log import path_tables
 from compgen.pipelines.resume.pages_anew import read_written
 from compgen.pipelines.resume.result import Resumed
 from compgen.pipelines.resume.resume import resume, segments_on_part
-from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
@@ -103,7 +103,7 @@ class PagedRun(ABC):
 class PlannedRun(PagedRun):
     """Of a planned job."""
 
-    whole: Whole
+    whole: Planned
     programs: tuple[Program, ...]  # the pages as the controller reads them
 
     def errors(self, page: int, cell: Cell, rows: IntArray, rise: Array) -> Array:
@@ -132,7 +132,7 @@ class PlannedRun(PagedRun):
         return replace(self, written=written, programs=tuple(read_written(written, self.whole)))
 
 
-def planned_run(written: WrittenJob, whole: Whole) -> PlannedRun:
+def planned_run(written: WrittenJob, whole: Planned) -> PlannedRun:
     """A planned job as it runs.
 
     Raises:
@@ -161,7 +161,7 @@ def planned_run(written: WrittenJob, whole: Whole) -> PlannedRun:
     )
 
 
-def on_part_rows(whole: Whole) -> BoolArray:
+def on_part_rows(whole: Planned) -> BoolArray:
     """Waypoints where the tool touches, (N,)."""
     on_part = segments_on_part(whole.path)
     return np.asarray(np.append(on_part, on_part[-1]) & np.append(on_part[0], on_part))

@@ -10,13 +10,13 @@ from compgen.fanuc.canonical.writer import compose
 from compgen.fanuc.paging.join_check import read_pages
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import PageStart, page_remarks, require_equal
-from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.pages import JoinError, excerpt, join_programs, require_meeting
 from compgen.program.program import Program
 
 
-def read_written(written: WrittenJob, whole: Whole) -> list[Program]:
+def read_written(written: WrittenJob, whole: Planned) -> list[Program]:
     """The pages in the folder, each as the controller reads it.
 
     Raises:
@@ -28,7 +28,7 @@ def read_written(written: WrittenJob, whole: Whole) -> list[Program]:
         raise InputError(f"{written.folder}: {failure}; put the page back, or generate the job anew") from failure
     ends = [(page.first, page.last - page.first + 1) for page in written.pages]
     lengths = [len(program.position) for program in programs]
-    stops = whole.page_stops.stop
+    stops = whole.path.stop
     fits = written.pages[-1].last == len(stops) - 1 and all(stops[first] for first, _ in ends)
     if lengths != [length for _, length in ends] or not fits:
         raise InputError(

@@ -1,60 +1,64 @@
-"""The manifest of a job whose pages were written anew: the same pages by name, and what was replaced when and why."""
+"""The manifest of pages that were written anew: the same pages by name, and what was replaced when and why."""
 
 import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-
-from compgen.pipelines.planned.delivery import page_facts
+from compgen.pipelines.resume.result import Join, PageResult
+from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.manifest import with_checksum
 
-if TYPE_CHECKING:
-    from compgen.pipelines.resume.result import Resumed
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rewriting:
+    """Which pages were written anew, when and why."""
+
+    from_page: int
+    date: str
+    why: str
+    cause: Mapping[str, Any]  # the same in plain types
+    loaded: int  # the last page that the controller has, 0 where nobody says
+    done: int  # the last page that has run
+    start: Mapping[str, Any]  # how the robot begins, to go on from
+    join: Join | None
 
 
-def manifest_anew(resumed: "Resumed", date: str, loaded: int = 0, done: int = 0) -> bytes:
+def manifest_anew(
+    written: WrittenJob,
+    files: Mapping[str, bytes],
+    pages: Sequence[PageResult],
+    rewriting: Rewriting,
+    facts: Mapping[str, Mapping[str, Any]] | None = None,
+) -> bytes:
     """The manifest's text.
 
     Args:
-        resumed: The pages that were written anew.
-        date: When.
-        loaded: The last page that the controller has, 0 where nobody says.
-        done: The last page that has run.
+        written: The pages so far.
+        files: The new ones, by name.
+        pages: What each of them comes to.
+        rewriting: Why they were written.
+        facts: What the manifest says of each beside its bytes, by the file's name.
     """
-    written, begin = resumed.written, resumed.from_page - 1
-    job = resumed.planned.job
     record: dict[str, Any] = json.loads(json.dumps(dict(written.record)))
     by_name = {str(entry["name"]): entry for entry in record["pages"]}
     replaced = []
-    for page, start, result in zip(written.pages[begin:], resumed.starts, resumed.pages, strict=True):
-        data = resumed.files[page.file]
+    for page in pages:
+        data, entry = files[page.file], by_name[page.name]
         checksum = sha256(data).hexdigest()
-        by_name[page.name].update(sha256=checksum, bytes=len(data), **page_facts(job, start))
-        replaced.append(
-            {
-                "name": page.name,
-                "old_sha256": page.sha256,
-                "new_sha256": checksum,
-                "before": result.before.record(),
-                "after": result.after.record(),
-            }
-        )
-    beginning = resumed.beginning
+        sums = {"old_sha256": entry["sha256"], "new_sha256": checksum}
+        replaced.append({"name": page.name, **sums, "before": page.before.record(), "after": page.after.record()})
+        entry.update(sha256=checksum, bytes=len(data), **(facts or {}).get(page.file, {}))
+    said = {"loaded": rewriting.loaded, "done": rewriting.done}
     entry = {
-        "from_page": resumed.from_page,
-        "date": date,
-        "why": beginning.why,
-        **beginning.cause,
-        **({"loaded": loaded} if loaded else {}),
-        **({"done": done} if done else {}),
-        "first_waypoint": written.pages[begin].first,
-        "clock_s": beginning.clock,
-        "state": [float(x) for x in beginning.state],
-        "rise_K": {
-            n: round(float(r), 4) for n, r in zip(job.heat.names, np.asarray(resumed.planned.rise[0]), strict=True)
-        },
-        "join": None if resumed.join is None else resumed.join.record(),
+        "from_page": rewriting.from_page,
+        "date": rewriting.date,
+        "why": rewriting.why,
+        **rewriting.cause,
+        **{key: page for key, page in said.items() if page},
+        **rewriting.start,
+        "join": None if rewriting.join is None else rewriting.join.record(),
         "pages": replaced,
     }
     record["resumed"] = [*record.get("resumed", []), entry]

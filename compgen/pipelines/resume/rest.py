@@ -11,7 +11,6 @@ from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
-from compgen.pipelines.resume.whole import Whole
 from compgen.program.program import Program
 from compgen.thermal import rises_during
 from compgen.thermal.history import History
@@ -34,7 +33,7 @@ def rest_of_job(job: Job, beginning: Beginning) -> Job:
     )
 
 
-def rest_of_plan(whole: Whole, first: int, beginning: Beginning, old: Program, lead: Program | None) -> Planned:
+def rest_of_plan(whole: Planned, first: int, beginning: Beginning, old: Program, lead: Program | None) -> Planned:
     """The plan from a waypoint on.
 
     Args:
@@ -45,10 +44,11 @@ def rest_of_plan(whole: Whole, first: int, beginning: Beginning, old: Program, l
         lead: The text of the page before, which play remembers; None: there is none.
     """
     job = rest_of_job(whole.job, beginning)
-    rest = whole.subset(np.arange(first, len(whole.theta)))
+    rest = whole.at(np.arange(first, len(whole.theta)))
     trajectory = replace(rest.trajectory, time=rest.time - rest.time[0])
-    added = np.array(rest.page_stops.added)
-    added[0] = False  # where it starts is its end
+    stops = rest.page_stops
+    if stops is not None:  # where it starts is its end
+        stops = replace(stops, added=np.append(False, stops.added[1:]))
     rise = rises_during(job.heat, beginning.state, rest.motion_from(0), beginning.air, 0.0).rise
 
     def fly_old() -> tuple[Deviation, WrittenMotion]:
@@ -60,18 +60,14 @@ def rest_of_plan(whole: Whole, first: int, beginning: Beginning, old: Program, l
     model = rest.model
     if beginning.cell is not whole.job.cell:
         model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
-    return Planned(
+    return replace(
+        rest,
         job=job,
-        feed=rest.feed,
-        path=rest.path,
-        page_stops=replace(rest.page_stops, added=added),
+        page_stops=stops,
         model=model,
-        theta=rest.theta,
-        motion=rest.motion,
         trajectory=trajectory,
         rise=rise,
         twin_result=flight,
-        findings=(),
         rows=np.arange(len(rest.theta)),
     )
 

@@ -26,16 +26,15 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.canonical.reader import interpret
 from compgen.pipelines.findings import job_findings
-from compgen.pipelines.planned.delivery import PageStart
+from compgen.pipelines.planned.delivery import PageStart, page_facts
 from compgen.pipelines.planned.generate import find_correction, start_windows
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.pipelines.resume.beginning import Beginning, Known, known_state
 from compgen.pipelines.resume.pages_anew import prove_pages, read_written, steps_of, write_pages
-from compgen.pipelines.resume.record import manifest_anew
+from compgen.pipelines.resume.record import Rewriting, manifest_anew
 from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_end
 from compgen.pipelines.resume.result import Join, PageResult, Resumed, size_of
-from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
 from compgen.planning import retiming
@@ -54,7 +53,7 @@ SEEN = 1.0 * UM  # from which on a step on the part is worth a warning
 
 def resume(  # noqa: PLR0913  what a user may say of a job in pages
     written: WrittenJob,
-    whole: Whole,
+    whole: Planned,
     from_page: int,
     begin: Callable[[Known], Beginning],
     date: str,
@@ -128,7 +127,31 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         join=join,
         findings=verdict,
     )
-    return replace(resumed, files={**pages, written.manifest_file: manifest_anew(resumed, date, loaded, done)})
+    return replace(resumed, files={**pages, written.manifest_file: _manifest(resumed, date, loaded, done)})
+
+
+def _manifest(resumed: Resumed, date: str, loaded: int, done: int) -> bytes:
+    """The manifest with what was replaced, and how the robot began."""
+    planned, beginning, pages = resumed.planned, resumed.beginning, resumed.pages
+    job = planned.job
+    begun = {
+        "first_waypoint": resumed.written.pages[resumed.from_page - 1].first,
+        "clock_s": beginning.clock,
+        "state": beginning.state.tolist(),
+        "rise_K": {n: round(float(r), 4) for n, r in zip(job.heat.names, planned.rise[0], strict=True)},
+    }
+    rewriting = Rewriting(
+        from_page=resumed.from_page,
+        date=date,
+        why=beginning.why,
+        cause=beginning.cause,
+        loaded=loaded,
+        done=done,
+        start=begun,
+        join=resumed.join,
+    )
+    facts = {page.file: page_facts(job, start) for page, start in zip(pages, resumed.starts, strict=True)}
+    return manifest_anew(resumed.written, resumed.files, pages, rewriting, facts)
 
 
 def _page_starts(
@@ -199,7 +222,7 @@ def _join(planned: Planned, page: str, gap: float, lead: Program, deviation: Dev
     return Join(page=page, gap=gap, step=step_size, demanded=demanded, beyond=left, on_the_part=touching)
 
 
-def _join_findings(join: Join | None, written: WrittenJob, whole: Whole) -> list[Finding]:
+def _join_findings(join: Join | None, written: WrittenJob, whole: Planned) -> list[Finding]:
     """A step on the part that is more than what has drifted, or worth knowing."""
     if join is None or not join.on_the_part:
         return []
