@@ -65,7 +65,16 @@ class CorrectedRun(PagedRun):
         self, page: int, start: FoundStart, date: str, progress: Progress, loaded: int, done: int
     ) -> ResumedProgram:
         """By the way of ``resume_corrected``, with the air that the program was corrected for."""
-        return resume_corrected(self.job, page, lambda *known: start.begun, date, progress, loaded, done, self.first)
+        return resume_corrected(
+            self.job,
+            page,
+            lambda *known: start.begun,
+            date=date,
+            progress=progress,
+            loaded=loaded,
+            done=done,
+            first=self.first,
+        )
 
     def reread(self, written: WrittenJob) -> Self:
         """The pages read again."""
