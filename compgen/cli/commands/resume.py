@@ -30,9 +30,7 @@ if TYPE_CHECKING:
     from compgen.pipelines.resume.corrected import Begin, ResumedProgram
     from compgen.pipelines.resume.corrected_job import CorrectedJob
     from compgen.pipelines.resume.result import Resumed
-    from compgen.pipelines.resume.whole import Whole
     from compgen.pipelines.resume.written_job import WrittenJob
-    from compgen.report.page import PageOptions
 
 PagesFolder = Annotated[
     str,
