@@ -23,7 +23,6 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
-from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
 from compgen.job.day_plan import Programs, plan_history
@@ -48,12 +47,15 @@ from compgen.planning.tables import (
     surface_from_table,
 )
 from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.tables import ToolTable
 from compgen.thermal import Ambient, tables
-from compgen.thermal.ensemble import started
+from compgen.thermal.ensemble import Ensemble, started
+from compgen.thermal.history import History
 from compgen.thermal.log_end import end_of
 from compgen.verification.own_file.second_reading import read_own_file
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
+NOT_OF_AIR = {"reference_degC", "clock_h"}  # of [ambient]: they do not say how warm the air is
 HISTORY = ("before", "cycle", "after", "shift", "start", "ambient", "log", "state")
 
 
@@ -71,6 +73,26 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     Raises:
         InputError: Anything wrong, naming file and key.
     """
+    return job_of(read_job_files(path_file, robot, overrides))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JobFiles:
+    """The files of a job as they were read, overrides put in."""
+
+    source: Path
+    path_data: dict[str, Any]
+    robot_source: Path
+    robot_text: TomlText
+    overrides: tuple[str, ...]
+
+
+def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) -> JobFiles:
+    """A path file and its robot's file with the overrides on both.
+
+    Raises:
+        InputError: A file, or an override, that cannot be read.
+    """
     source = Path(path_file)
     if robot == "":
         raise InputError("--robot: an empty name; give a robot's name or file")
@@ -85,78 +107,57 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     robot_text = read_toml_text(robot_source, "robots")
     for item in for_robot:
         override(robot_text.tables, item.removeprefix("robot."), item)
-    return _JobFiles(source, path_data, robot_source, robot_text, tuple(overrides))()
+    return JobFiles(source, path_data, robot_source, robot_text, tuple(overrides))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _JobFiles:
-    """The files of a job as they were read, overrides put in: called, they become the job."""
+def job_of(files: JobFiles) -> Job:
+    """The job that its files describe.
 
-    source: Path
-    path_data: dict[str, Any]
-    robot_source: Path
-    robot_text: TomlText
-    overrides: tuple[str, ...]
-
-    def __call__(self) -> Job:
-        """The job that they describe."""
-        return _job_of(self)
-
-
-def _job_of(files: _JobFiles) -> Job:
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
     source, path = files.source, check(PathFile, files.path_data, str(files.source))
     cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
-    air = tables.ambient_of(path.ambient, str(source))
-    read = None
-    is_air_given = bool(path.ambient.model_fields_set - {"reference_degC", "clock_h"})
+    air, is_air_given = tables.ambient_of(path.ambient, str(source)), bool(path.ambient.model_fields_set - NOT_OF_AIR)
+    log = None
     if path.log is not None and path.state is None:
-        read = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
+        log = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
         if not is_air_given:
-            air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
-    program, longer = _program(path, str(source), cell, _settings(path, cell).rate)
+            air = Ambient(np.zeros(1), log.air[-1:])  # the file does not say how warm the air is: as the log left it
+    settings = _settings(path, cell)
+    program, notes = _program(path, str(source), cell, settings.rate)
+    programs = _programs(program, cell)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None
     others = files_read(path, str(source))
-
-    def load(name: str) -> ProgramPlan:
-        return _other_program(find_program(name, str(source)), cell)
-
-    parts = [
-        tables.steps_of(rows, name, str(source), program.process.feed)
-        for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
-    ]
-    shifts = tables.shifts_of(path.shift, str(source))
-    programs = Programs(program, cell, load)
-    history = plan_history(programs, cell, air, parts, shifts, path.ambient.clock_h * HOUR)
-    if read is not None:
-        end = end_of(read, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
+    history = _planned_day(path, programs, cell, air)
+    if log is not None:
+        end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
     if state is not None:
         cell = cell_with_state(cell, state, state_file)
         history = history_from_state(history, state, age, air if is_air_given else None)
-        longer = (*longer, _state_note(path, state, age))
+        replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
+        notes = (*notes, state_note(state, age, replaced))
     if path.start is not None:
         history = started(history, tables.start_of(path.start, len(history.runs), str(source)))
-    ensemble = None
-    if path.compensation.average_over is not None:
-        where = f"{source}: compensation.average_over"
-        ensemble = tables.ensemble_of(path.compensation.average_over, len(history.runs), program.process.feed, where)
+    ensemble = _ensemble(path, len(history.runs), program)
     job = Job(
         name=source.stem,
         title=path.title,
         plan=program,
         cell=cell,
         history=history,
-        settings=_settings(path, cell),
+        settings=settings,
         start_drift=path.compensation.start_drift_um * UM,
         bounds=bounds_of(path.bounds, str(source)),
         overrides=files.overrides,
         inputs_hash=_inputs_hash(files, others),
         inputs={"path": {**input_keys(path), "robot": files.robot_source.stem}, "files": others, "robot": cell.inputs},
-        input_findings=(*values_in_other_units(files.path_data, str(source)), *cell.input_findings, *longer),
+        input_findings=(*values_in_other_units(files.path_data, str(source)), *cell.input_findings, *notes),
         on_other_heat_model=_on_other_heat_model(files),
-        log=read,
+        log=log,
         own_file=_own_file(path, source),
         ensemble=ensemble,
     )
@@ -164,24 +165,33 @@ def _job_of(files: _JobFiles) -> Job:
     return job
 
 
-def _on_other_heat_model(files: _JobFiles) -> _JobFiles | None:
-    """The same files with the robot's other model of heat in use; None where it has one only."""
+def _planned_day(path: PathFile, programs: Programs, cell: Cell, air: Ambient) -> History:
+    """What a path file says that the cell does before, between and after runs of its program."""
+    source, feed = programs.plan("").source, programs.plan("").process.feed
+    stretches = (("before", path.before), ("cycle", path.cycle), ("after", path.after))
+    parts = [tables.steps_of(rows, name, source, feed) for name, rows in stretches]
+    shifts = tables.shifts_of(path.shift, source)
+    return plan_history(programs, cell, air, parts, shifts, path.ambient.clock_h * HOUR)
+
+
+def _ensemble(path: PathFile, runs: int, program: ProgramPlan) -> Ensemble | None:
+    """The starts that one file shall serve; None: the planned one alone."""
+    table, where = path.compensation.average_over, f"{program.source}: compensation.average_over"
+    return None if table is None else tables.ensemble_of(table, runs, program.process.feed, where)
+
+
+def _on_other_heat_model(files: JobFiles) -> Callable[[], Job] | None:
+    """The same job with the robot's other model of heat in use; None where it has one only."""
     other = with_other_heat_model(files.robot_text)
-    return None if other is None else replace(files, robot_text=other)
+    return None if other is None else partial(job_of, replace(files, robot_text=other))
 
 
-def _inputs_hash(files: _JobFiles, others: Mapping[str, Mapping[str, Any]]) -> str:
+def _inputs_hash(files: JobFiles, others: Mapping[str, Mapping[str, Any]]) -> str:
     """Of everything that a job's result follows from: its tables, those of its robot, and the files that they name."""
     data = [_without_state_file(files.path_data), files.robot_text.tables]
     hashes = [other["sha256"] for other in others.values()]
     inputs = json.dumps([__version__, files.source.stem, *data, *hashes], sort_keys=True, default=str)
     return sha256(inputs.encode()).hexdigest()
-
-
-def _state_note(path: PathFile, state: AnchoredState, age: float) -> Finding:
-    """What a measured state stands in place of."""
-    replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
-    return state_note(state, age, replaced)
 
 
 def _own_file(path: PathFile, source: Path) -> OwnFile | None:
@@ -201,7 +211,12 @@ def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:
 
 def programs_of(job: Job) -> Programs:
     """Motions of a job's program and of those that its day names, at any feed."""
-    return Programs(job.plan, job.cell, lambda name: _other_program(find_program(name, job.source), job.cell))
+    return _programs(job.plan, job.cell)
+
+
+def _programs(plan: ProgramPlan, cell: Cell) -> Programs:
+    """A program, and by their names those that its path file's day names."""
+    return Programs(plan, cell, lambda name: _other_program(find_program(name, plan.source), cell))
 
 
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
@@ -223,11 +238,8 @@ def _settings(path: PathFile, cell: Cell) -> Settings:
 def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[ProgramPlan, tuple[Finding, ...]]:
     """What a path file's program does, and what was changed in it for the play of a cell's robot."""
     frame = frame_of(path.frame, cell.robot.controller.decimals, source)
-    tool, process, name = path.tool, path.process, Path(source).stem
-    angles = (np.array([a * DEG]) for a in (tool.w_deg, tool.p_deg, tool.r_deg))
-    offset = any((tool.x_mm, tool.y_mm, tool.z_mm, tool.w_deg, tool.p_deg, tool.r_deg))
-    if offset and tool.number == 0:
-        raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
+    process, name, controller = path.process, Path(source).stem, cell.robot.controller
+    tool = _tool(path.tool, controller.payload, source)
     if not name.isprintable():
         raise InputError(f"{name!r}: a path file's name must be printable text; rename it")
     if not re.search("[A-Z0-9]", name.upper()):
@@ -236,7 +248,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
         raise InputError(f"{source}: process.lead_in: it begins above the part, and lift_mm = 0; raise process.lift_mm")
     boundary = boundary_from_table(path.boundary, source)
     surface = surface_from_table(path.surface, path.path, source)
-    spin, feed = tool.spin_deg * DEG, process.feed_mm_s * MM
+    feed = process.feed_mm_s * MM
     mesh = mesh_of(path.surface, source) if path.surface.kind == "stl" else None
 
     def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]:
@@ -244,12 +256,12 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
         if mesh is None:
             return pattern, edge, ()
         shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
-        on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, spin, source)
+        on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, tool.spin, source)
         return on_mesh.curve, unbounded(), on_mesh.notes
 
     tolerance = 0.0
     if isinstance(path.path, OwnPoints):
-        pattern, surface, notes = own_points_path(path.path, surface, spin, feed, source, mesh)
+        pattern, surface, notes = own_points_path(path.path, surface, tool.spin, feed, source, mesh)
         edge = boundary or unbounded()
         tolerance = path.path.tolerance_um * UM
     else:
@@ -266,19 +278,28 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
             lift=process.lift_mm * MM,
             lead_in=process.lead_in,
             stop_on_the_part=process.page_stops == "anywhere",
-            acc=process.acc_percent if process.acc_percent is not None else cell.robot.controller.acc,
+            acc=process.acc_percent if process.acc_percent is not None else controller.acc,
         ),
-        tool=Tool(
-            number=tool.number if tool.number is not None else int(offset),
-            pose=Pose(np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM, from_wpr(*angles)[0]),
-            spin=spin,
-            sigma=tuple(value * UM for value in tool.sigma_um),
-            payload=tool.payload if tool.payload is not None else cell.robot.controller.payload,
-        ),
+        tool=tool,
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
     )
     program, longer = _with_run_in(program, cell, rate, path.path, patterned)
     return program, (*notes, *longer)
+
+
+def _tool(table: ToolTable, payload: int | None, source: str) -> Tool:
+    """The tool of a path file; the controller's payload schedule holds where the file gives none."""
+    place, turn = (table.x_mm, table.y_mm, table.z_mm), (table.w_deg, table.p_deg, table.r_deg)
+    offset = any((*place, *turn))
+    if offset and table.number == 0:
+        raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
+    return Tool(
+        number=table.number if table.number is not None else int(offset),
+        pose=Pose(np.array(place) * MM, from_wpr(*(np.array([angle * DEG]) for angle in turn))[0]),
+        spin=table.spin_deg * DEG,
+        sigma=tuple(value * UM for value in table.sigma_um),
+        payload=table.payload if table.payload is not None else payload,
+    )
 
 
 def _with_run_in(

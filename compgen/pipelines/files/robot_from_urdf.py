@@ -27,6 +27,39 @@ decimals = 3
 turn_joints = [1, 4, 6]
 """
 
+TEXT = """#:schema ./robot.schema.json
+# {name}: nominal arm without heat, from {source}; the same flange at 1,000 poses to {off:.1g} mm.
+# [urdf] from that file; [assumed] chosen conservatively. Compare with the pendant before you trust it.
+
+name = "{name}"
+
+# World: on the axis of joint 1 at the height of joint 2, {height:g} mm above the file's base. [urdf]
+[dh]
+d_mm = {d}
+a_mm = {a}
+alpha_deg = {alpha}
+
+# theta = matrix pendant + offset, {joint_3}. [assumed] compare the position screen
+[pendant]
+matrix = [
+{rows}
+]
+offset_deg = {offset}
+
+[limits]
+{limits}
+speed_deg_s = {speed}
+acceleration_deg_s2 = {acceleration}  # [assumed]
+jerk_deg_s3 = {jerk}  # [assumed]
+
+# How near a singularity a program may come. [assumed]
+[singularity]
+shoulder_mm = 20
+elbow_mm = 1
+wrist_deg = 1
+
+"""
+
 
 def robot_from_urdf(source: str, *, coupled: bool) -> tuple[str, str]:
     """A robot file's name and text.
@@ -89,39 +122,23 @@ def _text(read: UrdfArm, name: str, source: str, *, coupled: bool) -> str:
     limits = "\n".join(f"{key} = {_list(row[:2] / DEG)}" for key, row in zip(keys, read.limits, strict=True))
     speed = read.limits[:, 2] / DEG
     acceleration = np.maximum(np.floor(speed / TIME_TO_SPEED / 10) * 10, 10.0)
-    joint_3 = "the file's joint 3 being J2 + J3" if coupled else "J3 counting alone"
-    return f"""#:schema ./robot.schema.json
-# {name}: nominal arm without heat, from {source}; the same flange at 1,000 poses to {read.off / MM:.1g} mm.
-# [urdf] from that file; [assumed] chosen conservatively. Compare with the pendant before you trust it.
-
-name = "{name}"
-
-# World: on the axis of joint 1 at the height of joint 2, {arm.origin[2] / MM:g} mm above the file's base. [urdf]
-[dh]
-d_mm = {_list(arm.d / MM)}
-a_mm = {_list(arm.a / MM)}
-alpha_deg = {_list(arm.alpha / DEG)}
-
-# theta = matrix pendant + offset, {joint_3}. [assumed] compare the position screen
-[pendant]
-matrix = [
-{rows}
-]
-offset_deg = {_list(arm.zero / DEG)}
-
-[limits]
-{limits}
-speed_deg_s = {_list(speed)}
-acceleration_deg_s2 = {_list(acceleration)}  # [assumed]
-jerk_deg_s3 = {_list(acceleration / TIME_TO_ACCELERATION)}  # [assumed]
-
-# How near a singularity a program may come. [assumed]
-[singularity]
-shoulder_mm = 20
-elbow_mm = 1
-wrist_deg = 1
-
-{CONTROLLER}"""
+    text = TEXT.format(
+        name=name,
+        source=source,
+        off=read.off / MM,
+        height=arm.origin[2] / MM,
+        d=_list(arm.d / MM),
+        a=_list(arm.a / MM),
+        alpha=_list(arm.alpha / DEG),
+        joint_3="the file's joint 3 being J2 + J3" if coupled else "J3 counting alone",
+        rows=rows,
+        offset=_list(arm.zero / DEG),
+        limits=limits,
+        speed=_list(speed),
+        acceleration=_list(acceleration),
+        jerk=_list(acceleration / TIME_TO_ACCELERATION),
+    )
+    return text + CONTROLLER
 
 
 def _list(values: np.ndarray) -> str:

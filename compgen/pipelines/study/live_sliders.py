@@ -3,19 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError
-from compgen.core.toml import check, override, read_toml, read_toml_text
+from compgen.core.toml import check
 from compgen.core.units import HOUR, MINUTE, MM
 from compgen.job.day_plan import Programs, plan_history
 from compgen.job.job import Job
-from compgen.pipelines.files.path_file import programs_of
-from compgen.pipelines.files.robot_file import find_robot
+from compgen.pipelines.files.path_file import programs_of, read_job_files
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.study.live_day import Day, Slider, Stage, Stops
 from compgen.thermal.schedule import Step
@@ -41,10 +39,10 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
         overrides: Of the job.
         job: As planned, but for the start, which is the first run's, at once.
     """
-    data, robot_data = _tables(path_file, robot, overrides)
-    path, programs = check(PathFile, data, path_file), programs_of(job)
+    files, programs = read_job_files(path_file, robot, overrides), programs_of(job)
+    path = check(PathFile, files.path_data, path_file)
     stages = _stages(path, programs, job)
-    parts = (_before(path, stages), _air(path, job), _start(path, job), _cte(robot_data))
+    parts = (_before(path, stages), _air(path, job), _start(path, job), _cte(files.robot_text.tables))
     return Day(
         stages=tuple(stages),
         sliders=tuple(slider for sliders, _ in parts for slider in sliders),
@@ -55,19 +53,6 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
         history=job.history,
         programs=programs,
     )
-
-
-def _tables(path_file: str, robot: str | None, overrides: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Both files' tables with the overrides put in."""
-    source, of_robot = Path(path_file), [o for o in overrides if o.startswith("robot.")]
-    data = read_toml(source, "paths")
-    for item in overrides:
-        if item not in of_robot:
-            override(data, item, item)
-    tables = read_toml_text(find_robot(robot or data.get("robot", "m710ic50"), source), "robots").tables
-    for item in of_robot:
-        override(tables, item.removeprefix("robot."), item)
-    return data, tables
 
 
 def _stages(path: PathFile, programs: Programs, job: Job) -> list[Stage]:
