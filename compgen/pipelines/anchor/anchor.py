@@ -101,7 +101,7 @@ def anchor(
         touch_next=tuple(next_touches(beside, artefact, frame, chosen)),
         findings=(),
     )
-    return replace(anchored, findings=anchor_findings(anchored))
+    return replace(anchored, findings=tuple(anchor_findings(anchored)))
 
 
 def _moved(artefact: Artefact, h: Hypothesis, chosen: Estimate, beside: Compared) -> tuple[Moved, ...]:

@@ -1,5 +1,6 @@
 """What an anchoring comes to: a state, its verdict, and all that a user must know of them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,33 +56,32 @@ class Anchored:
         return rms(self.chosen.before), rms(self.chosen.after)
 
 
-def anchor_findings(anchored: Anchored) -> tuple[Finding, ...]:
+def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
     """Physics that is missing, what moved, touches that the others do not predict, and what was assumed."""
     seen, best = anchored.seen, anchored.judged[0]
     touches, R = seen.touches, len(anchored.innovation.y)
-    findings = []
     level = Level.OUTSIDE if anchored.verdict in ("cannot tell", "something moved") else Level.NOTE
-    findings.append(Finding(level, Code.ANCHOR_VERDICT, f"{anchored.verdict}: {anchored.reason}{_next(anchored)}"))
+    yield Finding(level, Code.ANCHOR_VERDICT, f"{anchored.verdict}: {anchored.reason}{_next(anchored)}")
     for moved in anchored.moved:
         by = ", ".join(f"{a} {v / MM:+.3f}" for a, v in zip("xyz", moved.shift.tolist(), strict=True))
         k2 = ", ".join(f"{2 * s / UM:.0f}" for s in moved.sigma.tolist())
         where = " where the part is" if moved.what == "the base" else "; its touches are left out"
         message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, k = 2: {k2} um){where}"
-        findings.append(Finding(Level.WARNING, Code.ANCHOR_MOVED, message))
+        yield Finding(Level.WARNING, Code.ANCHOR_MOVED, message)
     chi2 = anchored.as_forecast.chi2
     if probability(chi2, R) < LIKELY and best.hypothesis != AS_FORECAST:
         day = best.hypothesis.day
         why = f"; the day went {day:g} times as far from the forecast as it may" if day > 1 else ""
         message = f"physics is missing: the forecast does not explain the touches (chi^2 {chi2:.0f} of {R}){why}"
-        findings.append(Finding(Level.WARNING, Code.ANCHOR_PHYSICS, message))
+        yield Finding(Level.WARNING, Code.ANCHOR_PHYSICS, message)
     if best.hypothesis.touch >= 0:
         n = best.hypothesis.touch
         off = np.linalg.norm(anchored.seen.y[anchored.seen.touch == n])
         message = f"{touches.label[n]}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
-        findings.append(Finding(Level.WARNING, Code.ANCHOR_TOUCH, message))
+        yield Finding(Level.WARNING, Code.ANCHOR_TOUCH, message)
     if best.hypothesis.noise > 1:
         message = f"touches scatter {best.hypothesis.noise:g} times as much as their sigma says"
-        findings.append(Finding(Level.WARNING, Code.ANCHOR_NOISE, message))
+        yield Finding(Level.WARNING, Code.ANCHOR_NOISE, message)
     for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():
         touch = int(anchored.left.touch[n])
         message = (
@@ -89,14 +89,14 @@ def anchor_findings(anchored: Anchored) -> tuple[Finding, ...]:
             f"predict it "
             f"{anchored.left.error[n] / UM:.0f} um away (E_n {anchored.left.E_n[n]:.1f})"
         )
-        findings.append(Finding(Level.WARNING, Code.ANCHOR_LEFT_OUT, message))
+        yield Finding(Level.WARNING, Code.ANCHOR_LEFT_OUT, message)
     if not np.isfinite(touches.sigma).any():
         message = f"no sigma_um: {np.median(seen.sigma) / UM:.0f} um are taken for each coordinate"
-        findings.append(Finding(Level.NOTE, Code.ANCHOR_SIGMA, message))
+        yield Finding(Level.NOTE, Code.ANCHOR_SIGMA, message)
     if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
         message = "neither [[before]] nor a log: the forecast is a cold robot"
-        findings.append(Finding(Level.NOTE, Code.ANCHOR_COLD, message))
-    return (*findings, *anchored.job.input_findings)
+        yield Finding(Level.NOTE, Code.ANCHOR_COLD, message)
+    yield from anchored.job.input_findings
 
 
 def _next(anchored: Anchored) -> str:

@@ -3,6 +3,7 @@
 Their program is proven from its text: every pose in reach, in its posture, as planned.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -114,8 +115,7 @@ def plan_path_touches(
     left, coordinates = float(model.left.mean()), count * H.shape[1]
     rms = np.sqrt(np.maximum(plan.variance, 0.0) + left)
     notes += [
-        *_too_few(coordinates),
-        *_little_gain(rms, count),
+        *_gain_findings(coordinates, rms, count),
         *_tight_ways(job, probe, targets, chosen),
         *job.input_findings,
     ]
@@ -147,34 +147,29 @@ def _p99(model: TouchModel, S: Array) -> float:
     return float(np.quantile(np.sqrt(np.maximum(variance, 0.0)), 0.99, method="higher"))
 
 
-def _too_few(coordinates: int) -> list[Finding]:
-    if coordinates >= LEAST_COORDINATES:
-        return []
-    message = f"{coordinates} coordinates: cgen anchor asks for {LEAST_COORDINATES} at least; plan more touches"
-    return [Finding(Level.WARNING, Code.TOUCHES_TOO_FEW, message)]
-
-
-def _little_gain(rms: Array, count: int) -> list[Finding]:
+def _gain_findings(coordinates: int, rms: Array, count: int) -> Iterator[Finding]:
+    """Touches that are too few for a state, or more than gain much."""
+    if coordinates < LEAST_COORDINATES:
+        message = f"{coordinates} coordinates: cgen anchor asks for {LEAST_COORDINATES} at least; plan more touches"
+        yield Finding(Level.WARNING, Code.TOUCHES_TOO_FEW, message)
     gain = 1 - rms[1:] / np.maximum(rms[:-1], 1e-15)
     useful = int(np.argmax(gain < USEFUL)) if (gain < USEFUL).any() else count
-    if useful == count:
-        return []
-    message = (
-        f"from touch {useful + 1} on each gains less than {USEFUL:.0%}: -n {max(useful, 1)} leaves "
-        f"{rms[max(useful, 1)] / UM:.1f} um where {count} leave {rms[-1] / UM:.1f}"
-    )
-    return [Finding(Level.NOTE, Code.TOUCHES_MORE_THAN_USEFUL, message)]
+    if useful < count:
+        message = (
+            f"from touch {useful + 1} on each gains less than {USEFUL:.0%}: -n {max(useful, 1)} leaves "
+            f"{rms[max(useful, 1)] / UM:.1f} um where {count} leave {rms[-1] / UM:.1f}"
+        )
+        yield Finding(Level.NOTE, Code.TOUCHES_MORE_THAN_USEFUL, message)
 
 
-def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Finding]:
+def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> Iterator[Finding]:
     """Names the joint motions between touches on which the probe passes near a target."""
-    findings = []
     share = np.linspace(0.0, 1.0, TURNING)[:, None]
     for n, (a, b) in enumerate(pairwise(ways.theta[:, 0]), 1):
         way = a + (b - a) * share
         if job.robot.interference is not None and (job.robot.interference.clearance(way) < 0).any():
             message = f"between touches {n} and {n + 1} J2 and J3 leave their polygon: teach a position between"
-            findings.append(Finding(Level.WARNING, Code.TOUCHES_WAY, message))
+            yield Finding(Level.WARNING, Code.TOUCHES_WAY, message)
         gap = stem_gap(job.robot, targets, probe, way)
         s = int(np.argmin(gap))
         if gap[s] < NEAR:
@@ -182,8 +177,7 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Fi
                 f"between touches {n} and {n + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from "
                 f"{targets.name[s]}: teach a position between"
             )
-            findings.append(Finding(Level.WARNING, Code.TOUCHES_WAY, message))
-    return findings
+            yield Finding(Level.WARNING, Code.TOUCHES_WAY, message)
 
 
 def positions_of(planned: PlannedTouches, utool: int, *, stops: bool) -> TouchPositions:

@@ -102,25 +102,19 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     """
     facts = check(RobotFile, data, where)
     robot = _nominal(facts, where)
-    heat: ArmHeat | None = None
-    growth = np.zeros((6, 1)), np.zeros((6, 1))
-    if facts.thermal is not None:
-        heat, _, growth, _ = _warmth(facts, robot, where)
-    nodes = () if heat is None else heat.names
-    sensors = facts.thermal.sensors if facts.thermal else {}
+    heat, _, growth, _ = _warmth(facts, robot, where)
+    nodes = heat.names if facts.thermal else ()
     arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
-    known = read_sources(facts.sources, arm, where)
-    input_findings = values_in_other_units(data, where)
     return Arm(
         source=where,
         text=text,
         robot=robot,
         nodes=nodes,
-        heat=heat,
-        sensors=sensors,
-        known=known,
+        heat=heat if facts.thermal else None,
+        sensors=facts.thermal.sensors if facts.thermal else {},
+        known=read_sources(facts.sources, arm, where),
         identified=facts.identified,
-        input_findings=input_findings,
+        input_findings=values_in_other_units(data, where),
         facts=arm,
     )
 

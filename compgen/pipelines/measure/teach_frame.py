@@ -1,6 +1,6 @@
 """Teach a part's frame by the identified, warm arm: touches and temperatures to a frame, its uncertainty, its file."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -112,35 +112,27 @@ def _variants(data: Measurements) -> list[Measurements]:
 
 def _findings(
     arm: Arm, touches: Touches, fitted: FrameFit, log: str | None, *, nominal: bool, hottest: float
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """What the user must know of the teaching."""
-    findings = [
-        Finding(
-            Level.WARNING,
-            Code.OUTLIER,
-            f"{touches.label[n]}: set aside: {abs(fitted.residual[n]) / UM:.0f} um "
-            f"from where the other touches have it",
-        )
-        for n in np.flatnonzero(fitted.outlier).tolist()
-    ]
+    for n in np.flatnonzero(fitted.outlier).tolist():
+        off = f"{abs(fitted.residual[n]) / UM:.0f} um from where the other touches have it"
+        yield Finding(Level.WARNING, Code.OUTLIER, f"{touches.label[n]}: set aside: {off}")
     if nominal and hottest > WARM:
         message = (
             f"taught as the pendant does, by an arm {hottest:.1f} K warm: the heat is in the frame and would be "
             "corrected twice; leave --nominal out"
         )
-        findings.append(Finding(Level.WARNING, Code.FRAME_HOT, message))
+        yield Finding(Level.WARNING, Code.FRAME_HOT, message)
     if log is None:
         message = "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
-        findings.append(Finding(Level.NOTE, Code.FRAME_COLD, message))
+        yield Finding(Level.NOTE, Code.FRAME_COLD, message)
     if not nominal and not any(k.sigma for k in arm.known):
         message = f"{arm.source} was never identified: what the arm errs by where it touched is in the frame"
-        findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))
-    return findings
+        yield Finding(Level.WARNING, Code.FRAME_MODEL, message)
 
 
-def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> list[Finding]:
+def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> Iterator[Finding]:
     """Certified lengths that the arm has otherwise."""
-    findings = []
     for n, longer in measured_lengths(artefact, touches, fitted, flange):
         a, b = (artefact.names[s] for s in artefact.between[n].tolist())
         message = (
@@ -148,8 +140,7 @@ def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, fla
             f"their certified {artefact.length[n] / MM:.3f} mm: is the artefact's temperature right? cgen identify "
             "--touches fits the arm's lengths to it"
         )
-        findings.append(Finding(Level.WARNING, Code.FRAME_LENGTH, message))
-    return findings
+        yield Finding(Level.WARNING, Code.FRAME_LENGTH, message)
 
 
 def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:
