@@ -11,8 +11,7 @@ z_i. Newton's is for the posture N U T: from a pose in its middle it is led to a
 import math
 
 import numpy as np
-
-from tests.audit import study
+from audit import study
 
 A, D, ALPHA = np.array(study.A_MM), np.array(study.D_MM), np.array(study.ALPHA)
 A1, A2, A3, D4, D6 = A[0], A[1], A[2], -D[3], -D[5]

@@ -5,9 +5,8 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+from audit import study
 from naive_arm import NOMINAL, growth_of_rises
-
-from tests.audit import study
 
 ROBOT = tomllib.loads((Path(__file__).resolve().parents[1] / "robots" / "m710ic50.toml").read_text())
 THERMAL = ROBOT["thermal"]

@@ -5,18 +5,17 @@ import re
 import shutil
 import sys
 
+import naive_arm as arm
 import numpy as np
 import pytest
+from audit import heat, poses, study
+from audit.__main__ import main
+from audit.curves import OffCurveError
+from audit.judge import audit
+from audit.listing import UnreadableError
 from audit_mutants import ASKED, Copy, rows_outside
 from command_line import run
 from shipped import ROOT
-
-from tests import naive_arm as arm
-from tests.audit import heat, poses, study
-from tests.audit.__main__ import main
-from tests.audit.curves import OffCurveError
-from tests.audit.judge import audit
-from tests.audit.listing import UnreadableError
 
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
 SHARED = ("naive_arm", "naive_cam", "naive_ls", "naive_way")  # with other judges
@@ -40,9 +39,9 @@ def test_it_imports_numpy_and_nothing_of_the_package(path):
     for node in ast.walk(ast.parse(path.read_text())):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom):
-            names += [f"tests.{a.name}" for a in node.names] if node.module == "tests" else [node.module]
+            names.append(node.module)
         for name in names:
-            own = name.startswith("tests.audit") or name in {f"tests.{shared}" for shared in SHARED}
+            own = name.split(".")[0] in ("audit", *SHARED)
             assert own or name == "numpy" or name.split(".")[0] in sys.stdlib_module_names
     assert "importlib" not in path.read_text()
     assert "robots/" not in path.read_text()  # nor what the package takes its constants from

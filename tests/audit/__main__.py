@@ -3,11 +3,14 @@
 import sys
 from pathlib import Path
 
-from tests.audit.curves import OffCurveError
-from tests.audit.judge import audit
-from tests.audit.listing import UnreadableError
-from tests.audit.scope import NotJudgedError
-from tests.naive_arm import UnreachableError
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # where other judges' readers stand, too
+
+from naive_arm import UnreachableError
+
+from audit.curves import OffCurveError
+from audit.judge import audit
+from audit.listing import UnreadableError
+from audit.scope import NotJudgedError
 
 USAGE = "audit: give an output folder of cgen generate, and where it is not paths/<name>.toml the path file"
 

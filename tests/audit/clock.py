@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.audit import study
+from audit import study
 
 NO_CHANGE, FALLS = 1.005, 0.995  # one word over the one before, between which it is rounding
 ROUNDS = 80

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tests.audit import curves, poses
-from tests.audit.checks import below, count
-from tests.audit.surface import Surface, tool_axes
+from audit import curves, poses
+from audit.checks import below, count
+from audit.surface import Surface, tool_axes
 
 ON_PATH_UM, EDGE_MM = 0.002, 1e-5
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.audit import study
+from audit import study
 
 FITTED = study.NODES[:4]
 ROUNDS = 30

@@ -18,15 +18,15 @@ Tolerances, each about the smallest that a right program keeps:
   more.
 """
 
+import naive_arm as arm
 import numpy as np
 
-from tests import naive_arm as arm
-from tests.audit import clock, heat, listing, poses, study
-from tests.audit.checks import below, count, equal
-from tests.audit.closed_form import ClosedForm
-from tests.audit.own_file import OwnFile
-from tests.audit.scope import OWN_FILES, duties, load
-from tests.audit.waypoints import read_waypoints
+from audit import clock, heat, listing, poses, study
+from audit.checks import below, count, equal
+from audit.closed_form import ClosedForm
+from audit.own_file import OwnFile
+from audit.scope import OWN_FILES, duties, load
+from audit.waypoints import read_waypoints
 
 CURVED_MM = 1e-5  # sag of a line on a curve
 TURNED_MDEG, JOINT_DEG = 2.0, 0.005

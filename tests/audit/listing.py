@@ -6,9 +6,8 @@ What it does not know it refuses, so that nothing in a program goes unread.
 import re
 from dataclasses import dataclass
 
+import naive_ls
 import numpy as np
-
-from tests import naive_ls
 
 FRAME = re.compile(r" *(UFRAME_NUM|UTOOL_NUM)=(\d+) *")
 CALL = re.compile(r" *CALL (\w+) *")

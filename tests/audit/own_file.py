@@ -6,13 +6,13 @@ on either side. The tool stands upright.
 """
 
 import numpy as np
+from naive_cam import READERS, Line, Unreadable
+from naive_way import SAGITTA_MM, cut, from_pieces, worst_in_order
 
-from tests.audit import poses
-from tests.audit.checks import below, count
-from tests.audit.scope import CHORD_UM, NotJudgedError
-from tests.audit.surface import tool_axes
-from tests.naive_cam import READERS, Line, Unreadable
-from tests.naive_way import SAGITTA_MM, cut, from_pieces, worst_in_order
+from audit import poses
+from audit.checks import below, count
+from audit.scope import CHORD_UM, NotJudgedError
+from audit.surface import tool_axes
 
 TOLERANCE_UM = 2.0  # path.tolerance_um, where the path file says none
 ON_WAY_MM = 1e-4  # from a line or an arc to a waypoint on it: the digits, and the chords on arcs

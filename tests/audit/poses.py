@@ -1,8 +1,7 @@
 """Poses as pairs, position (M, 3) [mm] and rotation (M, 3, 3): frames and tools of a path file, World and flange."""
 
+import naive_arm
 import numpy as np
-
-from tests import naive_arm
 
 
 def of_table(table):

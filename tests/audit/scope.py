@@ -4,7 +4,7 @@ import json
 import tomllib
 from pathlib import Path
 
-from tests.audit import study
+from audit import study
 
 CHORD_UM = 1.5  # process.chord_um, where the path file says none
 PATHS = Path(__file__).resolve().parents[2] / "paths"

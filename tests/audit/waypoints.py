@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tests.audit import study
-from tests.audit.listing import UnreadableError
+from audit import study
+from audit.listing import UnreadableError
 
 COLUMNS = {
     "time": ["time_s"],

@@ -21,6 +21,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import naive_files as naive
 import numpy as np
 import seed_journal
+from drawn_urdf import drawn_urdf, second_arm
+from meshes import grid_mesh
 from naive_arm import config, flange, frame, numbers
 from shipped import ROOT
 
@@ -38,8 +40,6 @@ from compgen.planning.mesh import Mesh, read_stl
 from compgen.planning.own_points.pattern_on_mesh import lay
 from compgen.robot.kinematics import flange_pose
 from compgen.verification.executed.position_log import read_position_log
-from tests.meshes import grid_mesh
-from tests.robot.test_urdf import drawn_urdf, second_arm
 
 MM, DEG, UM, MDEG = 1e-3, np.pi / 180, 1e-6, np.pi / 180e3
 M710 = load_robot(str(ROOT / "robots" / "m710ic50.toml"))

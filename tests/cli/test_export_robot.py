@@ -6,11 +6,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from command_line import run
+from flawed import flawed_file
 
 from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.files.robot_file import load_arm
-from tests.flawed import flawed_file
 
 HOT = {"j2": 11.0, "link1": 3.9, "j3": 13.0, "wrist": 3.0, "face": 2.3}
 RISES = ",".join(f"{name}={rise}" for name, rise in HOT.items())

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from shipped import ROOT
 
 from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
 from compgen.error_model.rigid_chain import rigid_chain
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.kinematics import flange_pose
-from tests.shipped import ROOT
 
 RNG = np.random.default_rng(5)
 

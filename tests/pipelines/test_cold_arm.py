@@ -5,6 +5,7 @@ import tomllib
 
 import tomlkit
 from command_line import refused, run
+from shipped import ROOT, path_file, quiet
 from typer.testing import CliRunner
 
 from compgen.cli.app import app
@@ -12,7 +13,6 @@ from compgen.cli.commands import correct
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import generate
 from compgen.verification.verdict import Verdict
-from tests.shipped import ROOT, path_file, quiet
 
 assert correct
 

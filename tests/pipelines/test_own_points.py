@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from meshes import binary, grid_mesh
 from numpy.testing import assert_allclose
+from shipped import quiet
 
 from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
@@ -16,8 +18,6 @@ from compgen.pipelines.planned.generate import generate
 from compgen.pipelines.planned.written_program import fly_written
 from compgen.planning.own_points import tables
 from compgen.planning.own_points.given_points import GivenArcs
-from tests.meshes import binary, grid_mesh
-from tests.shipped import quiet
 
 
 def job_of(folder, rows, header="x_mm,y_mm,z_mm", pattern="points", name="given.csv", extra="", warm=True):

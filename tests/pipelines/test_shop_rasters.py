@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from shipped import quiet
 
 from compgen.core.exceptions import InputError
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import generate
-from tests.shipped import quiet
 
 RECTANGLE = 'shape = "rectangle"\nsize_mm = [300, 200]\n'
 NOTCHED = (

@@ -6,9 +6,8 @@ import naive_files as naive
 import numpy as np
 import pytest
 import user_files
-
-from tests.meshes import binary, grid_mesh
-from tests.robot.test_urdf import drawn_urdf
+from drawn_urdf import drawn_urdf
+from meshes import binary, grid_mesh
 
 
 @pytest.mark.parametrize("seed", range(12))

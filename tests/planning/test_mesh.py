@@ -4,13 +4,13 @@ import struct
 
 import numpy as np
 import pytest
+from meshes import binary, grid_mesh
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries, patterns
 from compgen.planning.mesh import Mesh, read_stl
 from compgen.planning.own_points.pattern_on_mesh import lay
-from tests.meshes import binary, grid_mesh
 
 NO_SHIFT = np.zeros(3)
 

@@ -6,12 +6,12 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from shipped import ROOT
 
 from compgen.pipelines.files.robot_file import load_any_robot, load_robot
 from compgen.robot.inverse_kinematics import ALL_POSTURES, is_class, solve_flange
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.turns import has_posture
-from tests.shipped import ROOT
 
 RNG = np.random.default_rng(4)
 AREA = "j2_j3_deg = [[-60, -80], [60, -80], [60, 20], [10, 20], [10, -10], [-60, 40]]"

@@ -7,13 +7,13 @@ import re
 
 import numpy as np
 import pytest
+from shipped import ROOT
 
 from compgen.core.toml import read_toml_text
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import cell_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, check_arm_class, solve_flange
 from compgen.robot.kinematics import flange_pose
-from tests.shipped import ROOT
 
 #: of base_link: World's height; of each joint: its origin in the joint before, in m
 ORIGINS = {
