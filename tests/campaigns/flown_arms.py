@@ -29,6 +29,7 @@ from shipped import path_file, quiet  # noqa: E402
 from wider_arm import NODES, WiderArm  # noqa: E402
 
 from compgen.core.codes import Code  # noqa: E402
+from compgen.core.dates import DEFAULT_DATE  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.core.rotations import from_wpr, rotation_matrix  # noqa: E402
 from compgen.core.units import DEG, MM, UM  # noqa: E402
@@ -37,7 +38,7 @@ from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
 from compgen.pipelines.measure.teach_frame import frame_text, teach_frame  # noqa: E402
 from compgen.pipelines.planned.generate import generate  # noqa: E402
-from compgen.pipelines.planned.program_text import DATE, planned_program  # noqa: E402
+from compgen.pipelines.planned.program_text import planned_program  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture, solve_tool  # noqa: E402
 from compgen.verification.twin import Twin, execute  # noqa: E402
 
@@ -224,7 +225,7 @@ def trial(seed, runs=RUNS, folder=None):
         job = load_job(job_file(name, folder, hot), robot=str(folder / "mine.toml"))
         planned, corrected = generate(job, quiet)
         after = flown(arm, job, corrected.program, planned.path, place, rng, hot)
-        plain = planned_program(job, planned.path, planned.theta, planned.trajectory, DATE)
+        plain = planned_program(job, planned.path, planned.theta, planned.trajectory, DEFAULT_DATE)
         after["before"] = flown(arm, job, plain, planned.path, place, rng, hot)["found"]
         limited = [f.message for f in corrected.findings if f.code == Code.COMPENSATION_LIMITED]
         row["runs"][f"{name.split('_')[0]} {'5 h' if hot else 'cold'}"] = after | {"limited": limited}
