@@ -21,7 +21,7 @@ from compgen.identification.fit import fit, outlier_threshold
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import ArmModel, build_model, fixed_source
+from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source
 from compgen.identification.parameters import without_force
 from compgen.identification.reversals import has_runs, with_directions
 from compgen.identification.verdict import set_aside_findings
@@ -78,11 +78,7 @@ def validate(
     Raises:
         InputError: Too few numbers to fit frames, or measurements that cannot be of this arm.
     """
-    sources = [
-        fixed_source(k.source)
-        for k in map(without_force, known)
-        if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
-    ]
+    sources = _fixed_sources(known, with_frames=frames is not None)
     if has_runs(data) and (widths := reversal_widths([s.source for s in sources])):
         data = with_directions(data, widths)
     nominal, identified = build_model(robot, [], nodes), build_model(robot, sources, nodes)
@@ -114,6 +110,15 @@ def validate(
         outlier=outlier,
         findings=tuple(findings),
     )
+
+
+def _fixed_sources(known: Sequence[UncertainSource], *, with_frames: bool) -> list[SymbolicSource]:
+    """The sources that a robot file tells, with nothing free; frames and maps of its own only where they are given."""
+    return [
+        fixed_source(k.source)
+        for k in map(without_force, known)
+        if with_frames or not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame))
+    ]
 
 
 def _frames_of_each(

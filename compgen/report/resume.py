@@ -60,18 +60,7 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
             "after": statistics(resumed.deviation, on_part=True),
         },
         "band": band_of_resumed(resumed),
-        "pages": [
-            {
-                "page": page.number,
-                "file": page.file,
-                "replaced": page.is_new,
-                "start_s": start.time,
-                "start_window_s": start.window,
-                "before": page.before.record(),
-                "after": page.after.record(),
-            }
-            for page, start in zip(resumed.pages, resumed.starts, strict=True)
-        ],
+        "pages": _pages(resumed),
         "bounds": {"max_um": None if job.bounds.max is None else round(job.bounds.max / UM, 9)},
         "findings": [finding.record() for finding in resumed.findings],
         "provenance": {
@@ -80,6 +69,22 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
             "manifest": resumed.written.manifest_file,
         },
     }
+
+
+def _pages(resumed: Resumed) -> list[dict[str, Any]]:
+    """What is said of each page, in order."""
+    return [
+        {
+            "page": page.number,
+            "file": page.file,
+            "replaced": page.is_new,
+            "start_s": start.time,
+            "start_window_s": start.window,
+            "before": page.before.record(),
+            "after": page.after.record(),
+        }
+        for page, start in zip(resumed.pages, resumed.starts, strict=True)
+    ]
 
 
 def band_of_resumed(resumed: Resumed) -> dict[str, Any]:

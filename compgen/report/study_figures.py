@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.arrays import Array
 from compgen.pipelines.study import Row, Study
 from compgen.report.curves import curves_in_words, rounded_number
 from compgen.report.figure import (
@@ -48,51 +49,49 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
     other = next((k for k in whole.varied if k != key), None) if whole.done else None
     grid, held = whole.held_at_worst([key, *([other] if other else [])]) if whole.done else (whole, "")
     colours, few = _colours(whole, other)
-    groups: dict[Value, list[Row]] = {}
-    for row in grid.done:
-        groups.setdefault("" if other is None else grid.value(row, other), []).append(row)
+    groups = _rows_by(grid, other)
     traces: list[Trace] = []
     axes: dict[str, Any] = {}
     sides = whole.sides or ("before",)
-    shares = list(reversed(spans(len(sides), 0.12)))
-    for n, (side, span) in enumerate(zip(sides, shares, strict=True)):
+    has_symbols = other is not None and len(colours) <= MOST_LINES
+    for n, (side, span) in enumerate(zip(sides, reversed(spans(len(sides), 0.12)), strict=True)):
         which = "" if n == 0 else str(n + 1)
-        place = {"xaxis": f"x{which}", "yaxis": f"y{which}"}
+        look = {"xaxis": f"x{which}", "yaxis": f"y{which}", "showlegend": other is None or (n == 0 and has_symbols)}
         for k, (value, colour) in enumerate(colours.items()):
             name = side if other is None else plain(value)
-            is_named = other is None or (n == 0 and len(colours) <= MOST_LINES)
-            line_colour = colour or (WARM, COOL)[side == "after"]
-            symbol = LOOKS[side][1] if other is None or len(colours) > MOST_LINES else SYMBOLS[k]
-            ink = {"color": line_colour, "symbol": symbol}
-            look = {**place, "showlegend": is_named}
+            symbol = SYMBOLS[k] if has_symbols else LOOKS[side][1]
+            ink = {"color": colour or (WARM, COOL)[side == "after"], "symbol": symbol}
             traces += _line(grid, key, groups.get(value, []), side=side, name=name, ink=ink, look=look)
         axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
         shown = axis(title_of(key)) if n == len(sides) - 1 else {"matches": f"x{len(sides)}", "showticklabels": False}
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", **_kind(whole, key), **shown}
     last = "" if len(sides) == 1 else str(len(sides))
     traces += _marks(grid, key, sides[-1], {"xaxis": f"x{last}", "yaxis": f"y{last}"})
-    if other is not None and len(colours) > MOST_LINES:
+    if other is not None and not has_symbols:
         traces.append(_colour_bar(whole, other))
-    shapes = [] if limit is None else [horizontal_line(limit.um, last)]
-    words = [] if limit is None else [limit_label(limit.label, limit.um, last)]
-    legend = {"title": {"text": title_of(other)}} if other is not None and len(colours) <= MOST_LINES else {}
-    has_legend = any(one.get("showlegend", True) for one in traces)
-    look = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0, **legend}
-    alt = curves_in_words(
-        f"Largest error against {words_of(key)}", [t for t in traces if t.get("meta") != "mark"], "µm"
-    )
+    legend = {"title": {"text": title_of(other)}} if other is not None and has_symbols else {}
+    top = 60 if any(one.get("showlegend", True) for one in traces) else 20
+    drawn_curves = [t for t in traces if t.get("meta") != MARK]
     drawn = figure(
         traces,
         110 + 220 * len(sides),
-        alt,
+        curves_in_words(f"Largest error against {words_of(key)}", drawn_curves, "µm"),
         {"legend": {"title": {"side": "top"}}},
-        shapes=shapes,
-        annotations=words,
-        legend=look,
-        margin={"l": 60, "r": 20, "t": 60 if has_legend else 20, "b": 45},
+        shapes=[] if limit is None else [horizontal_line(limit.um, last)],
+        annotations=[] if limit is None else [limit_label(limit.label, limit.um, last)],
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0, **legend},
+        margin={"l": 60, "r": 20, "t": top, "b": 45},
         **axes,
     )
     return drawn, f"{few}{held}".strip()
+
+
+def _rows_by(grid: Grid, other: str | None) -> dict[Value, list[Row]]:
+    """The rows of each value of a key; all together where there is none."""
+    groups: dict[Value, list[Row]] = {}
+    for row in grid.done:
+        groups.setdefault("" if other is None else grid.value(row, other), []).append(row)
+    return groups
 
 
 def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None) -> tuple[Figure, str]:
@@ -103,28 +102,9 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
     for row in grid.done:
         if (error := row.get(f"{side}_on_part_max_um")) is not None:
             cells[lines.index(grid.value(row, y)), columns.index(grid.value(row, x))] = error
-    names = [plain(v) for v in columns], [plain(v) for v in lines]
-    texts = [[_cell(error, limit) for error in line] for line in cells.tolist()]
     unread = {"meta": {"phone": [{"texttemplate": ""}]}} if len(columns) > PHONE_COLUMNS else {}
-    labelled = {"texttemplate": "%{text}", "textfont": {"color": ON_MAP}} if cells.size <= LABELLED else {}
-    colours = [[i / (len(MAP_COLOURS) - 1), c] for i, c in enumerate(MAP_COLOURS)]
-    bar = {"title": {"text": "µm"}, "thickness": 12, "outlinewidth": 0}
     hover = f"{words_of(x)} %{{x}}<br>{words_of(y)} %{{y}}<br>%{{z:.2f}} µm<extra></extra>"
-    traces = [
-        trace(
-            "heatmap",
-            *names,
-            [[None if v != v else v for v in line] for line in cells.tolist()],
-            text=texts,
-            colorscale=colours,
-            colorbar=bar,
-            xgap=1,
-            ygap=1,
-            hovertemplate=hover,
-            name="",
-            **labelled,
-        )
-    ]
+    traces = [_heat_map([plain(v) for v in columns], [plain(v) for v in lines], cells, hover, limit)]
     failed = [(plain(grid.value(row, x)), plain(grid.value(row, y))) for row in grid.failed]
     if failed:
         traces.append(_crosses([f[0] for f in failed], [f[1] for f in failed], [r["reason"] for r in grid.failed]))
@@ -149,6 +129,25 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
     )
     note = "" if limit is None else f"▲ over {limit.label}. "
     return drawn, f"{note if over else ''}{held}".strip()
+
+
+def _heat_map(columns: list[str], lines: list[str], cells: Array, hover: str, limit: Limit | None) -> Trace:
+    """Cells (L, C) [um] by their colours, and by their numbers where these can be read."""
+    labelled = {"texttemplate": "%{text}", "textfont": {"color": ON_MAP}} if cells.size <= LABELLED else {}
+    return trace(
+        "heatmap",
+        columns,
+        lines,
+        [[None if v != v else v for v in line] for line in cells.tolist()],
+        text=[[_cell(error, limit) for error in line] for line in cells.tolist()],
+        colorscale=[[i / (len(MAP_COLOURS) - 1), c] for i, c in enumerate(MAP_COLOURS)],
+        colorbar={"title": {"text": "µm"}, "thickness": 12, "outlinewidth": 0},
+        xgap=1,
+        ygap=1,
+        hovertemplate=hover,
+        name="",
+        **labelled,
+    )
 
 
 def _cell(error: float, limit: Limit | None) -> str:

@@ -58,8 +58,7 @@ def read_traversal(
     value, unit = (column[motion] for column in parse_speeds(m.speed))
     duration, untimed = _durations(ways, value, unit, robot)
     pause, flow = _others(program, m.line[motion])
-    origin = station_origins(program, motion, motionless, poses.placements.shifted)
-    origin = np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin
+    origin = _known_origins(station_origins(program, motion, motionless, poses.placements.shifted), known)
     carried = _carried(poses, pose, origin)
     return DrivenProgram(
         at=poses.positions,
@@ -79,6 +78,11 @@ def read_traversal(
         circular=np.zeros(len(motion), dtype=bool),
         beyond=np.zeros(len(motion)),
     )
+
+
+def _known_origins(origin: IntArray, known: BoolArray) -> IntArray:
+    """The stations that others come from, NONE also where the place of one is not known, (S,)."""
+    return np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -98,14 +98,9 @@ def plan_path_touches(
     probe = Probe(Pose(artefact.probe, np.eye(3)), artefact.probe_diameter / 2)
     path = path_places(job, PLACES)
     progress(stages.TOUCHES_IN_REACH, 0.0)
-    near = path.theta[len(path.theta) // 2]
-    ways = reachable_ways(job.robot, job.posture, near, targets, probe, search)
+    ways = reachable_ways(job.robot, job.posture, path.theta[len(path.theta) // 2], targets, probe, search)
     notes += unreached(artefact, targets, ways)
-    if len(ways.target) < count:
-        raise ImpossibleError(
-            f"{artefact.source}: {len(ways.target)} ways to touch {', '.join(targets.name)} are in the arm's reach in "
-            f"the program's posture, -n {count} asks for more; move the artefact, or give fewer"
-        )
+    _require_ways(ways, artefact, targets, count)
     progress(stages.TOUCHES_THAT_TELL, 0.3)
     model = touch_model(job, artefact, targets, place_sigma, probe, ways, path)
     H = model.rows if search.centres else np.einsum("ki,kiq->kq", ways.normal, model.rows)[:, None]
@@ -119,9 +114,7 @@ def plan_path_touches(
         *_tight_ways(job, probe, targets, chosen),
         *job.input_findings,
     ]
-    by_anchoring = None
-    if coordinates >= LEAST_COORDINATES:
-        by_anchoring = left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1]
+    can_anchor = coordinates >= LEAST_COORDINATES
     return PlannedTouches(
         job=job,
         artefact=artefact,
@@ -133,12 +126,21 @@ def plan_path_touches(
         next_rms=float(np.sqrt(max(plan.next_variance, 0.0) + left)),
         p99=(_p99(model, model.prior), _p99(model, plan.covariance)),
         model=model,
-        by_anchoring=by_anchoring,
+        by_anchoring=left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1] if can_anchor else None,
         sigma=sigma,
         frame=frame[1],
         uframe=frame[0],
         findings=tuple(notes),
     )
+
+
+def _require_ways(ways: Ways, artefact: Artefact, targets: Targets, count: int) -> None:
+    """Raises ImpossibleError where the arm reaches fewer ways than touches are asked for."""
+    if len(ways.target) < count:
+        raise ImpossibleError(
+            f"{artefact.source}: {len(ways.target)} ways to touch {', '.join(targets.name)} are in the arm's reach in "
+            f"the program's posture, -n {count} asks for more; move the artefact, or give fewer"
+        )
 
 
 def _p99(model: TouchModel, S: Array) -> float:

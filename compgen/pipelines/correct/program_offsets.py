@@ -55,8 +55,7 @@ def offsets_of_program(
     )
     progress(stages.OFFSETS, 0.0)
     drive = full.plan.drive
-    station, fraction = full.execution.station, full.execution.fraction
-    target = interpolate_poses(drive, station, fraction)
+    target = interpolate_poses(drive, full.execution.station, full.execution.fraction)
     actual = fly(twin_of_cell(cell), drive, before).actual
     judged = np.flatnonzero(full.judged & (full.length > 0))
     number, uframe = _frame_of(full, judged)

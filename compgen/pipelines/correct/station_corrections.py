@@ -274,9 +274,8 @@ def _illegal_corrections(
         elif letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
             illegal.append((station, "its correction would change the posture letters of CONFIG"))
         elif turned[k]:
-            illegal.append(
-                (station, "its correction would pass +-180 deg, and motions place its position in several ways")
-            )
+            words = "its correction would pass +-180 deg, and motions place its position in several ways"
+            illegal.append((station, words))
     return illegal
 
 

@@ -40,6 +40,7 @@ from compgen.planning.own_points.tables import OwnPoints, mesh_of, own_points_pa
 from compgen.planning.tables import (
     MAX_LEAD,
     AnyPattern,
+    ProcessTable,
     RasterTable,
     Shape,
     boundary_from_table,
@@ -86,6 +87,10 @@ class JobFiles:
     robot_text: TomlText
     overrides: tuple[str, ...]
 
+    def __call__(self) -> Job:
+        """The job that they describe; unlike a function, two of the same files compare as the same."""
+        return job_of(self)
+
 
 def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) -> JobFiles:
     """A path file and its robot's file with the overrides on both.
@@ -127,15 +132,14 @@ def job_of(files: JobFiles) -> Job:
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
     programs = _programs(program, cell)
-    state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
-    age = 0.0 if path.state is None else path.state.age_min * MINUTE
-    state = load_state(state_file, cell, age) if state_file else None
     others = files_read(path, str(source))
     history = _planned_day(path, programs, cell, air)
     if log is not None:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
-    if state is not None:
+    if path.state is not None:
+        state_file, age = os.path.normpath(source.parent / path.state.file), path.state.age_min * MINUTE
+        state = load_state(state_file, cell, age)
         cell = cell_with_state(cell, state, state_file)
         history = history_from_state(history, state, age, air if is_air_given else None)
         replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
@@ -180,10 +184,10 @@ def _ensemble(path: PathFile, runs: int, program: ProgramPlan) -> Ensemble | Non
     return None if table is None else tables.ensemble_of(table, runs, program.process.feed, where)
 
 
-def _on_other_heat_model(files: JobFiles) -> Callable[[], Job] | None:
-    """The same job with the robot's other model of heat in use; None where it has one only."""
+def _on_other_heat_model(files: JobFiles) -> JobFiles | None:
+    """The same files with the robot's other model of heat in use; None where it has one only."""
     other = with_other_heat_model(files.robot_text)
-    return None if other is None else partial(job_of, replace(files, robot_text=other))
+    return None if other is None else replace(files, robot_text=other)
 
 
 def _inputs_hash(files: JobFiles, others: Mapping[str, Mapping[str, Any]]) -> str:
@@ -235,6 +239,21 @@ def _settings(path: PathFile, cell: Cell) -> Settings:
     )
 
 
+def _process(table: ProcessTable, acc: int | None) -> Process:
+    """How a path is driven; ``acc`` is the controller's [%]."""
+    return Process(
+        feed=table.feed_mm_s * MM,
+        chord=table.chord_um * UM,
+        spacing=table.spacing_mm * MM,
+        arcs=table.moves == "arcs",
+        thin=None if table.thin_um is None else table.thin_um * UM,
+        lift=table.lift_mm * MM,
+        lead_in=table.lead_in,
+        stop_on_the_part=table.page_stops == "anywhere",
+        acc=table.acc_percent if table.acc_percent is not None else acc,
+    )
+
+
 def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[ProgramPlan, tuple[Finding, ...]]:
     """What a path file's program does, and what was changed in it for the play of a cell's robot."""
     frame = frame_of(path.frame, cell.robot.controller.decimals, source)
@@ -269,17 +288,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     program = ProgramPlan(
         source=source,
         path=PathPlan(pattern=pattern, surface=surface, boundary=edge, frame=frame, tolerance=tolerance),
-        process=Process(
-            feed=feed,
-            chord=process.chord_um * UM,
-            spacing=process.spacing_mm * MM,
-            arcs=process.moves == "arcs",
-            thin=None if process.thin_um is None else process.thin_um * UM,
-            lift=process.lift_mm * MM,
-            lead_in=process.lead_in,
-            stop_on_the_part=process.page_stops == "anywhere",
-            acc=process.acc_percent if process.acc_percent is not None else controller.acc,
-        ),
+        process=_process(process, controller.acc),
         tool=tool,
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
     )

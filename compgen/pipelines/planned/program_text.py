@@ -59,23 +59,11 @@ def compose_program(
     # the digits of CONFIG belong to the pose as printed
     in_world = printed if job.frame is None else job.frame.register @ printed
     joints = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture).theta
-    remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
-    remarks += [f"robot file {job.cell.robot_file_hash[:16]}", override_remark(job)]
-    if start_window is None:
-        remarks.append("planned, not corrected")
-    else:
-        rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise(), strict=True)]
-        pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
-        remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
-        remarks += start_remarks(job, start_window)
-        remarks += motion_remarks(job)
-        if (state := job.cell.state) is not None:
-            remarks.append(f"state {state.digest[:8]} holds {state.window:.0f} s"[:REMARK_WIDTH])
     program = Program(
         name=program_name_of(job),
         comment=f"compgen {'DRY RUN' if job.plan.path.raised else job.inputs_hash[:8]}",
         date=date,
-        remarks=tuple(remarks),
+        remarks=_remarks(job, start_window),
         uframe=0 if job.frame is None else job.frame.number,
         utool=job.tool.number,
         position=written.position,
@@ -90,6 +78,22 @@ def compose_program(
         acc=job.plan.process.acc,
     )
     return program, printed
+
+
+def _remarks(job: Job, start_window: float | None) -> tuple[str, ...]:
+    """What a program was made from and is right for, for the head of its text."""
+    remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
+    remarks += [f"robot file {job.cell.robot_file_hash[:16]}", override_remark(job)]
+    if start_window is None:
+        return (*remarks, "planned, not corrected")
+    rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise(), strict=True)]
+    pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
+    remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
+    remarks += start_remarks(job, start_window)
+    remarks += motion_remarks(job)
+    if (state := job.cell.state) is not None:
+        remarks.append(f"state {state.digest[:8]} holds {state.window:.0f} s"[:REMARK_WIDTH])
+    return tuple(remarks)
 
 
 def override_remark(job: Job) -> str:

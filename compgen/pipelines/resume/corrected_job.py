@@ -60,20 +60,7 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
         given, frames = made["options"], made["frames"]
         before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
-        starts, promise = (
-            ", ".join(f"{key} = {values}" for key, values in given.get(table, {}).items()) or None
-            for table in ("average_over", "guaranteed")
-        )
-        options = options_of(
-            split=bool(given["split"]),
-            insert_um=given["insert_um"],
-            strict=False,
-            again=False,
-            mark=given["mark"],
-            max_um=max_um,
-            average_over=starts,
-            guaranteed=promise,
-        )
+        options = _options(given, max_um)
         kinds = {kind: {int(n): _pose(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
         extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}
         registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
@@ -103,6 +90,24 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         options=options,
         planned=planned,
         corrected_sha256=corrected_sum,
+    )
+
+
+def _options(given: Mapping[str, Any], max_um: float | None) -> Options:
+    """The options that a provenance names, with another bound."""
+    starts, promise = (
+        ", ".join(f"{key} = {values}" for key, values in given.get(table, {}).items()) or None
+        for table in ("average_over", "guaranteed")
+    )
+    return options_of(
+        split=bool(given["split"]),
+        insert_um=given["insert_um"],
+        strict=False,
+        again=False,
+        mark=given["mark"],
+        max_um=max_um,
+        average_over=starts,
+        guaranteed=promise,
     )
 
 

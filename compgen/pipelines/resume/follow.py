@@ -99,13 +99,9 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
         anchored=anchored,
     )
     page, elapsed = times.running(now)
-    begun = times.last(now)
-    count = len(run.written.pages)
+    begun, count = times.last(now), len(run.written.pages)
     forecasts = [forecaster.of_running(page, elapsed)] if page and not sensed.doubt else []
-    have = max(loaded, times.loaded(now), run.written.loaded, run.written.done)
-    soon = page and times.duration[page - 1] - elapsed <= lead
-    if soon and page < count:
-        have = max(have, page + 1)
+    have = max(loaded, _loaded_by_now(run, times, now, lead))
     due, beginning = 0, None
     upcoming = [n for n in (begun + 1, have + 1) if n <= count and not sensed.doubt]
     for n in dict.fromkeys(upcoming):
@@ -128,6 +124,14 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
         notes=_notes(log),
         doubt=sensed.doubt,
     )
+
+
+def _loaded_by_now(run: PagedRun, times: PageTimes, now: float, lead: float) -> int:
+    """The last page that the controller has by what the clock and the folder say, or takes in before ``lead`` ends."""
+    have = max(times.loaded(now), run.written.loaded, run.written.done)
+    page, elapsed = times.running(now)
+    is_soon = bool(page) and page < len(run.written.pages) and times.duration[page - 1] - elapsed <= lead
+    return max(have, page + 1) if is_soon else have
 
 
 def _look_without(run: PagedRun, now: float, loaded: int, notes: tuple[str, ...], doubt: str) -> Look:

@@ -10,7 +10,7 @@ The first part is what has drifted: the part demands it. The second is what the 
 where the join lies on the part.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -38,6 +38,7 @@ from compgen.pipelines.resume.result import Join, PageResult, Resumed, size_of
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
 from compgen.planning import retiming
+from compgen.planning.retiming.trajectory import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.pages import excerpt, gap_between, join_programs
 from compgen.program.program import Program
@@ -89,8 +90,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     old, _ = join_programs(programs[from_page - 1 :], steps_of(written))
     planned = rest_of_plan(whole, page.first, beginning, old, lead)
     planned, problem, solution, limited = find_correction(planned, progress)
-    job, path = planned.job, planned.path
-    feed = planned.feed * path.pace
+    job, path, feed = planned.job, planned.path, planned.feed * planned.path.pace
     trajectory = retiming.retime(
         job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, stages.FINAL_TIMING), lines=True
     )
@@ -104,14 +104,16 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     prepared = prepared_rest(job, text, lead)
     deviation = deviation_from_path(path, prepared.chunks(partial(progress, stages.TWIN_AFTER)), prepared.sample_count)
     join = _join(planned, page.name, gap, lead, deviation) if lead is not None else None
-    results = _page_results(written, from_page, planned, pages, deviation, prepared)
-    of_text = (
+    findings = (
+        *judge(deviation, job.bounds),
+        *_join_findings(join, written, whole),
+        *job_findings.of_knowledge(job),
+        *limited,
         *job_findings.solver(solution, job.settings),
-        *job_findings.below_feed(job, planned.feed, path, trajectory, text),
-        *job_findings.clocks_apart(trajectory, read_motion(prepared, np.diff(path.arc), feed)),
+        *_text_findings(planned, trajectory, text, prepared),
+        *_warmth_findings(planned),
+        *_moved_findings(beginning),
     )
-    of_join, of_robot = _join_findings(join, written, whole), (*_warmth_findings(planned), *_moved_findings(beginning))
-    verdict = (*judge(deviation, job.bounds), *of_join, *job_findings.of_knowledge(job), *limited, *of_text, *of_robot)
     resumed = Resumed(
         written=written,
         from_page=from_page,
@@ -123,11 +125,21 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         starts=starts,
         deviation=deviation,
         band=band_along(planned.driven(solution.theta, problem.direction_state)),
-        pages=results,
+        pages=_page_results(written, from_page, planned, pages, deviation, prepared),
         join=join,
-        findings=verdict,
+        findings=findings,
     )
     return replace(resumed, files={**pages, written.manifest_file: _manifest(resumed, date, loaded, done)})
+
+
+def _text_findings(
+    planned: Planned, trajectory: Trajectory, text: Program, prepared: PreparedProgram
+) -> Iterator[Finding]:
+    """How the new text's speeds and times differ from what was planned."""
+    path = planned.path
+    yield from job_findings.below_feed(planned.job, planned.feed, path, trajectory, text)
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace)
+    yield from job_findings.clocks_apart(trajectory, written)
 
 
 def _manifest(resumed: Resumed, date: str, loaded: int, done: int) -> bytes:

@@ -20,6 +20,7 @@ from compgen.core.arrays import Array
 from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.quantities import Quantity
 from compgen.job.job import Job
+from compgen.job.tables import FitLimits
 from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at
@@ -116,6 +117,7 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
     by_rise = np.stack([columns(unit) - cold for unit in np.eye(K)], axis=2)  # (N, 3, K, Q)
     steps = [_model_step(job, live, q.cause.heat) for q in named]
     models = [step for step in steps if step is not None]
+    numbers = [-1 if step is None else models.index(step) for step in steps]
     quantities = [
         LiveQuantity(
             quantity=q,
@@ -124,12 +126,10 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
             expands=q.name == "cte" or q.name.startswith("profile of "),
             absolute=None if dearer is None else _absolute(q, live.cte),
             missed=steady_miss(job.cell.warmth, q.cause.heat.rise),
-            model=-1 if step is None else models.index(step),
+            model=numbers[k],
         )
-        for k, (q, step) in enumerate(zip(named, steps, strict=True))
+        for k, q in enumerate(named)
     ]
-    fit = job.cell.fit
-    of_repeats = [] if fit.repeatability is None else [("repeatability", fit.repeatability)]
     return LiveBand(
         time=thin.now,
         on_part=part_weight(geometry, thin),
@@ -139,11 +139,17 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         quantities=tuple(quantities),
         models=tuple(models),
         build_up_cycle=_build_up(job, live),
-        undirected=(("fit noise", fit.noise), *of_repeats),
+        undirected=_undirected(job.cell.fit),
         missing=least_missing(job.cell),
-        scale=fit.scale,
+        scale=job.cell.fit.scale,
         feed=job.feed,
     )
+
+
+def _undirected(fit: FitLimits) -> tuple[tuple[str, float], ...]:
+    """What of a fit has no direction, and is everywhere the same [m]."""
+    of_repeats = [] if fit.repeatability is None else [("repeatability", fit.repeatability)]
+    return (("fit noise", fit.noise), *of_repeats)
 
 
 def _absolute(q: Quantity, cte: float) -> tuple[float, float] | None:

@@ -175,19 +175,28 @@ def draw(
         difference[k] = rms(row_norms(off)) / max(band, NO_BAND)
         along[k] = np.einsum("miq,mi->q", linear, off)
         progress((k + 1) / D)
-    # how much of each column the flights have more than the band says, by least squares over the draws
-    squares = np.einsum("miq,miq->q", linear, linear)
-    surplus = (drawn * along).sum(axis=0) / np.maximum((drawn**2).sum(axis=0) * squares, NO_BAND**2)
-    size = np.abs(surplus) * np.sqrt((drawn**2).mean(axis=0) * squares)
-    worst = uncertainty.quantities[int(np.argmax(size))].name if Q else ""
+    size = _surplus(linear, drawn, along)
     return FlownDraws(
         guarantee=guarantee,
         bounds=drawn_bounds(flights, guarantee),
         total=frozen(np.array([f["total"].max for f in flights])),
         moved=frozen(moved),
         disagreement=frozen(difference),
-        disagrees_in=worst,
+        disagrees_in=uncertainty.quantities[int(np.argmax(size))].name if Q else "",
     )
+
+
+def _surplus(column: Array, drawn: Array, along: Array) -> Array:
+    """How much of each column the flights have more than the band says, by least squares over the draws, (Q,) [m].
+
+    Args:
+        column: What one unit of each quantity does, (M, 3, Q) [m].
+        drawn: The amounts of each draw, (D, Q).
+        along: What each flight has beyond the band along each column, (D, Q) [m^2].
+    """
+    squares = np.einsum("miq,miq->q", column, column)
+    surplus = (drawn * along).sum(axis=0) / np.maximum((drawn**2).sum(axis=0) * squares, NO_BAND**2)
+    return np.asarray(np.abs(surplus) * np.sqrt((drawn**2).mean(axis=0) * squares))
 
 
 def _fly(text: _Text, cause: Cause, rng: np.random.Generator) -> FlownDraw:

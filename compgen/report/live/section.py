@@ -18,12 +18,13 @@ from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import BOUND, Agreement, LiveJob
 from compgen.pipelines.study.live_day import Slider, planned_setting
-from compgen.pipelines.study.live_places import LivePlaces, at
+from compgen.pipelines.study.live_places import LivePlaces, Shown, at
 from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.live.record import live_record, sources_of
 from compgen.report.page import fragment
+from compgen.verification.band import Band
 
 UNITS = {"degC": "°C", "um/(m K)": "µm/(m K)"}
 STATISTICS = ("largest", "p99", "rms")
@@ -84,6 +85,11 @@ def live_section(
     return LiveSection(_html(live_job, agreement, path, robot, overrides), record, sentence, warning)
 
 
+def _number_row(key: str, words: str, shown: Shown) -> list[str | Markup]:
+    """The numbers of one text with the sliders as planned."""
+    return [words, *(NUMBER.format(f"{key}-{part}", f"{getattr(shown, part) / UM:.2f}") for part in STATISTICS)]
+
+
 def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None, overrides: Sequence[str]) -> Markup:
     """The section.
 
@@ -102,7 +108,6 @@ def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None,
     data = json.dumps({"live": record}, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     setting, planned_band = planned_setting(live.day), live_job.planned.band_of_plan()
     band = band_at(live, live_job.band, setting)
-    sizes = {share.source: share.largest for share in band.budget}
     unknown = with_motion(not_known(job.cell, planned_band), live_job.planned.written().effect)
     return fragment(
         "live.html",
@@ -113,27 +118,12 @@ def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None,
         has_stops=any(slider.kind == "feed" and slider.stops for slider in live.day.sliders),
         not_written=_not_written(live_job),
         number_rows=[
-            [
-                words,
-                *(
-                    NUMBER.format(f"{key}-{part}", f"{getattr(at(live, setting, places), part) / UM:.2f}")
-                    for part in STATISTICS
-                ),
-            ]
-            for key, words, places in (
-                ("before", "before: the planned program", live.before),
-                ("after", "after: the same corrected file", live.after),
-            )
+            _number_row("before", "before: the planned program", at(live, setting, live.before)),
+            _number_row("after", "after: the same corrected file", at(live, setting, live.after)),
         ],
         views=_views(live.before),
         shades=",".join(LIGHT_TO_DARK),
-        source_rows=[
-            *(
-                [name, NUMBER.format(f"source-{n}", rounded(sizes.get(name, 0.0) / UM))]
-                for n, name in enumerate(sources_of(live_job.band))
-            ),
-            [Markup("<b>all that the files know</b>"), ALL.format(rounded(band.largest / UM))],
-        ],
+        source_rows=_source_rows(live_job, band),
         unknown=unknown_words(band_record(planned_band, unknown)),
         command=command,
         program=program,
@@ -143,6 +133,16 @@ def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None,
         count=len(agreement.settings) - 1,
         bound=f"{BOUND / UM:g}",
     )
+
+
+def _source_rows(live_job: LiveJob, band: Band) -> list[list[str | Markup]]:
+    """What each source leaves open with the sliders as planned, and all of them together."""
+    sizes = {share.source: share.largest for share in band.budget}
+    rows: list[list[str | Markup]] = [
+        [name, NUMBER.format(f"source-{n}", rounded(sizes.get(name, 0.0) / UM))]
+        for n, name in enumerate(sources_of(live_job.band))
+    ]
+    return [*rows, [Markup("<b>all that the files know</b>"), ALL.format(rounded(band.largest / UM))]]
 
 
 def _slider(slider: Slider) -> dict[str, Any]:

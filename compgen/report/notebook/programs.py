@@ -189,21 +189,15 @@ def correct(
     """
     for flag, value in (("split", split), ("strict", strict), ("again", again)):
         instance(value, bool, flag, "give True or False")
-    lengths = [
-        None if value is None else number(value, key) for key, value in (("insert_um", insert_um), ("max_um", max_um))
-    ]
-    mark_kind = text_of(mark, "mark", "give digits or remark")
-    starts = _typed(average_over, "average_over", "give a dict, as {'delay_s': [0, 1200]}")
-    promise = _typed(guaranteed, "guaranteed", "give a dict, as {'max_um': 60}")
     options = options_of(
         split=split,
-        insert_um=lengths[0],
+        insert_um=None if insert_um is None else number(insert_um, "insert_um"),
         strict=strict,
         again=again,
-        mark=mark_kind,
-        max_um=lengths[1],
-        average_over=starts,
-        guaranteed=promise,
+        mark=text_of(mark, "mark", "give digits or remark"),
+        max_um=None if max_um is None else number(max_um, "max_um"),
+        average_over=_typed(average_over, "average_over", "give a dict, as {'delay_s': [0, 1200]}"),
+        guaranteed=_typed(guaranteed, "guaranteed", "give a dict, as {'max_um': 60}"),
     )
     report_progress = progress_of(progress)
     file, content = _listing(program)
@@ -218,8 +212,6 @@ def correct(
     cell = load_cell(chosen, assignments(overrides))
     frames_table, age = read_frames(frames_file), optional_name(state_age, "state_age", "a time, as '20min'")
     cell, history = begin(cell, load_before(history_words), optional_name(state, "state", STATE), age)
-    register_table = read_registers(register_file)
-    neighbours = programs_beside(Path(file)) if file is not None else _no_program
     with nullcontext() if file is None else naming_file(file), numpy_alone():
         result = pipeline.correct(
             content,
@@ -228,8 +220,8 @@ def correct(
             before=history,
             options=options,
             progress=report_progress,
-            find_program=neighbours,
-            registers=register_table,
+            find_program=programs_beside(Path(file)) if file is not None else _no_program,
+            registers=read_registers(register_file),
         )
     corrected = CorrectedProgram(file or f"{result.name}.LS", result, correction_summary(result))
     logger.info("%r", corrected)

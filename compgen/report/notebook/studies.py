@@ -158,21 +158,16 @@ def study(
     pass_files = file_names(passes, "passes", "path files")
     feeds = ",".join(map(repr, numbers(feeds_mm_s, "feeds_mm_s"))) or None
     instance(correct, bool, "correct", "give True or False")
-    limit_um = number(within_um, "within_um")
+    limit_um, report_progress = number(within_um, "within_um"), progress_of(progress)
     processes = whole_number(workers, "workers", 0, MAX_PROCESSES)
-    report_progress = progress_of(progress)
     check_study(questions, limit_um, varied=bool(axes or listed))
     with numpy_alone():
         grid = build(name, robot_name, base, axes, listed, correct=correct) if axes or listed else None
         answers = answer_questions(name, robot_name, base, questions, limit_um * UM, pass_files, feeds)
         rows = _rows(grid, processes, report_progress) if grid is not None else []
+    job = base_job(name, robot_name, base)
     result = StudyResult(
-        path=name,
-        overrides=tuple(base),
-        study=grid,
-        rows=tuple(rows),
-        answers=tuple(answers),
-        base=base_job(name, robot_name, base),
+        path=name, overrides=tuple(base), study=grid, rows=tuple(rows), answers=tuple(answers), base=job
     )
     for sentence in result.sentences:
         logger.info("%s: %s", name, sentence)
