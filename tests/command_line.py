@@ -10,8 +10,11 @@ from types import SimpleNamespace
 
 import pytest
 from shipped import ROOT
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from compgen.cli import main
+from compgen.cli.app import app
 from compgen.core import evaluation
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
@@ -31,6 +34,13 @@ def run(*arguments, cwd=ROOT):
         sys.argv = before
         evaluation.configure(None)  # as every other test finds it
     return SimpleNamespace(returncode=left_with.value.code, stdout=out.getvalue(), stderr=err.getvalue())
+
+
+def typed_commands():
+    """What can be typed behind ``cgen``, by its name."""
+    group = get_command(app)
+    assert isinstance(group, TyperGroup)
+    return group.commands
 
 
 def terminal_output(start):

@@ -59,7 +59,7 @@ def test_a_finding_takes_its_code_from_the_registry_at_a_level_that_it_may_have(
 
 
 def test_each_code_is_found_by_its_own_room_first_and_none_by_nobody():
-    rooms = {}
+    rooms: dict[Code, set[str]] = {}
     for path, call in calls():
         for name in names_in(call.args[1], "Code"):
             rooms.setdefault(Code[name], set()).add(path.parts[1])

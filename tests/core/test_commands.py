@@ -1,12 +1,11 @@
 """Which command a record is of: it says so; of 0.1.0 its keys tell."""
 
 import pytest
-from typer.main import get_command
+from command_line import typed_commands
 
-from compgen.cli.app import app
 from compgen.core.commands import Command, command_of
 
-OF_0_1_0 = {
+OF_0_1_0: dict[str, tuple[str, dict[str, object]]] = {
     "generate": ("schema name title verdict before after ratio band findings path timing provenance", {"after": {}}),
     "predict": ("schema name title verdict before after ratio band findings path timing provenance", {"after": None}),
     "correct": ("schema name verdict before after findings unsafe positions duration_s provenance", {}),
@@ -29,7 +28,7 @@ OF_0_1_0 = {
 @pytest.mark.parametrize("name", OF_0_1_0)
 def test_a_record_says_its_command_and_one_without_is_known_by_its_keys(name):
     keys, values = OF_0_1_0[name]
-    record = dict.fromkeys(keys.split(), 1) | values
+    record = {**dict.fromkeys(keys.split(), 1), **values}
     assert command_of(record) is Command(name)
     for command in Command:
         assert command_of({**record, "command": command.value}) is command
@@ -42,4 +41,4 @@ def test_what_is_no_command_is_none():
 
 
 def test_each_command_is_one_that_can_be_typed():
-    assert set(Command) == set(get_command(app).commands) - {"schema"}  # whose record is a JSON Schema
+    assert set(Command) == set(typed_commands()) - {"schema"}  # whose record is a JSON Schema

@@ -55,9 +55,13 @@ def test_short_columns_are_those_of_python(decimals, size):
     table[:3] = [[0.0, -0.0], [1e-9, -1e-9], [size, -size]]
     rounded = np.rint(table * 10.0**decimals) / 10.0**decimals + 0.0
     expected = "".join([f"{a:.{decimals}f},;{b:.{decimals}f}\n" for a, b in rounded.tolist()]).encode()
-    left, right = short_columns(table, decimals)
+    columns = short_columns(table, decimals)
+    assert columns is not None
+    left, right = columns
     assert bytes(join_columns(len(table), [left, b",;", right, b"\n"])) == expected
-    (left, right), marks = short_columns(table, decimals, before=b"<"), text_column([b",;", b">"], np.arange(3050) % 2)
+    columns, marks = short_columns(table, decimals, before=b"<"), text_column([b",;", b">"], np.arange(3050) % 2)
+    assert columns is not None
+    left, right = columns
     expected = "".join(
         [f"<{a:.{decimals}f}{',;>'[2 * (n % 2) :][:2]}<{b:.{decimals}f}" for n, (a, b) in enumerate(rounded.tolist())]
     ).encode()

@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import shutil
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -54,6 +55,19 @@ def everything():
     out += [a**b, a**3.5, c < 0, c <= 0, ca.eq(a, b), ca.ne(a, b), ca.logic_not(c), ca.if_else(c > 0, a, b)]
     out += [ca.logic_and(c > 0, a > b), ca.logic_or(c > 0, a > b)]
     return ca.Function("everything", [x], [ca.vertcat(*out), 3.0 * a])
+
+
+def source_of_everything() -> str:
+    source = c_source(instructions_of(everything()))
+    assert source is not None
+    return source
+
+
+def compiler_in(folder: Path) -> Compiler:
+    """The system's compiler, with its work in a folder."""
+    compiler = find_compiler(folder)
+    assert compiler is not None
+    return compiler
 
 
 def places(count, seed=0):
@@ -151,8 +165,9 @@ def test_rows_may_lie_apart_and_overlap(compiled):
     wide, line = np.arange(8.0 * MIN_COMPILED_ROWS).reshape(MIN_COMPILED_ROWS, 8), np.arange(MIN_COMPILED_ROWS + 2.0)
     three = np.lib.stride_tricks.sliding_window_view(line, 3)
     back, index = np.arange(MIN_COMPILED_ROWS)[::-1], np.arange(MIN_COMPILED_ROWS)
+    tables: list[np.ndarray] = [wide[:, 2:5], wide[:, 6:0:-2], wide[::-1, :3], three, wide.astype(np.float32)[:, :3]]
     for _ in range(2):
-        for rows in (wide[:, 2:5], wide[:, 6:0:-2], wide[::-1, :3], three, wide.astype(np.float32)[:, :3]):
+        for rows in tables:
             assert np.array_equal(evaluate(f, rows)[0], 2 * rows)
             assert np.array_equal(evaluate(f, IndexedRows(rows, back))[0], 2 * rows[::-1])
             assert np.array_equal(evaluate(f, IndexedRows(rows[:1], 0 * index))[0], 2 * rows[0] + 0 * rows)
@@ -160,7 +175,7 @@ def test_rows_may_lie_apart_and_overlap(compiled):
 
 
 def _load_in_another_process(folder, source, answers):
-    answers.put(load_function(find_compiler(folder), source, lambda: source) is not None)
+    answers.put(load_function(compiler_in(folder), source, lambda: source) is not None)
 
 
 @needs_compiler
@@ -180,7 +195,7 @@ def test_runs_at_the_same_time_may_build_the_same_function(tmp_path):
 @needs_compiler
 @pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:-1] + bytes([b[-1] ^ 1])])
 def test_a_damaged_library_is_built_anew(tmp_path, damage):
-    compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
+    compiler, source = compiler_in(tmp_path), source_of_everything()
     assert load_function(compiler, source, lambda: source) is not None
     (place,) = tmp_path.glob("*.so")
     good = place.read_bytes()
@@ -192,7 +207,7 @@ def test_a_damaged_library_is_built_anew(tmp_path, damage):
 
 @needs_compiler
 def test_a_damaged_library_is_not_loaded_where_none_can_be_built(tmp_path, monkeypatch):
-    compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
+    compiler, source = compiler_in(tmp_path), source_of_everything()
     assert load_function(compiler, source, lambda: source) is not None
     (place,) = tmp_path.glob("*.so")
     damaged = place.read_bytes()[:-1] + b"\0\0"
@@ -237,9 +252,10 @@ def test_a_cache_that_others_can_exchange_is_refused(tmp_path):
     assert find_compiler(tmp_path / "shared" / "cache") is not None
 
 
+@needs_compiler
 @pytest.mark.parametrize("how", ["mode", "link"])
 def test_a_library_that_others_can_write_is_refused(tmp_path, how):
-    compiler, source = find_compiler(tmp_path / "cache"), c_source(instructions_of(everything()))
+    compiler, source = compiler_in(tmp_path / "cache"), source_of_everything()
     assert load_function(compiler, source, lambda: source) is not None
     (library,) = compiler.folder.iterdir()
     assert library.stat().st_mode & 0o077 == 0
@@ -264,7 +280,7 @@ def test_a_function_is_known_by_what_it_does():
 
 @needs_compiler
 def test_a_library_that_is_there_needs_no_source(tmp_path):
-    compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
+    compiler, source = compiler_in(tmp_path), source_of_everything()
     assert load_function(compiler, "name", lambda: source) is not None
     assert load_function(compiler, "name", lambda: pytest.fail("asked for its source")) is not None
     assert load_function(compiler, "other", lambda: None) is None

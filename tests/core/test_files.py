@@ -32,7 +32,7 @@ def test_what_may_never_end_or_cannot_be_held_is_refused(tmp_path, pipe):
     for name, reason in ((pipe, "a pipe or a device"), ("/dev/zero", "a pipe or a device"), (tmp_path, "a folder")):
         with pytest.raises(OSError, match="it is") as caught:
             read_regular(name)
-        assert reason in caught.value.strerror
+        assert reason in (caught.value.strerror or "")
     with pytest.raises(OSError, match="larger than 1 MB"):
         read_regular(tmp_path / "sparse", 1_000_000)
 

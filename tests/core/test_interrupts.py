@@ -16,8 +16,8 @@ LONG = ["--set", "path.stepover_mm=20.65", "--set", "process.chord_um=0.2", "--w
 
 def run(folder, *arguments, at=None, number=signal.SIGINT, cache=None):
     """A run that sends itself a signal when something happens: an audit event of Python's and a word in it."""
-    arguments = [*GENERATE, "-o", folder / "out", *arguments]
-    return run_stopped(arguments, at, number, XDG_CACHE_HOME=str(cache or folder / "cache"))
+    call = [*GENERATE, "-o", folder / "out", *arguments]
+    return run_stopped(call, at, number, XDG_CACHE_HOME=str(cache or folder / "cache"))
 
 
 def content(folder):

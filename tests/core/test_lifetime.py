@@ -1,6 +1,7 @@
 """What is built for a model ends with it: a study of any length keeps as many functions as one of a few scenarios."""
 
 import gc
+import os
 import shutil
 import weakref
 
@@ -11,7 +12,7 @@ from shipped import path_file
 
 from compgen.core import evaluation
 from compgen.core.evaluation import MIN_COMPILED_ROWS, evaluate, kept_with
-from compgen.core.evaluation.compiler import find_compiler
+from compgen.core.evaluation.compiler import find_compiler, load_function
 from compgen.core.evaluation.lifetime import KEPT
 from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
@@ -134,9 +135,13 @@ def test_a_corrected_job_leaves_no_function_behind():
 @pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler")
 @pytest.mark.skipif(not hasattr(evaluation.compiler, "_ctypes"), reason="libraries cannot be unloaded")
 def test_a_library_is_loaded_once_for_its_function_and_unloaded_with_it(tmp_path, monkeypatch):
-    loads = []
-    load = evaluation.load_function
-    monkeypatch.setattr(evaluation, "load_function", lambda *a: loads.append(1) or load(*a))
+    loads: list[str] = []
+
+    def counted(compiler, identity, generate):
+        loads.append(identity)
+        return load_function(compiler, identity, generate)
+
+    monkeypatch.setattr(evaluation, "load_function", counted)
     evaluation.configure(find_compiler(tmp_path))
     try:
         rows = np.linspace(0, 1, MIN_COMPILED_ROWS)[:, None]
@@ -146,7 +151,7 @@ def test_a_library_is_loaded_once_for_its_function_and_unloaded_with_it(tmp_path
             for k, f in enumerate(functions):
                 assert np.array_equal(evaluate(f, rows)[0], rows + k)
         assert len(loads) == 3
-        if shutil.os.path.exists("/proc/self/maps"):
+        if os.path.exists("/proc/self/maps"):
             assert loaded_libraries(tmp_path) == 3
             del f, functions[1:]
             gc.collect()

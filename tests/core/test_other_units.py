@@ -99,13 +99,13 @@ def test_a_correction_reports_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "option", [("--reflector", "0.06 0 0.1"), ("--instrument", "2.5 0 1"), ("--box", "0.5 -1 -1 1.5 1 1")]
+    ("option", "text"), [("--reflector", "0.06 0 0.1"), ("--instrument", "2.5 0 1"), ("--box", "0.5 -1 -1 1.5 1 1")]
 )
-def test_lengths_of_options_in_metres_are_asked_about(option, tmp_path):
-    lengths = [float(v) for v in option[1].split()]
-    (finding,) = lengths_in_other_units(*option, lengths)
-    assert finding.message.startswith(f"{option[0]} '{option[1]}': did you mean '{1e3 * lengths[0]:g} ")
-    assert lengths_in_other_units(*option, [1e3 * v for v in lengths]) == ()
+def test_lengths_of_options_in_metres_are_asked_about(option, text):
+    lengths = [float(v) for v in text.split()]
+    (finding,) = lengths_in_other_units(option, text, lengths)
+    assert finding.message.startswith(f"{option} '{text}': did you mean '{1e3 * lengths[0]:g} ")
+    assert lengths_in_other_units(option, text, [1e3 * v for v in lengths]) == ()
 
 
 def test_poses_to_measure_report_it(tmp_path):

@@ -1,5 +1,7 @@
 """Poses against products of 4 by 4 matrices and against pinocchio's placements."""
 
+import operator
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -110,7 +112,7 @@ def test_a_pose_is_no_pair_and_no_operand_of_an_array():
     with pytest.raises(TypeError):
         _, _ = poses(2, 11)
     with pytest.raises(TypeError):
-        np.eye(3) @ IDENTITY
+        operator.matmul(np.eye(3), IDENTITY)
     for wrong in (lambda: len(IDENTITY), lambda: IDENTITY[0]):
         with pytest.raises(TypeError, match="one pose"):
             wrong()

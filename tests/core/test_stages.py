@@ -20,7 +20,9 @@ def test_no_stage_is_named_a_second_time():
     assert len({stage.name for stage in own}) == len(own) > 20
     for path in sorted((ROOT / "compgen").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
-            name = getattr(node.func, "id", "") if isinstance(node, ast.Call) else ""
+            if not isinstance(node, ast.Call):
+                continue
+            name = getattr(node.func, "id", "")
             if name in ("RunStage", "progress", "report_progress") and path.name != "stages.py":
                 text = node.args[0].value if isinstance(node.args[0], ast.Constant) else None
                 assert not isinstance(text, str), f"{path}:{node.lineno}"

@@ -70,6 +70,7 @@ def refusal(changes):
 def test_what_is_right_becomes_values():
     table = check(Outer, GOOD, "file.toml")
     assert (table.name, table.either, table.rows, table.more, table.on) == ("abc", 3.0, [4, 5], {"k": [1]}, True)
+    assert table.inner is not None
     assert (table.inner.from_, table.inner.size, table.many, table.part) == ("z", 2.0, [], None)
     assert isinstance(table.inner.size, float)
     assert table.model_fields_set == set(GOOD)
