@@ -10,18 +10,17 @@ import signal
 import subprocess
 import sys
 from hashlib import sha256
+from typing import get_args
 
 import pytest
 from calls import CALLS, LINE, prepare
-from command_line import ENVIRONMENT, refused, run
+from command_line import ENVIRONMENT, refused, run, typed_commands
 from shipped import ROOT
-from typer.main import get_command
 
-from compgen.cli.app import app
 from compgen.cli.options import options
 from compgen.cli.output_files import marker
 
-COMMANDS = get_command(app).commands
+COMMANDS = typed_commands()
 LONGEST = 300  # characters of a refusal
 NOT_THERE = {"schema": ("schema", "nothing"), "init": ("init", "\0"), "compare": ("compare", "not_there", "nor_this")}
 NO_FILE = {"schema", "init"}  # whose argument is no file that is read
@@ -269,9 +268,9 @@ def test_an_error_beyond_max_um_is_exit_1_and_within_it_0(folder, call):
 @pytest.mark.parametrize("command", [c for c in COMMANDS if any("--max-um" in p.opts for p in COMMANDS[c].params)])
 @pytest.mark.parametrize("value", ["0", "nan", "1e7", "-1", "inf"])
 def test_a_bound_that_is_none_is_refused_alike(folder, command, value):
-    call = next(c for c in CALLS.values() if c[0] == command)
-    call = [word for n, word in enumerate(call) if word != "--max-um" and call[n - 1] != "--max-um"]
-    refused(run(*call, "--max-um", value, cwd=folder), 2, f"--max-um {float(value):g}: must be 0.001 to 1e+06 um")
+    words = next(c for c in CALLS.values() if c[0] == command)
+    unbounded = [word for n, word in enumerate(words) if word != "--max-um" and words[n - 1] != "--max-um"]
+    refused(run(*unbounded, "--max-um", value, cwd=folder), 2, f"--max-um {float(value):g}: must be 0.001 to 1e+06 um")
 
 
 NO_ROWS = "it reads and writes files; there is nothing to share out over cores"
@@ -308,7 +307,7 @@ def test_every_command_has_the_option_or_a_reason(command, name):
     assert (option is None) == (command in WITHOUT[name])
     if option is None:
         return
-    (declared,) = ANNOTATIONS[name].__metadata__
+    _, declared = get_args(ANNOTATIONS[name])
     assert option.help == declared.help
     assert set(option.opts) == {declared.default, *declared.param_decls}
     assert option.default in (None, False, 0)

@@ -8,9 +8,8 @@ import sys
 import tomllib
 
 import pytest
-from command_line import ENVIRONMENT, SCRIPTS, SHELL, refused, run
+from command_line import ENVIRONMENT, SCRIPTS, SHELL, refused, run, typed_commands
 from shipped import ROOT
-from typer.main import get_command
 from typer.testing import CliRunner
 
 from compgen.cli.app import app
@@ -77,7 +76,7 @@ def test_every_command_has_examples_that_it_takes(name):
     for line in lines:
         program, called, *arguments = shlex.split(line)
         assert (program, called) == ("cgen", name)
-        command = get_command(app).commands[name]
+        command = typed_commands()[name]
         command.make_context(name, list(arguments), resilient_parsing=False)  # refuses what it does not know
 
 

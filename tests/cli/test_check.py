@@ -30,16 +30,16 @@ def parsed(content):
     for suite in [root, *suites]:
         cases = list(suite.iter("testcase"))
         assert suite.get("name")
-        assert int(suite.get("tests")) == len(cases) > 0
+        assert int(suite.attrib["tests"]) == len(cases) > 0
         for key, tag in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
-            assert int(suite.get(key)) == sum(case.find(tag) is not None for case in cases)
-        assert float(suite.get("time")) == pytest.approx(
-            sum(float(c.get("time")) for c in cases), abs=0.001 * len(cases)
+            assert int(suite.attrib[key]) == sum(case.find(tag) is not None for case in cases)
+        assert float(suite.attrib["time"]) == pytest.approx(
+            sum(float(c.attrib["time"]) for c in cases), abs=0.001 * len(cases)
         )
     for case in root.iter("testcase"):
         assert case.get("classname")
         assert case.get("name")
-        assert float(case.get("time")) >= 0
+        assert float(case.attrib["time"]) >= 0
         assert {child.tag for child in case} <= CASE_TAGS
         assert len([child for child in case if child.tag != "system-out"]) <= 1
         for child in case:

@@ -123,8 +123,9 @@ def test_a_log_in_another_frame_is_named_by_how_much(folder, course, offset):
     write(folder, course, change=lambda t, p, w: (t, p + np.array(offset) / 1000, w))
     result = executed(folder)
     refused(result, 2, "log.csv", "constant offset of X", "UFRAME 0")
-    named = re.search(r"X (\S+) Y (\S+) Z (\S+) mm", result.stderr).groups()
-    np.testing.assert_allclose([float(v) for v in named], offset, atol=0.004)
+    named = re.search(r"X (\S+) Y (\S+) Z (\S+) mm", result.stderr)
+    assert named is not None
+    np.testing.assert_allclose([float(v) for v in named.groups()], offset, atol=0.004)
 
 
 def spoilt(change):

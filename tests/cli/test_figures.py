@@ -110,7 +110,11 @@ def test_a_browser_that_fails_is_said(tmp_path, monkeypatch):
     result = predict(tmp_path / "o", "--figures", "png")
     assert result.returncode == 0
     assert "kaleido finds no browser: install Chromium or Chrome" in result.stderr
-    Broken.__init__ = lambda self, **options: (_ for _ in ()).throw(errors.BrowserFailedError("x"))
+
+    def fails(self, **options):
+        raise errors.BrowserFailedError("x")
+
+    monkeypatch.setattr(Broken, "__init__", fails)
     assert "the browser failed (BrowserFailedError)" in predict(tmp_path / "o", "--figures", "png").stderr
 
 

@@ -2,13 +2,13 @@
 
 import json
 import shutil
+import time
 
 import numpy as np
 import pytest
 import states
 from command_line import refused, run
 
-from compgen.cli.commands import follow as command
 from compgen.cli.output_files import figure_files
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 
@@ -183,7 +183,7 @@ def test_killed_and_started_again_it_goes_on_as_if_it_had_run_through(job, tmp_p
         file.write_text("".join(whole[: max(2, int(len(whole) * share))]))
 
     ahead = iter(moments[1:])
-    monkeypatch.setattr(command.time, "sleep", lambda pause: grow(next(ahead)))
+    monkeypatch.setattr(time, "sleep", lambda pause: grow(next(ahead)))
     grow(moments[0])
     arguments = ("--log", file, "--pages", pages, "--date", "2026-01-31", "-q")
     result = run("follow", job, *arguments)

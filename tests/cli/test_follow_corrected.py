@@ -154,8 +154,8 @@ def test_touches_that_find_a_moved_base_make_the_next_page_due(job, tmp_path):
     planned = load_job("paths/spiral_1300.toml")
     rise = planned.heat.outputs @ state_after(planned.heat, [Duty("moving", 0.2, 5 * HOUR)])
     state = states.state_of(planned, rise=rise, time=10.0, base=np.array([150e-6, 0, 0, 0, 0, 0]))
-    arguments = ("--log", log(job, tmp_path, 20), "--started", "0s", "--lead", "0s")
-    arguments = (job, *arguments, "--state", states.written(state, tmp_path))
+    at_once = ("--log", log(job, tmp_path, 20), "--started", "0s", "--lead", "0s")
+    arguments = (job, *at_once, "--state", states.written(state, tmp_path))
     result, record = look(*arguments)
     refused(result, 1, "page 1", "it runs")
     assert record["due"] == 2

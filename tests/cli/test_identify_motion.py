@@ -46,7 +46,10 @@ def test_two_moving_means_are_written_into_a_copy_that_keeps_all_else(folder, ro
     assert data["motion"]["identified"]["verdict"] == "accepted"
     assert data["motion"]["identified"]["program"] == "PART"
     assert written.startswith(ROBOT.rstrip("\n"))
-    assert load_robot(str(folder / "new.toml")).motion.evidence.accepted
+    motion = load_robot(str(folder / "new.toml")).motion
+    assert motion is not None
+    assert motion.evidence is not None
+    assert motion.evidence.accepted
     report = json.loads((folder / "new.json").read_text())
     for (low, high), true in zip(report["motion"]["interval_ms"], (200, 100), strict=True):
         assert low - 1 < true < high + 1

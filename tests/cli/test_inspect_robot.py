@@ -54,17 +54,16 @@ def test_every_shipped_arm_has_a_sheet_and_a_picture(robot, tmp_path):
     circles = picture.findall("{http://www.w3.org/2000/svg}circle")
     assert len(circles) == 14
     assert picture.get("role") == "img"
-    zero_words = picture.find("{http://www.w3.org/2000/svg}title").text
-    style = picture.find("{http://www.w3.org/2000/svg}style").text
+    zero_words = picture.findtext("{http://www.w3.org/2000/svg}title", "")
+    style = picture.findtext("{http://www.w3.org/2000/svg}style", "")
     assert "prefers-color-scheme:dark" in style
-    (x0, z0), (x, z) = ((float(circles[n].get("cx")), float(circles[n].get("cy"))) for n in (0, 6))
+    (x0, z0), (x, z) = ((float(circles[n].attrib["cx"]), float(circles[n].attrib["cy"])) for n in (0, 6))
     zero = next(p for p in record["poses"] if not any(p["joints_deg"]))
-    boxes = [
-        (float(w.get("x")), float(w.get("y")), 6 * len(w.text))
-        for w in picture.findall("{http://www.w3.org/2000/svg}text")
-    ]
+    texts = picture.findall("{http://www.w3.org/2000/svg}text")
+    assert all(t.text for t in texts)
+    boxes = [(float(t.attrib["x"]), float(t.attrib["y"]), 6 * len(t.text or "")) for t in texts]
     for n, (x1, y1, length) in enumerate(boxes):
-        assert 0 <= x1 <= x1 + length <= float(picture.get("width")), "a word is cut"
+        assert 0 <= x1 <= x1 + length <= float(picture.attrib["width"]), "a word is cut"
         for x2, y2, other in boxes[n + 1 :]:
             assert abs(y1 - y2) >= 10 or x1 + length <= x2 or x2 + other <= x1, "words meet"
     assert f"X {zero['x_mm']:.0f}, Y {zero['y_mm']:.0f}, Z {zero['z_mm']:.0f} mm" in zero_words

@@ -86,5 +86,6 @@ def test_a_page_too_far_from_the_full_computation_says_so(apart_um, is_close):
     section = live_section(live_job, agreement, "paths/line_y.toml", None, ())
     assert ("take the commands" in section.warning) is not is_close
     assert ("That is more than" in section.html) is not is_close
+    assert section.record is not None
     assert section.record["is_close"] is is_close
     assert f'<b id="live-agreement">{apart_um:.3f}</b>' in section.html

@@ -6,13 +6,10 @@ import subprocess
 import sys
 
 import pytest
-from command_line import ENVIRONMENT, refused, run
+from command_line import ENVIRONMENT, refused, run, typed_commands
 from shipped import ROOT
-from typer.main import get_command
 
-from compgen.cli.app import app
-
-COMMANDS = get_command(app).commands
+COMMANDS = typed_commands()
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 from command_line import refused, run
@@ -104,7 +105,7 @@ def test_the_record_is_there_whenever_another_report_is(tmp_path, monkeypatch):
         return step
 
     for name in ("replace", "unlink"):
-        monkeypatch.setattr(publish.Path, name, watched(getattr(publish.Path, name)))
+        monkeypatch.setattr(Path, name, watched(getattr(Path, name)))
     publish.publish(tmp_path, {}, {name: b"2" for name in reports})
     assert set() in states
     assert all("report.json" in state for state in states if state)

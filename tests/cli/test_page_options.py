@@ -9,6 +9,7 @@ from shipped import path_file
 
 from compgen.cli.options import page_options as options
 from compgen.cli.options.page_options import Assets, PageChoice, page_date, share_script
+from compgen.core.files import read_regular
 from compgen.report.figure import library, library_name
 
 LINE = path_file("line_y")
@@ -71,11 +72,11 @@ def test_runs_at_the_same_moment_leave_one_whole_script(tmp_path):
 def test_a_script_that_comes_while_it_is_looked_for_is_the_script(tmp_path, monkeypatch):
     """Another run's script appears after this one has tried to read it and before it looks whether it is there."""
     of_page = options.page_place(tmp_path / "a", PageChoice(assets=Assets.SHARED)).options
-    read, script = options.read_regular, tmp_path / library_name()
+    script = tmp_path / library_name()
 
     def late(path):
         try:
-            return read(path)
+            return read_regular(path)
         finally:
             script.write_bytes(library())
 

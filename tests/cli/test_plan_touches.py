@@ -59,19 +59,17 @@ def test_a_table_that_was_filled_in_is_not_planned_anew(tmp_path):
     assert table.read_text() == filled
 
 
-BAD = [
-    ({"head": "certified = false\n"}, 2, "artefact.certified", "nobody certified"),
-    ({"places": (("a", 3500, 0), ("b", 3600, 0))}, 3, "a, b", "out of the arm's reach", "3500"),
-    ({"sphere": ""}, 2, "'a'", "diameter_mm", "--centres"),
-    ({"sphere": "diameter_mm = 0.03\n"}, 2, "'a'", "0.03", "give millimetres"),
-    ({"probe": ""}, 2, "probe", "x_mm"),
-    ({"head": 'certified = true\nframe = "uframe 2"\n'}, 2, "user frame 2", "--frames"),
+BAD: list[tuple[dict[str, object], int, tuple[str, ...]]] = [
+    ({"head": "certified = false\n"}, 2, ("artefact.certified", "nobody certified")),
+    ({"places": (("a", 3500, 0), ("b", 3600, 0))}, 3, ("a, b", "out of the arm's reach", "3500")),
+    ({"sphere": ""}, 2, ("'a'", "diameter_mm", "--centres")),
+    ({"sphere": "diameter_mm = 0.03\n"}, 2, ("'a'", "0.03", "give millimetres")),
+    ({"probe": ""}, 2, ("probe", "x_mm")),
+    ({"head": 'certified = true\nframe = "uframe 2"\n'}, 2, ("user frame 2", "--frames")),
 ]
 
 
-@pytest.mark.parametrize(
-    ("parts", "code", "words"), [(p, c, w) for p, c, *w in BAD], ids=[b[2] + str(b[1]) for b in BAD]
-)
+@pytest.mark.parametrize(("parts", "code", "words"), BAD, ids=[words[0] + str(code) for _, code, words in BAD])
 def test_an_artefact_that_anchors_nothing_is_refused_in_a_line(parts, code, words, tmp_path):
     refused(plan(artefact(tmp_path, **parts), tmp_path / "o"), code, "artefact.toml", *words)
     assert not (tmp_path / "o").exists()

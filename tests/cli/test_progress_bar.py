@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 
 import pytest
 from command_line import terminal_output
@@ -75,7 +76,7 @@ def test_time_left_counts_down_and_never_below_a_second(left, since, words):
 def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeypatch, capsys):
     clock = [100.0]
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(progress_bar.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
     with progress_bar.show_progress({stages.PATH: 1, stages.TEXT: 3}, quiet=False) as progress:
         progress(RunStage(stages.PATH, waypoints=1000), 0.5)
         clock[0] += 0.9 * progress_bar.DELAY
@@ -95,7 +96,7 @@ def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeyp
 def test_what_a_stage_is_at_is_shown_and_no_time_left_where_its_share_is_uneven(monkeypatch, capsys):
     clock = [100.0]
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(progress_bar.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
     for stage, words in (
         (RunStage(stages.CORRECTION, "ipopt 50%", is_even=False), ["correction: ipopt 50%", "time left: ?"]),
         (RunStage(stages.FIT, "12 waypoints"), ["fit: 12 waypoints", "10 s left"]),  # a name that counts nothing
@@ -126,7 +127,7 @@ def test_a_terminal_sees_the_share_rise(tmp_path):
     )
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
     frames = [f for f in re.split(r"[\r\n]+", text) if f.strip()]
-    shares = [int(re.search(r"(\d+) %", f)[1]) for f in frames]
+    shares = [int(re.findall(r"(\d+) %", f)[0]) for f in frames]
     assert shares == sorted(shares)
     assert shares[-1] - shares[0] > 50
     assert all(f.split()[0] in {n.split()[0] for n in progress_bar.GENERATE} for f in frames)

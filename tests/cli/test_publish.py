@@ -98,8 +98,13 @@ def test_left_overs_of_other_machines_stay(tmp_path, machine):
 def test_several_programs_begin_without_their_main_program(tmp_path, monkeypatch):
     publish.publish(tmp_path, {"B.LS": b"old", "A.LS": b"old"}, {}, OURS | {"B.LS", "C.LS"})
     (tmp_path / "mine").write_text("mine")
-    replaced = []
-    monkeypatch.setattr(Path, "replace", lambda self, to: replaced.append(content(tmp_path)) or os.rename(self, to))
+    replaced: list[dict[str, bytes]] = []
+
+    def watched_replace(self, to):
+        replaced.append(content(tmp_path))
+        os.rename(self, to)
+
+    monkeypatch.setattr(Path, "replace", watched_replace)
     publish.publish(tmp_path, {"C.LS": b"new", "A.LS": b"new"}, {}, OURS | {"B.LS", "C.LS"}, "A.pages.json")
     assert [sorted(n for n in files if n.endswith(".LS") and "/" not in n) for files in replaced] == [[], ["C.LS"]]
 
@@ -108,7 +113,8 @@ def test_runs_on_the_same_folder_put_their_files_there_one_after_the_other(tmp_p
     """Else the pages of one stand beside the main program of another."""
     (tmp_path / "mine").write_text("mine")
     publish.publish(tmp_path, {"P_01.LS": b"old", "P_02.LS": b"old", "P.LS": b"old"}, {})
-    replace_files, second = publish.replace_files, []
+    replace_files = publish.replace_files
+    second: list[threading.Thread] = []
 
     def interrupted_by_another(*arguments, **how):
         if not second:

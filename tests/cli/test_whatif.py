@@ -5,7 +5,7 @@ import io
 import json
 import re
 import sys
-from types import ModuleType
+from types import SimpleNamespace
 
 import pytest
 from command_line import refused, run
@@ -96,13 +96,13 @@ def test_no_cell_is_a_formula(tmp_path):
 
 def test_a_cluster_says_what_it_trusts_and_takes_dasks_certificates(tmp_path, monkeypatch):
     assert "pickles" in run("whatif", "--help").stdout
-    dask, given = ModuleType("distributed"), {}
+    given = {}
 
     def connect(address, **how):
         given.update(how)
         raise TypeError("TLS expects a `ssl_context` argument of type ssl.SSLContext")
 
-    dask.Client, dask.Security, dask.as_completed = connect, lambda: "of Dask's settings", iter
+    dask = SimpleNamespace(Client=connect, Security=lambda: "of Dask's settings", as_completed=iter)
     monkeypatch.setitem(sys.modules, "distributed", dask)
     result = whatif(tmp_path, "--vary", "feed=100,200", "-q", "-o", "o", "--cluster", "tls://127.0.0.1:9")
     refused(result, 2, "certificates", "distributed.comm.tls")
