@@ -91,7 +91,7 @@ def scale(colours: Sequence[str]) -> list[list[Any]]:
 RED_TO_BLUE = scale(_RED_TO_BLUE)
 
 
-def packed_array(values: Array) -> Any:
+def packed_array(values: Array | IntArray) -> Any:
     """An array of any shape, packed as bytes, which plotly.js unpacks."""
     if not values.size:
         return []

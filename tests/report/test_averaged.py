@@ -87,7 +87,9 @@ def test_without_delays_the_figure_runs_over_runs_or_overrides():
         ("{override_percent=[20, 60, 100]}", "override [%]", 100),
     ):
         job = compgen.load_job(path_file("line_y"), overrides=[f"compensation.average_over={table}", CYCLE])
-        figure = averaged_figure(compgen.generate(job).averaged)
+        averaged = compgen.generate(job).averaged
+        assert averaged is not None
+        figure = averaged_figure(averaged)
         assert figure["layout"]["xaxis"]["title"]["text"] == title
         assert numbers(figure["data"][0]["x"])[-1] == last
 

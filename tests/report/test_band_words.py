@@ -91,11 +91,12 @@ def test_the_record_is_what_is_documented(run):
 
 def test_page_screen_and_junit_say_it(run):
     summary = job_summary(*run)
-    page = b"".join([job_reports(*run)["report.html"]]).decode()
-    assert "<dt>not known of this robot</dt><dd>cold geometry (300 to 746 &micro;m)" in page
+    page = job_reports(*run)["report.html"]
+    assert isinstance(page, bytes)
+    assert "<dt>not known of this robot</dt><dd>cold geometry (300 to 746 &micro;m)" in page.decode()
     assert "of arithmetic" in headline(summary)
     suite = ElementTree.fromstring(junit_xml([JudgedPath("line_y.toml", 0, 1.0, summary)]))
-    properties = {p.get("name"): p.get("value") for p in suite.iter("property")}
+    properties = {p.attrib["name"]: p.attrib["value"] for p in suite.iter("property")}
     assert float(properties["band.p95_um"]) == pytest.approx(summary["band"]["p95_um"], rel=1e-5)
     assert "repeatability (25 to 100 um)" in properties["band.not_known"]
     assert suite.findtext("system-out") == headline(summary)
@@ -103,8 +104,9 @@ def test_page_screen_and_junit_say_it(run):
 
 def test_the_table_has_the_half_widths_of_both_frames(run):
     planned, corrected = run
-    text = b"".join(job_reports(planned, corrected)["waypoints.csv"]).decode()
-    rows = list(csv.DictReader(io.StringIO(text)))
+    lines = job_reports(planned, corrected)["waypoints.csv"]
+    assert not isinstance(lines, bytes)
+    rows = list(csv.DictReader(io.StringIO(b"".join(lines).decode())))
     names = [f"band_{axis}_um" for axis in ("x", "y", "z", "feed", "cross", "normal")]
     table = np.array([[float(row[name]) for name in names] for row in rows])
     assert np.allclose(table, corrected.band.half_widths(planned.path) / UM, atol=0.0051)

@@ -42,7 +42,7 @@ def schema_keys(node, names):
 
 def test_no_key_of_either_file_keeps_its_unit_in_its_words():
     """What looks like a unit at a name's end is in the table of units."""
-    names = set()
+    names: set[str] = set()
     for file in ("paths/path.schema.json", "robots/robot.schema.json"):
         schema_keys(json.loads((ROOT / file).read_text()), names)
     endings = {ending for ending in UNITS if len(ending) > 1}

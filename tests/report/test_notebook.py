@@ -22,9 +22,8 @@ from shipped import ROOT, path_file
 from synthetic import made_up, measured, random_theta
 
 import compgen
-from compgen.core import evaluation
 from compgen.core.evaluation import parallel_for, run_in_background
-from compgen.core.evaluation.threads import MIN_BACKGROUND_ROWS
+from compgen.core.evaluation.threads import MIN_BACKGROUND_ROWS, worker_count
 from compgen.core.units import DEG, MM, UM
 from compgen.report.notebook.machine import machine
 from compgen.report.notebook.unchanged import first_difference, require_unchanged
@@ -445,7 +444,7 @@ def test_what_a_callback_raises_ends_the_run_and_leaves_nothing_behind(exception
         if name == stage:
             raise exception
 
-    before, machine_before = threading.enumerate(), evaluation.worker_count()
+    before, machine_before = threading.enumerate(), worker_count()
 
     def run_to_the_stage():
         if stage == "scenarios":
@@ -456,7 +455,7 @@ def test_what_a_callback_raises_ends_the_run_and_leaves_nothing_behind(exception
     with pytest.raises(exception):
         run_to_the_stage()
     assert threading.enumerate() == before
-    assert evaluation.worker_count() == machine_before
+    assert worker_count() == machine_before
 
 
 def test_an_interrupt_ends_what_runs_in_the_background():
@@ -508,7 +507,9 @@ def test_the_package_loads_nothing_until_it_is_used():
 def test_type_checkers_see_every_public_name_where_it_lives():
     tree = ast.parse((ROOT / "compgen" / "__init__.py").read_text())
     block = next(node for node in tree.body if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
-    seen = {alias.asname: node.module for node in block.body for alias in node.names if alias.asname == alias.name}
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    assert len(imports) == len(block.body)
+    seen = {alias.asname: node.module or "" for node in imports for alias in node.names if alias.asname == alias.name}
     assert set(seen) == set(dir(compgen)) - {"__all__", "__doc__", "__version__"}
     assert all(getattr(compgen, name) is getattr(import_module(module), name) for name, module in seen.items())
     assert (ROOT / "compgen" / "py.typed").is_file()
@@ -518,11 +519,11 @@ def test_every_public_name_is_listed_and_documented():
     assert set(compgen.__all__) < set(dir(compgen))
     for name in compgen.__all__:
         assert getattr(compgen, name).__doc__, name
-    text = pydoc.render_doc(compgen, renderer=pydoc.plaintext)
+    text = pydoc.plain(pydoc.render_doc(compgen))
     for name in ("generate", "study", "write_program"):
         assert f"\n    {name}(" in text
     with pytest.raises(AttributeError, match="no attribute 'predikt'"):
-        _ = compgen.predikt
+        _ = compgen.predikt  # type: ignore[attr-defined]  # which is the fact
 
 
 def test_a_job_prints_as_one_line():

@@ -34,7 +34,8 @@ class Reader(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.tags = [], []
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str]]] = []
         self.feed(text)
         self.close()
         assert not self.open, self.open
@@ -151,7 +152,7 @@ def test_a_long_history_says_how_long_the_robot_was_in_each_state():
 def test_findings_are_told_by_sign_and_word():
     findings = [Finding(level, Code.CONTROLLER_SIZE, "m") for level in (Level.OUTSIDE, Level.WARNING, Level.NOTE)]
     item = r'<li class="(\w+)"><span class="mark" aria-hidden="true">(.)</span>(.*?)</li>'
-    items = re.findall(item, templates().get_template("macros.html").module.findings(findings))
+    items = re.findall(item, vars(templates().get_template("macros.html").module)["findings"](findings))
     assert [(kind, words) for kind, _, words in items] == [(k, f"{k}: m") for k in ("outside", "warning", "note")]
     assert len({sign for _, sign, _ in items}) == 3
 

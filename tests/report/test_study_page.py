@@ -34,7 +34,7 @@ def row(index, values, error, after=None, inside=True):
 
 def made_grid(axes, error, after=None):
     """A full grid of scenarios; an error of None is a scenario that failed."""
-    points = [{}]
+    points: list[dict[str, str]] = [{}]
     for key, values in axes.items():
         points = [{**point, key: value} for point in points for value in values]
     rows = []
@@ -200,6 +200,7 @@ def test_the_page_says_what_it_was_made_from_and_what_was_varied(plane):
 
 def test_the_bound_is_the_command_lines_or_the_files_unless_it_is_varied(plane):
     job = load_job(path_file("line_y"))
+    assert job.bounds.max is not None
 
     def labels(grid, **more):
         page = study_html("t", outcome(grid, base=job, **more)).decode().replace("\\u00b5", "µ")
