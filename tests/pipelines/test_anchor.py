@@ -138,7 +138,7 @@ def test_the_slopes_are_those_of_the_innovation(days, tmp_path):
     unknowns = unknowns_of(day.job, forecast, path.middle, path.radius, 10 * UM)
     innovation = innovation_of(seen, forecast, unknowns)
     K, X = len(forecast.rise), innovation.H.shape[1]
-    x = np.random.default_rng(5).standard_normal(X)
+    x = np.random.default_rng(5).standard_normal((X,))
     x *= np.concatenate([np.full(K, 0.2), np.full(3, 20 * UM), np.full(3, 1 * MDEG), np.full(X - K - 6, 0.003)])
     change = np.zeros(len(unknowns.parameters.entries))
     change[list(unknowns.rows)] = x[K:]

@@ -321,8 +321,10 @@ def test_a_path_without_cycle_has_one_run():
     with pytest.raises(InputError, match="runs are 1 alone"):
         load_job(path_file("spiral_1300"), overrides=["compensation.average_over={runs=[1, 2]}"])
     job = load_job(path_file("spiral_1300"), overrides=['compensation.average_over={runs="all"}', CYCLE])
+    assert job.ensemble is not None
     assert job.ensemble.runs == (0, 7)
     feeds = load_job(path_file("spiral_1300"), overrides=["compensation.average_over={feed_mm_s=[200, 50]}"])
+    assert feeds.ensemble is not None
     assert feeds.ensemble.overrides == (0.25, 1.0)
 
 
@@ -334,6 +336,7 @@ def test_a_robot_with_every_error_source_is_foretold_as_the_twin_flies_it(tmp_pa
     _, corrected = generate.generate(job, quiet)
     result = corrected.averaged
     assert corrected.solution.status.is_legal
+    assert result is not None
     assert result.disagreement < 0.01 * UM < 0.5 * UM < result.spread
     assert result.at_mean.max < 1 * UM < 2 * UM < result.worst_flown.total.max
 

@@ -13,6 +13,7 @@ from compgen.error_model.direction_memory import direction_states, reversal_widt
 from compgen.error_model.model import build_error_model
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.quantities import combined
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.uncertainty import amounts, changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import predict
@@ -289,7 +290,7 @@ def test_the_shipped_file_has_the_distance_of_its_two_models():
     grown = []
     for model in ("nodes", "network"):
         job = load_job(path_file("spiral_1300"), None, [f"robot.thermal.model={model}"])
-        growth = next(source for source in job.sources if source.NAME == "thermal_growth")
+        growth = next(source for source in job.sources if isinstance(source, ThermalGrowth))
         rise = job.start_rise()
         grown.append(np.array([growth.a[1] @ rise, growth.d[3] @ rise, growth.d[5] @ rise]))
     ends = load_job(path_file("spiral_1300")).cell.warmth.growth

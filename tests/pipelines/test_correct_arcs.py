@@ -62,7 +62,8 @@ def test_both_positions_of_an_arc_are_corrected_and_the_proof_flies_between_them
         places = []
         for text in (meant, written):
             ends = [pose(text[first + k]) for k in range(3)]
-            p = on_circle(*(e[:3, 3] for e in ends), share, second)
+            a, b, c = (e[:3, 3] for e in ends)
+            p = on_circle(a, b, c, share, second)
             turned = pose(text[end - 1])[:3, :3]
             whole = np.radians(5.0) if share else 0.0
             frame = np.eye(4)

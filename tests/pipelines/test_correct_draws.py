@@ -40,8 +40,9 @@ def drawn(words, *overrides, before=(), **options):
 
 def reach_um():
     """What one sigma of the first joint's zero moves the place furthest from its axis by [um], by the second reader."""
-    axes = [position.groups[1].axes for position in naive_ls.read(PLANNED)[0].values()]
-    return 1e3 * np.deg2rad(SIGMA) * max(np.hypot(a["X"], a["Y"]) for a in axes)
+    positions = naive_ls.read(PLANNED)[0].values()
+    x, y = np.array([[position.groups[1].axes[k] for k in "XY"] for position in positions], float).T
+    return 1e3 * np.deg2rad(SIGMA) * np.hypot(x, y).max()
 
 
 def test_as_many_draws_break_a_bound_as_the_normal_distribution_says():

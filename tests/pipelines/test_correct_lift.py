@@ -71,7 +71,7 @@ def test_every_position_is_lifted_and_corrected_up_there(folder):
     before, after = naive_ls.read(part())[0], naive_ls.read(text)[0]
     planned = part()
     for n in range(1, 5):
-        z = [positions[n].groups[1].axes["Z"] for positions in (before, after)]
+        z = np.array([positions[n].groups[1].axes["Z"] for positions in (before, after)], float)
         assert z[1] - z[0] == pytest.approx(50, abs=0.5)  # a correction is less than half a millimetre
         planned = re.sub(
             rb"(P\[%d\]\{[^}]*?Z = )(-?[\d.]+)" % n, lambda m: m[1] + b"%.3f" % (float(m[2]) + 50), planned, count=1

@@ -144,6 +144,7 @@ def test_a_correction_that_leads_out_of_reach_holds_its_station(tmp_path):
     cell = load_cell(flawed_file(tmp_path), shorter)
     robot = cell.robot
     posture, _ = parse_config("N U T, 0, 0, 0")
+    assert posture is not None
     points = []
     for n, azimuth in enumerate(np.linspace(-1, 1, 12), 1):
         direction = np.array([np.cos(azimuth), np.sin(azimuth), 0.2])
@@ -168,7 +169,7 @@ def test_the_quick_way_to_know_that_a_line_stays_in_reach_misses_none(hot):
         frames = MANY.__class__(MANY.uframe, {**MANY.utool, 1: Pose(np.array([0.1, 0.05, 0.3]), np.eye(3))})
         poses = read_poses(loaded, robot, frames)
         drive = measure_reach(robot, read_traversal(loaded, poses, robot))
-        known = np.isfinite(poses.theta).all(axis=1)
+        known = np.asarray(np.isfinite(poses.theta).all(axis=1))
         ways = np.flatnonzero(known[1:] & known[:-1]) + 1
         for k in range(1, REACH_SUBDIVISIONS):
             tcp = interpolate_poses(drive, ways, np.full(len(ways), k / REACH_SUBDIVISIONS))

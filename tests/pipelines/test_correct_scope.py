@@ -31,7 +31,8 @@ def three(*moves, points=None, **how):
 
 def blocks(data):
     """The text of each position."""
-    texts, number = {}, 0
+    texts: dict[int, str] = {}
+    number = 0
     for line in data.decode("latin-1").split("/POS")[1].split("/END")[0].splitlines():
         if line.strip().startswith("P["):
             number = int(line.split("[")[1].split("]")[0].split(":")[0])

@@ -70,18 +70,19 @@ def test_files_that_a_path_file_names_are_there_by_name_and_hash(tmp_path):
 def test_a_long_list_is_named_by_its_hash():
     source = ROOT / "robots" / "m710ic50.toml"
     order = list(range(1, 61))
-    ripple = {"order": order, "sine_mdeg": 6 * [60 * [0.5]], "cosine_mdeg": 6 * [60 * [0.0]]}
+    ripple = {"order": order, "cosine_mdeg": 6 * [60 * [0.0]]}
+    half = 6 * [60 * [0.5]]
 
     def inputs_with(sine):
         text = read_toml_text(source, "robots")
         text.tables.setdefault("sources", {})["joint_ripple"] = {**ripple, "sine_mdeg": sine}
         return cell_of(text, source, ()).inputs["sources"]["joint_ripple"]
 
-    used = inputs_with(ripple["sine_mdeg"])
+    used = inputs_with(half)
     assert used["order"] == order
     assert len(order) < MOST_VALUES < 360
     assert used["sine_mdeg"]["values"] == 360
-    other = [row[:] for row in ripple["sine_mdeg"]]
+    other = [row[:] for row in half]
     other[5][59] = 0.25
     assert inputs_with(other)["sine_mdeg"]["sha256"] != used["sine_mdeg"]["sha256"]
 

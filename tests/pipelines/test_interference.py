@@ -117,7 +117,10 @@ def test_a_closed_polygon_and_one_given_clockwise_mean_the_same():
     areas = ("[[0,0],[9,0],[9,9]]", "[[0,0],[9,0],[9,9],[0,0]]", "[[9,9],[9,0],[0,0]]")
     robots = [load_job(path_file("line_y"), None, overrides(area)).robot for area in areas]
     theta = robots[0].to_theta(np.random.default_rng(1).uniform(-0.3, 0.3, (50, 6)))
-    values = [robot.interference.clearance(theta) for robot in robots]
+    values = []
+    for robot in robots:
+        assert robot.interference is not None
+        values.append(robot.interference.clearance(theta))
     assert np.array_equal(values[0], values[1])
     assert np.allclose(values[0], values[2], atol=1e-15)
 

@@ -21,15 +21,16 @@ KNOWN = "robot.motion.moving_average_ms=[200, 100]"
 
 
 def run(*overrides, name="raster_1300", size=SMALL):
-    job = load_job(name if isinstance(name, Path) else path_file(name), None, (*size, *overrides))
+    job = load_job(str(name) if isinstance(name, Path) else path_file(name), None, (*size, *overrides))
     planned, corrected = generate.generate(job, quiet)
     return planned, corrected, [f for f in corrected.findings if f.code == "motion.lead"]
 
 
 def lengths(finding):
     """The way there is and the one that is needed [mm]."""
-    there, needed = re.search(r"([\d.]+) mm lie between it and the edge, (\d+) are needed", finding.message).groups()
-    return float(there), float(needed)
+    words = re.search(r"([\d.]+) mm lie between it and the edge, (\d+) are needed", finding.message)
+    assert words is not None
+    return float(words[1]), float(words[2])
 
 
 def test_a_smooth_turn_close_to_the_part_is_named_with_the_length_that_keeps_it_off():
@@ -41,7 +42,9 @@ def test_a_smooth_turn_close_to_the_part_is_named_with_the_length_that_keeps_it_
     assert needed == np.ceil(
         200 * (0.2 + 0.1 - (0.2 + 0.1) / 2 + 0.008)
     )  # behind; a mean of n samples is (n - 1) / 2 late
-    bend = float(re.search(r"bend ([\d.]+) m along", finding.message)[1])
+    words = re.search(r"bend ([\d.]+) m along", finding.message)
+    assert words is not None
+    bend = float(words[1])
     assert_allclose(np.abs(planned.path.arc[planned.path.contact] - bend).min(), 2e-3, atol=0.5e-3)
     assert "path.lead_mm" in finding.message
     _, corrected, left = run(SMOOTH, f"path.lead_mm={needed:g}", KNOWN)

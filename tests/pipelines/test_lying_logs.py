@@ -44,7 +44,7 @@ def test_the_days_have_the_law_that_the_robot_file_says():
     day = [Stretch("moving", 200, 2 * HOUR), Stretch("idle", 0, HOUR), Stretch("off", 0, HOUR)]
     time = np.arange(0, 4 * HOUR + 20, logged_days.STEP)
     exact = rises([(s.state, s.feed, s.seconds / HOUR) for s in day])
-    right = dict.fromkeys(logged_days.LAW, (1.0, 1.0))
+    right: dict[str, tuple[float, ...]] = dict.fromkeys(logged_days.LAW, (1.0, 1.0))
     warm = logged_days.warmed(day, time, np.full(len(time), logged_days.REFERENCE), right)
     for node, rise in warm.items():
         assert np.interp(4 * HOUR, time, rise) == pytest.approx(exact[node], abs=0.001)  # K

@@ -108,7 +108,7 @@ def test_a_register_moved_either_way_leaves_more(offsets):
             for a, d, n in zip(places, ways, (np.linalg.norm(ways, axis=1) // 10).astype(int), strict=False)
         ]
     )
-    targets = [frame(*UF) @ frame(*xyz, 180, 0, 15) for xyz in points]
+    targets = [frame(*UF) @ frame(x, y, z, 180, 0, 15) for x, y, z in points]
     error = np.array([(base() @ t - t)[:3, 3] for t in targets]) @ frame(*UF)[:3, :3]
     typed = way(offsets, SHIFT).numbers[:3]
     least = ((error + typed) ** 2).sum()

@@ -228,6 +228,7 @@ def test_a_reading_that_only_one_side_has_is_never_inside(tmp_path, monkeypatch,
 
         def wrong(source):
             points = read(source)
+            assert points.arcs is not None
             return replace(points, arcs=GivenArcs(points.arcs.centre, -points.arcs.swept))
 
         monkeypatch.setitem(tables.READERS, "gcode", wrong)

@@ -186,7 +186,7 @@ def test_a_naive_reader_drives_the_pages_without_a_gap(made):
     files = {n.removesuffix(".LS"): c for n, c in corrected.delivery.files if n.endswith(".LS")}
     main = files.pop(program.name)
     whole = naive_ls.driven(ls.compose(program))
-    motions = []
+    motions: list[tuple] = []
     for k, name in enumerate(naive_ls.calls(main)):
         rows = naive_ls.driven(files[name])
         if k:

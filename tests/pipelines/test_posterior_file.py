@@ -4,6 +4,7 @@ import json
 import shutil
 import tomllib
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +16,10 @@ from synthetic import made_up, measured, random_theta, warming
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior, posterior_text
+from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.identification.identify import identify
 from compgen.identification.measurements import concatenate
+from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.files.robot_file import load_arm, load_cell
 from compgen.pipelines.measure.identification_files import identified_texts
@@ -58,12 +61,18 @@ def damage(folder, change):
     robot.write_text(robot.read_text().replace(old, sha256(file.read_bytes()).hexdigest()))
 
 
+def cell_with_posterior(folder: Path) -> tuple[Cell, ParameterPosterior]:
+    cell = load_cell(str(folder / "mine.toml"))
+    assert cell.posterior is not None
+    return cell, cell.posterior
+
+
 def test_sigmas_of_the_posterior_are_those_of_the_robot_file(identified):
-    cell = load_cell(str(identified[0] / "mine.toml"))
+    cell, posterior = cell_with_posterior(identified[0])
     sigmas = {k.source.NAME: k.sigma for k in cell.known}
-    sources = [p for p in cell.posterior.parameters if p.field in sigmas.get(p.table, {})]
+    sources = [p for p in posterior.parameters if p.field in sigmas.get(p.table, {})]
     of_file = [sigmas[p.table][p.field][p.index] for p in sources]
-    assert_allclose(cell.posterior.sigma[: len(sources)], of_file, rtol=1e-7)
+    assert_allclose(posterior.sigma[: len(sources)], of_file, rtol=1e-7)
     assert len(sources) == sum(int((s > 0).sum()) for k in cell.known for s in k.sigma.values())
     assert {p.table for p in sources} >= {"thermal_growth", "thermal_bend", "link_offsets", "hysteresis"}
 
@@ -71,44 +80,42 @@ def test_sigmas_of_the_posterior_are_those_of_the_robot_file(identified):
 def test_the_posterior_moves_the_tool_as_the_fit_itself_says(identified):
     """The band of a place by the file, through the sources' own numbers, against that of the fit's linear problem."""
     folder, result = identified
-    cell = load_cell(str(folder / "mine.toml"))
+    _, posterior = cell_with_posterior(folder)
     fit = result.selected.fit
     K = int(fit.active.sum())
     A = fit.linear.A[:, :, :K]
     of_fit = np.sqrt(np.einsum("nij,jk,nik->ni", A, fit.posterior.covariance[:K, :K], A))
-    values = {p.name: i for i, p in enumerate(cell.posterior.parameters)}
+    values = {p.name: i for i, p in enumerate(posterior.parameters)}
     names = [t.name for t in result.model.parameters]
     kept = [k for k in np.flatnonzero(fit.active).tolist() if not result.model.parameters[k].thermal]
     assert all(names[k] in values for k in kept)
     at = [values[names[k]] for k in kept]
     rows = [np.flatnonzero(fit.active).tolist().index(k) for k in kept]
     scaled = A[:, :, rows] / result.model.prior[kept]
-    of_file = np.sqrt(np.einsum("nij,jk,nik->ni", scaled, cell.posterior.covariance[np.ix_(at, at)], scaled))
+    of_file = np.sqrt(np.einsum("nij,jk,nik->ni", scaled, posterior.covariance[np.ix_(at, at)], scaled))
     cold = result.data.rise[result.data.pose].max(axis=1) == 0
     assert_allclose(of_file[cold], of_fit[cold], rtol=0.01)
-    alone = np.sqrt(np.einsum("nij,j,nij->ni", scaled, np.diag(cell.posterior.covariance)[at], scaled))
+    alone = np.sqrt(np.einsum("nij,j,nij->ni", scaled, np.diag(posterior.covariance)[at], scaled))
     assert alone[cold].mean() > 1.5 * of_fit[cold].mean()  # correlations matter
 
 
 def test_terms_that_were_not_needed_leave_the_others_their_own_rows(identified):
     folder, result = identified
-    cell = load_cell(str(folder / "mine.toml"))
-    bend = next(k for k in cell.known if k.source.NAME == "thermal_bend")
+    cell, posterior = cell_with_posterior(folder)
+    bend = next(k.source for k in cell.known if isinstance(k.source, ThermalBend))
     labels = [t.label for t in result.model.parameters if t.source == "thermal_bend"]
     fit_of = {
         t.label: (p, s)
         for t, p, s in zip(result.model.parameters, result.selected.fit.p, result.selected.fit.sigma, strict=True)
         if t.source == "thermal_bend"
     }
-    written = [
-        " ".join(words) for words in zip(bend.source.link, bend.source.plane, bend.source.node_name, strict=True)
-    ]
-    rows = [i for i, p in enumerate(cell.posterior.parameters) if p.table == "thermal_bend"]
+    written = [" ".join(words) for words in zip(bend.link, bend.plane, bend.node_name, strict=True)]
+    rows = [i for i, p in enumerate(posterior.parameters) if p.table == "thermal_bend"]
     assert 0 < len(written) < len(labels)
     for i in rows:
-        value, sigma = fit_of[written[cell.posterior.parameters[i].index[0]]]
-        assert cell.posterior.value[i] == pytest.approx(value, rel=1e-8)
-        assert cell.posterior.sigma[i] == pytest.approx(sigma, rel=1e-7)
+        value, sigma = fit_of[written[posterior.parameters[i].index[0]]]
+        assert posterior.value[i] == pytest.approx(value, rel=1e-8)
+        assert posterior.sigma[i] == pytest.approx(sigma, rel=1e-7)
 
 
 def test_robot_file_is_renamed_with_its_posterior_beside_it(copied):

@@ -111,13 +111,14 @@ def test_the_rest_of_a_job_is_right_for_the_wait_before_its_page(made):
     """From the third page on, by the model node by node: driven so far, stood so long, driven on."""
     resumed = later(made, 3, 1800.0)
     whole = plan_whole(job_of(resumed.written), quiet)
-    heat, row = whole.job.heat, resumed.written.pages[2].first
-    rise = state_after(heat, whole.job.history.before)
+    law, row = whole.job.heat.law, resumed.written.pages[2].first
+    assert law is not None
+    rise = state_after(whole.job.heat, whole.job.history.before)
     for goal, dt in zip(
-        heat.steady_rise("moving", whole.trajectory.driven_speed[:row]), np.diff(whole.time[: row + 1]), strict=True
+        law.steady_rise("moving", whole.trajectory.driven_speed[:row]), np.diff(whole.time[: row + 1]), strict=True
     ):
-        rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
-    rise = state_after(heat, [Duty("idle", 0.0, 1800.0)], rise)
+        rise = goal + (rise - goal) * np.exp(-dt / law.tau)
+    rise = state_after(whole.job.heat, [Duty("idle", 0.0, 1800.0)], rise)
     assert_allclose(resumed.planned.rise[0], rise, atol=1e-9)
     assert_allclose(resumed.beginning.state, rise, atol=1e-9)
     left = whole.model.error(ls_joints(resumed), resumed.planned.rise, resumed.planned.path.target)
@@ -175,10 +176,11 @@ def test_waits_add_up_from_one_resume_to_the_next_and_the_same_call_again_change
     assert again.replaced == ()
     known = known_state(whole, written.resumed, 4, written.pages[3].first)
     row = written.pages[1].first
-    heat, rise = whole.job.heat, np.array(written.resumed[0]["state"])
-    steady = heat.steady_rise("moving", whole.trajectory.driven_speed[row : written.pages[3].first])
+    law, rise = whole.job.heat.law, np.array(written.resumed[0]["state"])
+    assert law is not None
+    steady = law.steady_rise("moving", whole.trajectory.driven_speed[row : written.pages[3].first])
     for goal, dt in zip(steady, np.diff(whole.time[row : written.pages[3].first + 1]), strict=True):
-        rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
+        rise = goal + (rise - goal) * np.exp(-dt / law.tau)
     assert_allclose(known.state, rise, atol=1e-9)
     assert known.clock == pytest.approx(whole.job.clock + whole.time[written.pages[3].first] + 1200)
     put(copy, later(copy, 4, 600.0))
@@ -392,7 +394,7 @@ def replaced_once(made, folder):
     return folder
 
 
-OTHER_TYPES = (None, "x", 1.5, True, -1, [], {}, [None], {"a": None}, 10**30, float("nan"))
+OTHER_TYPES: tuple[object, ...] = (None, "x", 1.5, True, -1, [], {}, [None], {"a": None}, 10**30, float("nan"))
 
 
 @pytest.mark.parametrize(

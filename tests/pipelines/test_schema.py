@@ -12,13 +12,13 @@ import pytest
 
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
-from compgen.core.toml import check
+from compgen.core.toml import Table, check
 from compgen.pipelines.files.schema import SCHEMA_FILES, PathFile, RobotFile, path_schema, robot_schema, unit_of
 
 ROOT = Path(__file__).parents[2]
 SHAPES = ("line", "circle", "spiral", "raster", "iso9283")
 SCHEMAS = {"path": path_schema(), "robot": robot_schema()}
-MODELS = {"path": PathFile, "robot": RobotFile}
+MODELS: dict[str, type[Table]] = {"path": PathFile, "robot": RobotFile}
 SHIPPED = [
     pytest.param(kind, file, id=file.stem) for kind in SCHEMAS for file in sorted((ROOT / f"{kind}s").glob("*.toml"))
 ]
@@ -138,7 +138,7 @@ def test_the_example_is_right_for_both(kind):
     jsonschema.Draft202012Validator(SCHEMAS[kind]).validate(example(kind))
 
 
-WRONG = {
+WRONG: dict[str, list[tuple[str, object]]] = {
     "path": [
         ("titel", "x"), ("title", 3), ("path", None), ("path", 3), ("path.pattern", "spirale"),
         ("path.pattern", None), ("path.x_mm", None), ("path.x_mm", 20_000), ("path.x_mm", "1200"), ("path.size_mm", 5),

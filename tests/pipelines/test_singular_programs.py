@@ -37,4 +37,4 @@ def test_the_judge_bites(monkeypatch):
     verdict, reason = singular_programs.judged(data, None)
     assert verdict == "wrong"
     assert reason.startswith("P[2]: joints turn by")
-    assert np.isfinite(list(naive_ls.read(text)[0][2].groups[1].axes.values())).all()
+    assert np.isfinite(np.array(list(naive_ls.read(text)[0][2].groups[1].axes.values()), float)).all()

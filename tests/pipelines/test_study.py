@@ -10,6 +10,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ GRID = ("before.0.duration_h=0,3,6", "robot.thermal.cte_um_m_K=10,12")
 
 
 def rows_of(study, workers=1, done=()):
-    rows = []
+    rows: list[dict[str, Any]] = []
     run(study, set(done), rows.extend, workers)
     return sorted(rows, key=lambda r: r["index"])
 
@@ -245,7 +246,7 @@ def test_workers_end_with_their_parent(tmp_path):
          "2", "-q", "-o", str(tmp_path / "o")], cwd=ROOT,
     )  # fmt: skip
     children = f"/proc/{work.pid}/task/{work.pid}/children"
-    pids = []
+    pids: list[int] = []
     while len(pids) < 3 and work.poll() is None:
         time.sleep(0.05)
         pids = [int(p) for p in Path(children).read_text().split()]
@@ -282,6 +283,8 @@ def test_two_workers_of_a_cluster_give_the_same_table(tmp_path, study, rows):
         [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.DEVNULL,
     ) as cluster:  # fmt: skip
+        assert cluster.stdin is not None
+        assert cluster.stdout is not None
         address = cluster.stdout.readline().strip()
         done = compgen(
             "whatif", "paths/line_y.toml", *(w for g in GRID for w in ("--vary", g)), "--cluster", address, "-q",

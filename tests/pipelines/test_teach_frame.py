@@ -4,6 +4,8 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from synthetic import made_up, measured, random_theta, warming
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM, UM
+from compgen.identification.fit import Fit
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
 from compgen.identification.measurements import Measurements
@@ -145,11 +148,8 @@ def truth(tmp_path_factory):
 def write_real(truth, folder):
     """A robot file with the true values; the base is not in it."""
     sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), warm=True)
-
-    class TrueFit:
-        p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
-
-    known = fitted_sources(truth.arm.known, sources, truth.model, TrueFit)
+    what_is_read = {"p": truth.p, "sigma": np.abs(truth.p), "active": np.ones(len(truth.p), bool), "outlier": [False]}
+    known = fitted_sources(truth.arm.known, sources, truth.model, cast(Fit, SimpleNamespace(**what_is_read)))
     record = {"instrument_mm": [0, 0, 0], "instrument_deg": [0, 0, 0], "reflector_mm": {}}
     box = np.column_stack([truth.arm.robot.lower, truth.arm.robot.upper])
     (folder / "real.toml").write_text(robot_text(truth.arm.text, truth.arm.robot, known, box, "made up", record))
@@ -228,12 +228,14 @@ def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, reco
     assert "frame.hot" not in {f["code"] for f in record["findings"]}
     (cell / "hot.toml").write_text(part_path('file = "pendant.toml"'))
     job = load_job(str(cell / "hot.toml"), robot=str(cell / "mine.toml"))
+    assert job.frame is not None
+    assert job.frame.taught is not None
     assert job.frame.taught.through == "pendant"
 
 
 def part_path(frame):
-    text = Path(path_file("circle_1300")).read_text().split("[[before]]")
-    text = text[0] + text[1][text[1].index("[bounds]") :]
+    head, duties = Path(path_file("circle_1300")).read_text().split("[[before]]")
+    text = head + duties[duties.index("[bounds]") :]
     text = re.sub(r"x_mm = 1350[^\n]*\ny_mm = -30\nz_mm = 203", "x_mm = 0\ny_mm = 0\nz_mm = 0", text)
     tool = "[tool]\nnumber = 1\n" + "".join(
         f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM, strict=True)

@@ -98,7 +98,7 @@ def test_arms_that_drift_are_known_as_well_as_the_plan_says(day, artefact):
     unknowns = expected.unknowns
     values, vectors = np.linalg.eigh(unknowns.prior.forecast)
     draws = rng.normal(size=(24, len(values))) * np.sqrt(np.maximum(values, 0)) @ vectors.T
-    square = {"before": [], "after": []}
+    square: dict[str, list[float]] = {"before": [], "after": []}
     for x in draws:
         base, drift = x[K : K + 6], x[K + 6 :] / unknowns.unit
         rise = day.start_rise() + x[:K]
