@@ -7,6 +7,7 @@ import argparse
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -137,8 +138,8 @@ def texts(points: int) -> Iterator[Row]:
     """A program written and read line by line."""
     program = text.spiral(points)
     data = fanuc.compose(program)
-    write, slow_write = (seconds(lambda f=f: f(program)) for f in (fanuc.compose, text.write_by_lines))
-    read, slow_read = (seconds(lambda f=f: f(data)) for f in (fanuc.interpret, text.read_by_lines))
+    write, slow_write = (seconds(partial(f, program)) for f in (fanuc.compose, text.write_by_lines))
+    read, slow_read = (seconds(partial(f, data)) for f in (fanuc.interpret, text.read_by_lines))
     yield f"per-line LS writer over compgen, {points} points", ">= 5", f"{slow_write / write - 1:.1f}"
     yield f"per-line LS reader over compgen, {points} points", ">= 8", f"{slow_read / read:.1f}"
 

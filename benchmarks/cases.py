@@ -2,6 +2,7 @@
 
 import subprocess
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -92,9 +93,9 @@ def compiled_scalar(function: Any, rows: int) -> float:
         outs = [np.zeros((rows, function.numel_out(k))) for k in range(function.n_out())]
         buffer, call = mapped.buffer()
         for k, values in enumerate(ins):
-            buffer.set_arg(k, memoryview(values))
+            buffer.set_arg(k, memoryview(values))  # type: ignore[call-arg, arg-type]  # its stub knows C's pointers alone
         for k, values in enumerate(outs):
-            buffer.set_res(k, memoryview(values))
+            buffer.set_res(k, memoryview(values))  # type: ignore[call-arg, arg-type]  # as above
         return seconds(call) / rows
 
 
@@ -132,7 +133,7 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
             slow.append(general_program.solve(part, settings, np.zeros((points, 6)), everywhere))
 
         measured[f"{name} slow"] = seconds(general) / points
-        measured[f"{name} fast"] = seconds(lambda settings=settings: optimise.optimise(part, settings)) / points
+        measured[f"{name} fast"] = seconds(partial(optimise.optimise, part, settings)) / points
         measured[f"{name} difference"] = float(np.abs(slow[-1].correction - fast.correction)[:, :3].max())
         measured[f"{name} solved"] = float(slow[-1].converged)
     return measured

@@ -5,6 +5,7 @@ import platform
 import statistics
 import time
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,6 @@ def load() -> float:
 
 def machine() -> list[str]:
     """Facts a reader needs to judge the ratios."""
-    import casadi
     import numpy
     import scipy
 
@@ -46,6 +46,6 @@ def machine() -> list[str]:
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
     return [
         f"{model}, {os.cpu_count()} cores, {vector}, {memory:.0f} GB",
-        f"Python {platform.python_version()}, casadi {casadi.__version__}, numpy {numpy.__version__}, "
+        f"Python {platform.python_version()}, casadi {version('casadi')}, numpy {numpy.__version__}, "
         f"scipy {scipy.__version__}",
     ]

@@ -35,7 +35,7 @@ def spiral(points: int) -> Program:
     t = np.arange(points)
     radius = 0.2 * t / points
     position = np.column_stack([1.3 + radius * np.cos(t / 300), radius * np.sin(t / 300), 0.2 + 0.01 * np.sin(t / 777)])
-    rotation = from_wpr(np.pi - 1e-4 * (t % 997), 0.02 * np.sin(t / 301), 0.03 * np.cos(t / 503))
+    rotation = from_wpr((np.pi - 1e-4 * (t % 997)).astype(np.float64), 0.02 * np.sin(t / 301), 0.03 * np.cos(t / 503))
     turns = np.zeros((points, 3), dtype=np.int64)
     turns[:, 2] = t % 3 - 1
     speed = np.array([0.02, 0.025, 0.03, 0.125 / 60])[t[1:] % 4]

@@ -40,7 +40,7 @@ def _errors(name: str, overrides: list[str]) -> tuple[float, float]:
     """Largest error on the part before and after [um], on a twin whose controller the overrides describe."""
     job = load_job(str(ROOT / "paths" / f"{name}.toml"), None, overrides)
     planned, corrected = generate.generate(job, lambda stage, share: None)
-    return tuple(d.on_part["total"].max / UM for d in (planned.deviation(), corrected.deviation))
+    return planned.deviation().on_part["total"].max / UM, corrected.deviation.on_part["total"].max / UM
 
 
 def main() -> None:

@@ -18,6 +18,7 @@ from compgen.core.units import HOUR, MINUTE, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import begin_at
 from compgen.pipelines.resume.follow import look_at
 from compgen.pipelines.resume.from_log import read_log, state_at_end
@@ -58,7 +59,7 @@ def quiet(stage: str, share: float) -> None:
 class Day:
     """What the cell does, whatever the pages say: the same for all three."""
 
-    whole: object
+    whole: Planned
     times: PageTimes
     air: Ambient  # on the log's clock
     rise: np.ndarray  # (N, K) [K] true, at each waypoint
@@ -155,14 +156,17 @@ def resumed_at_each_page(day: Day, folder: Path) -> int:
 def followed(day: Day, folder: Path, poll=POLL):
     """`cgen follow --within-um 5`: how often pages were written, and the forecast of each page when it began [m]."""
     end = day.times.starts[-1].time + day.times.duration[-1]
-    run, count, forecasts = planned_run(read_written_job(folder), day.whole), 0, {}
+    run, count = planned_run(read_written_job(folder), day.whole), 0
+    forecasts: dict[int, float] = {}
     for now in np.arange(poll, end, poll).tolist():
         known = tuple(start for start in day.times.starts if start.time <= now)
         times = replace(day.times, starts=known)
         job = day.whole.job
         log = growing_log(until(day.log, now), "log.csv", job.heat.names, job.cell.sensors)
         look = look_at(run, log, "log.csv", times, WITHIN, 0, LEAD)
-        if look.due:
+        if look is None:  # before the first reading
+            continue
+        if look.due and look.beginning is not None:
             done = times.last(now) - bool(look.running)
             made = run.rewrite(look.due, look.beginning, "2026-01-31", quiet, look.loaded, done)
             put(folder, made)
@@ -309,7 +313,7 @@ def page_with(text: str, numbers: str) -> str:
 
 def main() -> None:
     """Simulate the days, and write numbers, picture and page."""
-    use_machine(None)
+    use_machine()
     lines = ["day,run,hours,pages,written,max_um,p99_um,rms_um,share_percent"]
     for name, settings in DAYS.items():
         day, runs = simulate(*settings)

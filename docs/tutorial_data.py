@@ -48,7 +48,7 @@ def passes() -> str:
 
     Home is a position register, the spindle is switched by digital outputs, and each pass is 20 mm beside the last.
     """
-    places = [(x, y) for row, y in enumerate(range(-70, 71, 20)) for x in _along(row % 2)]
+    places = [(x, y) for row, y in enumerate(range(-70, 71, 20)) for x in _along(row % 2 == 1)]
     ends = (2, len(places) + 1)  # P[1] and the last are above the part
     statements = [
         *("UFRAME_NUM=1 ;", "UTOOL_NUM=1 ;", "J PR[1:HOME] 20% FINE ;", "J P[1] 20% FINE ;"),

@@ -132,14 +132,15 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
         text((left + right) / 2, base + 46, across, anchor="middle", colour=INK),
     ]
     for value in ticks(0.0, top):
-        _, y = place(least, value)
-        body.append(f'<line x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{LINE}"/>')
-        body.append(text(left - 8, y + 5, f"{value:g}", anchor="end"))
+        _, level = place(least, value)
+        body.append(f'<line x1="{left}" x2="{right}" y1="{level:.1f}" y2="{level:.1f}" stroke="{LINE}"/>')
+        body.append(text(left - 8, level + 5, f"{value:g}", anchor="end"))
     body += [text(place(value, 0)[0], base + 21, f"{value:g}", anchor="middle") for value in ticks(least, most, 8)]
     if limit:
-        _, y = place(least, limit[1])
-        body.append(f'<line x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{INK}" stroke-dasharray="1 4"/>')
-        body.append(text(right + 8, y + 5, limit[0], colour=INK))
+        _, level = place(least, limit[1])
+        line = f'<line x1="{left}" x2="{right}" y1="{level:.1f}" y2="{level:.1f}" stroke="{INK}"'
+        body.append(f'{line} stroke-dasharray="1 4"/>')
+        body.append(text(right + 8, level + 5, limit[0], colour=INK))
     heights: list[float] = []
     for (name, x, y), (tint, dashes) in zip(curves, CURVES, strict=False):
         line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y, strict=False))

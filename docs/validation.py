@@ -7,7 +7,9 @@ both say something: the nodes (the study's own model, its parameters fitted to t
 """
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -73,10 +75,10 @@ def at(position: np.ndarray, error: np.ndarray, axis: int, value: float) -> np.n
 # pictures
 
 
-def plot(file: str, title: str, curves: list, points: list, xlabel: str, ylabel: str) -> None:
+def plot(file: str, title: str, curves: list, points: Sequence[tuple[float, float]], xlabel: str, ylabel: str) -> None:
     """An SVG with curves (x, y, name, tint, dash) and quoted points (x, y)."""
     width, height, left, right, top, base = 760, 340, 62, 740, 46, 290
-    every = [*((x, y) for x, y, *_ in curves), *([np.array(points).T] if points else [])]
+    every: list[Any] = [*((x, y) for x, y, *_ in curves), *([np.array(points).T] if points else [])]
     xs, ys = np.concatenate([e[0] for e in every]), np.concatenate([e[1] for e in every])
     x0, x1 = float(xs.min()), float(xs.max())
     pad = 0.06 * (ys.max() - ys.min() + 1e-9)
@@ -140,7 +142,7 @@ def table(head: list[str], rows: list[list]) -> str:
 def profiles() -> str:
     """Figures 64 to 66."""
     jobs = {"nodes": job_of("circle_1300"), "network": job_of("circle_1300", NETWORK)}
-    quoted = {
+    quoted: dict[str, list[tuple[float, float, int]]] = {
         "a2": [(0, 11, 1053), (100, 3.9, 1053), (435, 3.9, 1053), (750, 3.9, 1053), (870, 13, 1053)],
         "d4": [(0, 13, 1055), (1016, 3, 1055)],
         "d6": [(0, 3, 1055), (175, 2.3, 1057)],
@@ -152,7 +154,8 @@ def profiles() -> str:
         along = {m: job.heat.rise_along(length, job.state(), x * MM) for m, job in jobs.items()}
         plot(
             f"validation_{length}.svg", f"Figure {names[length]}: rise after 6 h at 200 mm/s",
-            [(x, along[m], m, TINTS[m], "") for m in along], [p[:2] for p in points], "mm from the base end", "K",
+            [(x, along[m], m, TINTS[m], "") for m in along], [(p[0], p[1]) for p in points],
+            "mm from the base end", "K",
         )  # fmt: skip
         for place, value, line in points:
             found = [f"{np.interp(place, x, along[m]):.2f}" for m in along]

@@ -102,10 +102,10 @@ def picture() -> str:
         '<rect width="760" height="360" fill="white"/>',
         f'<text x="{left}" y="20" font-size="15" fill="#1e293b">Hot minus cold, as an interferometer reads it</text>',
     ]
-    for value in range(-100, 151, 50):
-        colour = "#475569" if value == 0 else "#e2e8f0"
-        out.append(f'<line x1="{left}" x2="740" y1="{sy(value):.1f}" y2="{sy(value):.1f}" stroke="{colour}"/>')
-        out.append(f'<text x="{left - 7}" y="{sy(value) + 4:.1f}" text-anchor="end" fill="#475569">{value}</text>')
+    for level in range(-100, 151, 50):
+        colour = "#475569" if level == 0 else "#e2e8f0"
+        out.append(f'<line x1="{left}" x2="740" y1="{sy(level):.1f}" y2="{sy(level):.1f}" stroke="{colour}"/>')
+        out.append(f'<text x="{left - 7}" y="{sy(level) + 4:.1f}" text-anchor="end" fill="#475569">{level}</text>')
     for n, (name, tint, _) in enumerate(series):
         out.append(f'<rect x="{left + 10 + 240 * n}" y="30" width="14" height="10" fill="{tint}"/>')
         out.append(f'<text x="{left + 30 + 240 * n}" y="40" fill="#475569">{name}</text>')

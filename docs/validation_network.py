@@ -39,7 +39,8 @@ def body_rows() -> list[list[str]]:
 def numbers() -> dict[str, str]:
     """What the text quotes."""
     heat, area = network_fit.base(), network_fit.AREA
-    films = {part.name: part.film / area[part.name] for part in (*heat.bodies, *heat.housings)}
+    films = {body.name: body.film / area[body.name] for body in heat.bodies}
+    films |= {housing.name: housing.film / area[housing.name] for housing in heat.housings}
     mass = sum(part["mass_kg"] for part in (*_network()["body"], *_network()["housing"]))
     return {
         "film": f"{films['d4']:.1f}",

@@ -1,7 +1,7 @@
 import itertools
 import pkgutil
 import signal
-from collections import Counter
+from collections import defaultdict
 from importlib import import_module
 from pathlib import Path
 
@@ -32,14 +32,14 @@ def pytest_configure(config):
 
 def pytest_terminal_summary(terminalreporter):
     """Seconds of each room's tests, of all processes; nothing where only one room was asked."""
-    seconds = Counter()
+    seconds: dict[str, float] = defaultdict(float)
     for report in itertools.chain(*terminalreporter.stats.values()):
         if isinstance(report, pytest.TestReport):
-            room = Path(report.nodeid.split("::")[0]).parts[1:-1]
-            seconds[room[0] if room else "the whole"] += report.duration
+            rooms = Path(report.nodeid.split("::")[0]).parts[1:-1]
+            seconds[rooms[0] if rooms else "the whole"] += report.duration
     if len(seconds) > 1:
         terminalreporter.section("seconds by room")
-        for room, spent in seconds.most_common():
+        for room, spent in sorted(seconds.items(), key=lambda item: -item[1]):
             terminalreporter.line(f"{spent:8.1f} {room}")
 
 

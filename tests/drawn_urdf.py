@@ -13,8 +13,9 @@ def numbers(values):
     return " ".join(f"{v:.16g}" for v in values)
 
 
-def class_lines(a1, a2, a3, d4, d6, theta):
+def class_lines(sizes, theta):
     """Points and directions of the six axes of the class at angles theta, and the tip: by hand, in World."""
+    a1, a2, a3, d4, d6 = sizes
 
     def turned(points, lines, about, through, angle):
         R = rotation_matrix(angle * about)
@@ -38,7 +39,7 @@ def drawn_urdf(seed, sizes=None, zero=None, sign=None, tip=None, beside=0.0, wri
     sizes = rng.uniform([0.05, 0.3, 0.02, 0.3, 0.05], [0.4, 1.2, 0.3, 1.5, 0.3]) if sizes is None else sizes
     zero = rng.uniform([-1, -2, -1, -2, 0.3, -2], [1, -1, 1, 2, 1.5, 2]) if zero is None else zero
     sign = rng.choice([-1.0, 1.0], 6) if sign is None else sign
-    points, lines = class_lines(*sizes, zero)
+    points, lines = class_lines(sizes, zero)
     points[1:] = [p + beside * lines[1] for p in points[1:]]
     points[5] = points[5] + wrist * np.cross(lines[5], lines[4])
     base = np.array([*rng.uniform(-0.5, 0.5, 2), rng.uniform(0.2, 0.9)])

@@ -6,6 +6,7 @@ Written for tests alone, with nothing of what judges logs but the course: plain 
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 TICK = 0.002  # s; finer than any controller's period
 
@@ -47,7 +48,9 @@ def motion(course, run):
     """Time (T,) [s] and arc length (T,) [m] of a run, without the standing before and behind it."""
     clock = getattr(course, run.clock)
     stops = np.flatnonzero(course.stop)
-    times, arcs, now = [], [], 0.0
+    times: list[ArrayLike] = []
+    arcs: list[ArrayLike] = []
+    now = 0.0
     for a, b in zip(stops[:-1], stops[1:], strict=True):
         stand = run.wait.get(int(a), 0.0)
         if stand:

@@ -24,7 +24,8 @@ def at(n, joints, uf=None, ut=None, numbered=(0, 0), **how):
     """A Cartesian position where pendant angles bring the tool; ``uf`` and ``ut`` are matrices."""
     world = flange(joints) @ (np.eye(4) if ut is None else ut)
     local = np.linalg.inv(np.eye(4) if uf is None else uf) @ world
-    return cartesian(n, numbers(local), *numbered, letters=config(joints), **how)
+    frame, tool = numbered
+    return cartesian(n, numbers(local), frame, tool, letters=config(joints), **how)
 
 
 def program(moves, points, name="T", head="", end="\n"):

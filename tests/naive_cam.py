@@ -27,6 +27,7 @@ CSV points: a header of names with units, then a row a point (docs/own_paths.md)
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 Place = tuple[float, float, float]
@@ -92,6 +93,14 @@ class Reading:
     normal: Place | None = None  # the tool's axis where it begins
     points: bool = False  # places to be passed, not lines
     stands: bool = False  # the first motion comes from where FROM says that the tool stands
+
+
+def place(values: Iterable[float | None]) -> Place:
+    """Three coordinates that are known."""
+    x, y, z = values
+    if x is None or y is None or z is None:
+        raise Unreadable("a place that is not known")
+    return x, y, z
 
 
 def dot(a, b) -> float:
@@ -238,7 +247,8 @@ def gcode(text: str) -> Reading:
                 raise Unreadable(f"line {n}: by so much from an unknown place")
             end = list(at)
             for k, value in axes.items():
-                end[k] = value if absolute else at[k] + value
+                before = at[k]
+                end[k] = value if absolute or before is None else before + value
             if any(v is None for v in end) and motion != 0:
                 raise Unreadable(f"line {n}: a line to an unknown place")
             if any(v is None for v in at) or any(v is None for v in end):
@@ -246,7 +256,7 @@ def gcode(text: str) -> Reading:
                     raise Unreadable(f"line {n}: an arc from an unknown place")
             elif motion in (0, 1):
                 if motion == 1 or axes:
-                    read.moves.append(Line(tuple(at), tuple(end), None if motion == 0 else feed, motion == 0, None, n))
+                    read.moves.append(Line(place(at), place(end), None if motion == 0 else feed, motion == 0, None, n))
             else:
                 read.moves.append(arc(at, end, around, plane, motion == 3, centres_absolute, feed, n))
             at = end
@@ -292,7 +302,7 @@ def arc(at, end, around, plane, left, centres_absolute, feed, n) -> Arc:
     """An arc of G2 (with the clock) or G3, in a plane, by its centre or its radius."""
     u, v, w = plane
     names = "IJK"
-    axis = tuple(1.0 if k == w else 0.0 for k in range(3))
+    axis = place(1.0 if k == w else 0.0 for k in range(3))
     chord = (end[u] - at[u], end[v] - at[v])
     far = math.hypot(*chord)
     centre = list(at)
@@ -323,7 +333,7 @@ def arc(at, end, around, plane, left, centres_absolute, feed, n) -> Arc:
         turn = 2 * math.pi if left else -2 * math.pi
     elif abs(turn) < 1e-12:
         raise Unreadable(f"line {n}: an end on the way from the centre to the start")
-    return checked(Arc(tuple(at), tuple(end), tuple(centre), axis, turn, feed, False, None, n))
+    return checked(Arc(place(at), place(end), place(centre), axis, turn, feed, False, None, n))
 
 
 def checked(move: Arc) -> Arc:
@@ -394,10 +404,10 @@ def apt(text: str) -> Reading:
         elif major == "CUTCOM" and minors == ["OFF"]:
             continue
         elif major == "FEDRAT":
-            values = [m for m in minors if m not in ("MMPM", "PERMIN")]
-            if len(values) != 1 or number(values[0], True) <= 0:
+            feeds = [m for m in minors if m not in ("MMPM", "PERMIN")]
+            if len(feeds) != 1 or number(feeds[0], True) <= 0:
                 raise Unreadable(f"line {n}: a feed that is not in mm a minute")
-            feed = number(values[0], True) * scale / 60
+            feed = number(feeds[0], True) * scale / 60
         elif major == "RAPID" and not minors:
             rapid = True
         elif major == "CIRCLE":
@@ -409,14 +419,14 @@ def apt(text: str) -> Reading:
             values = [number(m, True) for m in minors]
             if len(values) not in (3, 6) or (major == "GODLTA" and (len(values) == 6 or at is None)):
                 raise Unreadable(f"line {n}: {major} wants x, y, z and may have i, j, k")
-            axis = tuple(values[3:]) or None
+            axis = place(values[3:]) if values[3:] else None
             if (major != "GODLTA" and at is not None and (axis is None) != (normal is None)) or (
                 axis and abs(length(axis) - 1) > 1e-3
             ):
                 raise Unreadable(f"line {n}: a tool's axis that is no unit vector, or not in every line")
-            end = tuple(scale * v for v in values[:3])
-            if major == "GODLTA":
-                end, axis = tuple(a + e for a, e in zip(at, end, strict=True)), normal
+            end = place(scale * v for v in values[:3])
+            if major == "GODLTA" and at is not None:
+                end, axis = place(a + e for a, e in zip(at, end, strict=True)), normal
             if major == "FROM" and at is not None:
                 raise Unreadable(f"line {n}: FROM after a motion")
             if at is None:
@@ -439,9 +449,9 @@ def apt_arc(at, end, circle, feed, normal, n) -> Arc:
     centre, axis, radius = circle
     if abs(length(axis) - 1) > 1e-3:
         raise Unreadable(f"line {n}: a circle's axis is no unit vector")
-    axis = tuple(a / length(axis) for a in axis)
+    axis = place(a / length(axis) for a in axis)
     high = dot([a - c for a, c in zip(at, centre, strict=True)], axis)
-    centre = tuple(c + high * a for c, a in zip(centre, axis, strict=True))
+    centre = place(c + high * a for c, a in zip(centre, axis, strict=True))
     out, last = [a - c for a, c in zip(at, centre, strict=True)], [e - c for e, c in zip(end, centre, strict=True)]
     turn = math.atan2(dot(cross(out, last), axis), dot(out, last)) % (2 * math.pi)
     flat = [a - b - (dot(last, axis) - dot(out, axis)) * c for a, b, c in zip(last, out, axis, strict=True)]
@@ -471,8 +481,8 @@ def points(text: str) -> Reading:
         if len(cells) != len(header):
             raise Unreadable(f"line {n}: {len(cells)} cells")
         row = {name: cell.strip(" \t") for name, cell in zip(header, cells, strict=True)}
-        end = tuple(number(row[c], True) for c in COLUMNS[:3])
-        normal = tuple(number(row[c], True) for c in "ijk") if "i" in row else None
+        end = place(number(row[c], True) for c in COLUMNS[:3])
+        normal = place(number(row[c], True) for c in "ijk") if "i" in row else None
         if normal and abs(length(normal) - 1) > 1e-3:
             raise Unreadable(f"line {n}: a normal that is no unit vector")
         feed = number(row["feed_mm_s"], True) if row.get("feed_mm_s") else None

@@ -113,7 +113,7 @@ def urdf(text):
         of_child[joint["child"]] = joint
     ways = {}
     for link in of_child:
-        way, name = [], link
+        way, name = list[dict](), link
         while name in of_child:
             way.insert(0, of_child[name])
             name = of_child[name]["parent"]

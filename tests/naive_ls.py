@@ -64,7 +64,7 @@ def sections(lines: list[str]) -> dict[str, list[str]]:
     """Lines by section; a title out of order is a line as any other."""
     parts: dict[str, list[str]] = {}
     current: list[str] = []
-    expected = HEAD
+    expected: tuple[str, ...] = HEAD
     for number, line in enumerate(lines):
         for tag in expected:
             after = line[len(tag) + 1 : len(tag) + 2]

@@ -11,8 +11,8 @@ def cut(move) -> np.ndarray:
     if not hasattr(move, "turn"):
         count = max(1, int(np.ceil(np.linalg.norm(np.subtract(move.end, move.start)) / PIECE_MM)))
         return np.linspace(move.start, move.end, count + 1)
-    radius = np.linalg.norm(np.subtract(move.start, move.centre))
-    step = min(2 * np.arccos(max(0.5, 1 - SAGITTA_MM / radius)), PIECE_MM / radius)
+    radius = float(np.linalg.norm(np.subtract(move.start, move.centre)))
+    step = min(2 * float(np.arccos(max(0.5, 1 - SAGITTA_MM / radius))), PIECE_MM / radius)
     count = max(2, int(np.ceil(abs(move.turn) / step)))
     return np.array([move.at(k / count) for k in range(count + 1)])
 

@@ -24,6 +24,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.thermal import Ambient, Duty, rise_history
+from compgen.thermal.node_model import NodeModel
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
 
@@ -91,6 +92,7 @@ def drawn_day(
     before = ",".join(_table(d) for d in planned_duties)
     job = load_job(path_file(path), overrides=[*overrides, f"before=[{before}]"])
     heat = job.cell.heat
+    assert isinstance(heat, NodeModel)
     K = len(heat.names)
     real = replace(
         heat,

@@ -9,10 +9,10 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import build_model
+from compgen.identification.model import ArmModel, build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.pose_files import motion_directions
-from compgen.pipelines.files.robot_file import load_arm
+from compgen.pipelines.files.robot_file import Arm, load_arm
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.joint_path import follow_branch
 
@@ -26,8 +26,8 @@ PENDANT_HIGH = np.array([60, 60, 30, 120, 110, 150]) * DEG
 class Truth:
     """A robot as it really is."""
 
-    arm: object
-    model: object
+    arm: Arm
+    model: ArmModel
     p: np.ndarray
     frames: InstrumentFrames
 
@@ -49,7 +49,7 @@ def made_up(robot_file, seed, ripple=0.0):
 
 def random_theta(robot, rng, count):
     """Poses in front of the arm, J5 away from zero, inside the limits."""
-    poses = []
+    poses = list[np.ndarray]()
     while len(poses) < count:
         pendant = rng.uniform(PENDANT_LOW, PENDANT_HIGH)
         theta = robot.to_theta(pendant[None])[0]
@@ -102,17 +102,17 @@ def with_outliers(data, rng, share=0.01, least=0.5e-3, most=5e-3):
 def axis_lines(truth, rng, noise=NOISE):
     """Two horizontal lines and a vertical one through a point, both ways, three runs: what the study measured."""
     robot = truth.arm.robot
-    place, direction, line = [], [], []
+    places, directions, lines = [], list[int](), list[int]()
     for k, (axis, low, high) in enumerate(((0, 0.9, 1.7), (1, -0.6, 0.6), (2, -0.3, 0.5))):
         for _ in range(3):
             for sense in (1, -1):
                 s = np.linspace(low, high, 13)[::sense]
                 points = np.tile([1.3, 0.0, 0.1], (13, 1))
                 points[:, axis] = s
-                place.append(points)
-                direction += 13 * [sense]
-                line += 13 * [k]
-    place, direction, line = np.concatenate(place), np.array(direction), np.array(line)
+                places.append(points)
+                directions += 13 * [sense]
+                lines += 13 * [k]
+    place, direction, line = np.concatenate(places), np.array(directions), np.array(lines)
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (len(place), 1, 1))
     theta = follow_branch(robot, Pose(place, down), Posture())
     going = np.zeros_like(theta)

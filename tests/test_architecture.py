@@ -112,7 +112,7 @@ def test_a_room_imports_only_from_rooms_above_it(path):
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_nothing_inside_a_room_runs_in_a_circle(room):
-    arrows = {}
+    arrows: dict[str, set[str]] = {}
     for path in (p for p in FILES if p.relative_to(PACKAGE).parts[0] == room):
         child = NAMES[path].split(".")[2:3]
         for name in own(path):
@@ -124,10 +124,10 @@ def test_nothing_inside_a_room_runs_in_a_circle(room):
     except CycleError as circle:
         pytest.fail(f"{room}: {' -> '.join(circle.args[1])}")
     order = SUB_ROOMS.get(room, ())
-    for child, others in arrows.items():
-        if child in order:
-            later = set(order[order.index(child) + 1 :])
-            assert not others & later, f"{room}/{child} imports {others & later}"
+    for inner, others in arrows.items():
+        if inner in order:
+            later = set(order[order.index(inner) + 1 :])
+            assert not others & later, f"{room}/{inner} imports {others & later}"
 
 
 def test_no_file_imports_itself_through_others():

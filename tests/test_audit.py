@@ -39,6 +39,7 @@ def test_it_imports_numpy_and_nothing_of_the_package(path):
     for node in ast.walk(ast.parse(path.read_text())):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom):
+            assert node.module
             names.append(node.module)
         for name in names:
             own = name.split(".")[0] in ("audit", *SHARED)
@@ -283,6 +284,7 @@ def test_what_is_apart_from_the_users_file_is_seen(own_outputs, tmp_path, file, 
     shutil.copytree(own_outputs, tmp_path, dirs_exist_ok=True)
     text = (tmp_path / name).read_bytes().decode("latin-1")
     match = re.search(old, text)
+    assert match
     if "{digit}" in new:  # 30 um
         new = new.format(digit=(int(match[0][-1]) + 3) % 10)
     (tmp_path / name).write_bytes(re.sub(old, new, text, count=1).encode("latin-1"))

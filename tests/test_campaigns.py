@@ -34,19 +34,27 @@ def test_a_find_says_the_command_that_tries_it_again(capsys):
 
 def test_the_night_runs_campaigns_that_tell_how_to_try_a_find_again():
     script = (ROOT / ".ci" / "nightly").read_text()
-    for campaign in re.search(r"campaigns=\(([^)]+)\)", script)[1].split():
+    campaigns, rooms = (re.search(rf"{what}=\(([^)]+)\)", script) for what in ("campaigns", "rooms"))
+    assert campaigns
+    assert rooms
+    for campaign in campaigns[1].split():
         text = (ROOT / "tests" / "campaigns" / f"{campaign}.py").read_text()
         assert f'seed_journal.parser("{campaign}"' in text
         assert "seed_journal.conclude(" in text
         assert "given.budget" in text or "options.budget" in text
-    for room in re.search(r"rooms=\(([^)]+)\)", script)[1].split():
+    for room in rooms[1].split():
         assert code_mutants.library(room)
         assert list((ROOT / "tests" / room).glob("test_*.py"))
 
 
 def test_what_is_left_after_shrinking_is_what_fails():
-    tried = []
-    assert shrunk(list(range(40)), lambda parts: tried.append(parts) or {3, 29} <= set(parts)) == [3, 29]
+    tried: list[list[int]] = []
+
+    def fails(parts):
+        tried.append(parts)
+        return {3, 29} <= set(parts)
+
+    assert shrunk(list(range(40)), fails) == [3, 29]
     assert len(tried) < 60
 
 

@@ -17,8 +17,8 @@ def naive_errors(line):
     """Thermal error at the stations by 4 x 4 matrices and Newton's method, (11, 3) [um]."""
     hot, joints, rows = naive_heat.warm_lengths(), [0.0, 0.0, -40.0, 0.0, -50.0, 0.0], []
     for place in np.linspace(*bend_fit.STATIONS[line]):
-        xyz = [bend_fit.CENTRE[a] if a != line else place for a in "xyz"]
-        joints = naive_arm.joints_at(naive_arm.frame(*xyz, 180, 0, 0), joints)
+        x, y, z = (bend_fit.CENTRE[a] if a != line else place for a in "xyz")
+        joints = naive_arm.joints_at(naive_arm.frame(x, y, z, 180, 0, 0), joints)
         rows.append((naive_arm.flange(joints, hot) - naive_arm.flange(joints))[:3, 3] * 1000)
     return np.array(rows)
 

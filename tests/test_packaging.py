@@ -8,7 +8,8 @@ from shipped import ROOT
 
 yaml = pytest.importorskip("yaml")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-FLOORS = dict(re.fullmatch(r"([a-z][a-z0-9]*)>=([\d.]+)", line).groups() for line in PROJECT["dependencies"])
+FLOORS = dict(re.findall(r"^([a-z][a-z0-9]*)>=([\d.]+)$", "\n".join(PROJECT["dependencies"]), re.M))
+assert len(FLOORS) == len(PROJECT["dependencies"])
 
 
 def test_the_environment_of_conda_has_the_floors_of_the_package():
@@ -31,8 +32,12 @@ def test_the_page_about_installing_gives_a_reason_for_every_floor():
 
 def test_the_classifiers_name_the_pythons_that_the_page_calls_run():
     page = (ROOT / "docs" / "install.md").read_text()
-    pythons = re.findall(r"3\.\d+", re.search(r"^\| \| Python .*\|$", page, re.MULTILINE)[0])
-    run = re.search(r"^\| Linux, x86-64.*\|$", page, re.MULTILINE)[0].strip("| ").split(" | ")[1:]
+    head = re.search(r"^\| \| Python .*\|$", page, re.MULTILINE)
+    row = re.search(r"^\| Linux, x86-64.*\|$", page, re.MULTILINE)
+    assert head
+    assert row
+    pythons = re.findall(r"3\.\d+", head[0])
+    run = row[0].strip("| ").split(" | ")[1:]
     named = {c.rsplit(" ", 1)[1] for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)}
     assert named == {python for python, word in zip(pythons, run, strict=True) if word == "run"}
 

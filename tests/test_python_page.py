@@ -4,6 +4,7 @@ import contextlib
 import importlib.util
 import io
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,7 +36,8 @@ def test_the_examples_run_and_print_what_they_say(tmp_path, monkeypatch):
     assert run("init", tmp_path).returncode == 0
     (tmp_path / "poses.csv").write_text(poses())
     monkeypatch.chdir(tmp_path)
-    names, printed = {}, io.StringIO()
+    names: dict[str, Any] = {}
+    printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         for block in BLOCKS:
             if "to_dataframe" in block and not HAS_PANDAS:

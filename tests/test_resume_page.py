@@ -23,8 +23,8 @@ def test_the_short_day_is_what_the_page_says(short):
     rows = resume_day.rows_of("short", *short)
     written = [line for line in resume_day.NUMBERS.read_text().splitlines() if line.startswith("short,")]
     assert len(rows) == len(written) == 3
-    for now, then in zip(rows, written, strict=True):
-        now, then = now.split(","), then.split(",")
+    for row, line in zip(rows, written, strict=True):
+        now, then = row.split(","), line.split(",")
         assert now[:5] == then[:5]
         for a, b in zip(now[5:], then[5:], strict=True):
             assert float(a) == pytest.approx(float(b), abs=0.051)

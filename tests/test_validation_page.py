@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from shipped import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
+import m710ic50_fit as node_fit
 import validation
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
@@ -45,12 +46,13 @@ def test_the_page_of_limits_says_what_a_kelvin_moves():
         r"by ([\d.]+) um \(parts three and six\), ([\d.]+) um \(link 1\) or ([\d.]+) um \(wrist\)", limits
     )
     nodes = (("j2", "j3"), ("link1",), ("wrist",))
+    assert quoted is not None
     assert list(quoted.groups()) == [f"{validation.per_kelvin(*n):.1f}" for n in nodes]
 
 
 def test_the_page_of_limits_says_how_the_temperatures_are_met_in_and_out_of_sample():
     limits = " ".join((ROOT / "docs/limits.md").read_text().split())
-    fit = validation.node_fit
+    fit = node_fit
     inside = fit.misses(fit.shipped())
     outside = fit.left_out(fit.misses_without, fit.GROUPS["one by one"])
     for off in (inside, outside):

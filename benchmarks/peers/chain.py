@@ -1,9 +1,11 @@
 """Forward kinematics of rows of d, a, alpha in numpy, for peers that have none of their own and to judge answers."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 
-def flange(rows, theta):
+def flange(rows: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """The flange's pose, (4, 4)."""
     T = np.eye(4)
     for (d, a, alpha), q in zip(rows, theta, strict=False):
@@ -12,6 +14,6 @@ def flange(rows, theta):
     return T
 
 
-def off(rows, found, poses):
+def off(rows: np.ndarray, found: Iterable[np.ndarray], poses: Iterable[np.ndarray]) -> float:
     """How far the worst answer puts the flange from where it shall be [m]."""
     return float(max(np.linalg.norm(flange(rows, q)[:3, 3] - T[:3, 3]) for q, T in zip(found, poses, strict=False)))

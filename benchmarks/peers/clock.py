@@ -2,11 +2,12 @@
 
 import statistics
 import time
+from collections.abc import Callable
 
 ROUNDS = 5
 
 
-def median(work, rounds=ROUNDS):
+def median(work: Callable[[], object], rounds: int = ROUNDS) -> float:
     """Processor seconds of a call, after a warm one."""
     work()
     found = []

@@ -83,7 +83,8 @@ def drive(length, speed, a, j):
 
 def changes(length, speed, a, j):
     """Pairs of the line where the speed begins to rise, and by how much it rises without a pause."""
-    pairs, start, before, under_way = [], 0.0, 0.0, 0.0
+    pairs: list[list[float]] = []
+    start = before = under_way = 0.0
     for n, v in enumerate(speed):
         if v < before * FALLS:
             under_way = 0.0

@@ -78,7 +78,7 @@ def audit(folder, path_file=None):
     checks.append(equal("rises along the path, K", rise, table["rise"], digits + planned))
 
     halfway, unsure, allowed = form.halfway(), form.unsure_um(), ERROR_UM + UM_K * digits
-    own = arm.pendant_angles(*poses.flange(target, tool))
+    own = _joints(target, tool)
     before = _actual(own, rise, tool)[0] - target[0]
     checks.append(equal("errors before, um", before * 1e3, table["before"], allowed + UM_K * planned))
     sag = halfway[0] - (target[0][:-1] + target[0][1:]) / 2
@@ -88,11 +88,11 @@ def audit(folder, path_file=None):
     allowed_before = allowed + ROUNDING_UM + unsure.max()
     checks.append(equal("largest before, um", largest, report["before"]["total"]["max_um"], allowed_before))
 
-    between = arm.pendant_angles(*poses.flange(poses.halfway(commanded), tool), (pendant[:-1] + pendant[1:]) / 2)
+    between = _joints(poses.halfway(commanded), tool, (pendant[:-1] + pendant[1:]) / 2)
     actual = [_actual(pendant, rise, tool), _actual(between, (rise[:-1] + rise[1:]) / 2, tool)]
     checks.append(equal("errors after, um", (actual[0][0] - target[0]) * 1e3, table["after"], allowed))
     checks += residual_checks(path, report, actual, (target, halfway), touching, unsure, allowed)
-    checks += form.flown_checks(*(a[0] for a in actual), report["after"]["total"]["max_um"] + allowed)
+    checks += form.flown_checks(actual[0][0], actual[1][0], report["after"]["total"]["max_um"] + allowed)
     return report["name"], checks
 
 
@@ -205,6 +205,12 @@ def _over_length(places, errors, more_um):
     order = np.argsort(value)
     below = np.cumsum(weight[order])
     return value[order][np.searchsorted(below, 0.99 * below[-1])], np.sqrt((value**2 * weight).sum() / weight.sum())
+
+
+def _joints(pose, tool, start=None):
+    """Pendant angles at which the nominal arm has its tool at poses one after the other."""
+    position, rotation = poses.flange(pose, tool)
+    return arm.pendant_angles(position, rotation, start)
 
 
 def _actual(pendant, rise, tool):

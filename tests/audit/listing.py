@@ -44,7 +44,9 @@ class Place:
 
 def read(folder, name):
     """The program of a folder, its pages one after the other."""
-    motions, places, frames = [], [], set()
+    motions: list[naive_ls.Move] = []
+    places: list[Place] = []
+    frames: set[tuple[int, int]] = set()
     for page in _pages(folder, name):
         steps, positions, frame = _page(folder, page)
         if motions:  # a page begins where the one before it ended, standing

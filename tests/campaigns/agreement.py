@@ -1,13 +1,14 @@
 """What two ways of reading a program must agree on."""
 
+from collections.abc import Sequence
 from dataclasses import fields
+from typing import Any
 
 import naive_ls
 import numpy as np
 
 from compgen.fanuc.listing.listing import LsProgram, dumps, loads
-from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.listing.positions import AXES
+from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
 from compgen.fanuc.listing.templates import FEW_TEXTS
 
 
@@ -54,7 +55,7 @@ def differences(one, other):
     found = [
         name for name in ("name", "subtype", "attributes", "remarks") if getattr(one, name) != getattr(other, name)
     ]
-    tables = [("", one, other, ("statements", "place"))]
+    tables: list[tuple[str, Any, Any, Sequence[str]]] = [("", one, other, ("statements", "place"))]
     for name in ("motions", "positions"):
         table = getattr(one, name)
         tables.append((f"{name}.", table, getattr(other, name), [f.name for f in fields(table)]))

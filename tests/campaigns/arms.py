@@ -15,6 +15,7 @@ import tempfile
 import time
 import tomllib
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "campaigns")]
@@ -59,7 +60,7 @@ def robot_file(folder, drop=""):
 
 def drawn_poses(robot, rng, count):
     """Pendant angles in front of the arm, J5 away from zero, inside the limits."""
-    poses = []
+    poses = list[np.ndarray]()
     while len(poses) < count:
         pendant = rng.uniform(LOW, HIGH)
         theta = robot.to_theta(pendant[None])[0]
@@ -182,7 +183,7 @@ def flown(site, seed, arm, result):
     """Residuals over the noise, cold and hot, and the drift that is left on the spiral [um]."""
     rng = np.random.default_rng([seed, 11])
     frames = result.selected.fit.frames
-    row = {}
+    row: dict[str, Any] = {}  # figures, and triples of figures
     level = rng.uniform(0.85, 1.15, 5)
     for name, hours, t in (("cold", 0, 0), ("2h", 6, 2), ("6h", 6, 6), ("cooled", 6, 8)):
         pendant = drawn_poses(site.robot, rng, 120)
@@ -277,7 +278,7 @@ def main():
     parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
     first, last = map(int, options.seeds.split(":"))
-    sensors = {"all": NODES, "none": ()}.get(options.log) if options.log in ("all", "none") else options.log.split(",")
+    sensors = {"all": NODES, "none": ()}.get(options.log, tuple(options.log.split(",")))
     journal = Path(options.journal)
     rows = [json.loads(line) for line in journal.read_text().splitlines()] if journal.exists() else []
     rows = [r for r in rows if first <= r["seed"] < last and r["sensors"] == list(sensors)]

@@ -10,7 +10,7 @@ import json
 import os
 import sys
 import threading
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,7 +33,7 @@ class Recorder:
         self._done = done
         self._seen: dict[int, CodeType] = {}
         self._row: dict[str, Any] = {}
-        self._spent: Counter[str] = Counter()
+        self._spent: dict[str, float] = defaultdict(float)
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         items[:] = [item for item in items if item.nodeid not in self._done]

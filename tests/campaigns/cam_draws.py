@@ -113,6 +113,8 @@ def gcode_text(rng: random.Random, steps: list[Step], trap: str) -> str:
             out.append(block("G0", *(values[:2] if over_first else values[2:])))
             values = values[2:] if over_first else values[:2]
         if turning:
+            assert at is not None
+            assert step.centre is not None
             i, j = step.centre[0] - at[0], step.centre[1] - at[1]
             middle = math.dist(at[:2], step.end[:2])
             swept = turn_of(at, step)
@@ -139,6 +141,7 @@ def gcode_text(rng: random.Random, steps: list[Step], trap: str) -> str:
         text = block(mode, shown, *values, feed)
         out.append(f"{text} {remark}" if remark else text)
         at = step.end
+    assert at is not None
     behind = rng.random()
     wild = block("G90", "G1", "X250", "Y-200", "Z-60")
     if behind < 0.1:
@@ -194,7 +197,7 @@ def apt_text(rng: random.Random, steps: list[Step], trap: str, normals: bool) ->
 
     def goto(place) -> str:
         x, y = place[:2]
-        n = ()
+        n: tuple[float, ...] = ()
         if normals:
             a = tilt[0] * math.sin(x / 60 + tilt[1]), tilt[0] * math.cos(y / 70)
             n = a[0], a[1], math.sqrt(1 - a[0] ** 2 - a[1] ** 2)
@@ -205,7 +208,7 @@ def apt_text(rng: random.Random, steps: list[Step], trap: str, normals: bool) ->
         text = ("GOTO / " if spaced else "GOTO/") + text
         return text.lower() if lower else text
 
-    at = None
+    at: tuple[float, float, float] | None = None
     trap_at = rng.randrange(1, len(steps))
     for k, step in enumerate(steps):
         if at is not None and rng.random() < 0.4 / (1 + len(steps) / 8):
@@ -219,6 +222,7 @@ def apt_text(rng: random.Random, steps: list[Step], trap: str, normals: bool) ->
         if at is None and rng.random() < 0.2 and step.kind != "rapid":
             out.append(goto(step.end).replace("GOTO", "FROM").replace("goto", "FROM"))
         elif step.centre is not None:
+            assert at is not None
             radius = math.dist(at[:2], step.centre)
             k_axis = 1 if step.kind == "ccw" else -1
             out.append(f"CIRCLE/{numbers((*step.centre, at[2]))},0,0,{k_axis},{radius:.4f}")

@@ -81,7 +81,8 @@ def wanted(read: naive_cam.Reading, keys: dict, left_um: float) -> Wanted:
     near = np.where(loose, RAPID_UM / 1000, may)
     normals = [read.normal, *(m.normal for m in read.moves)]
     normal = None if None in normals else np.array(normals)
-    return Wanted(np.array(starts), np.array(ends), *table.T, places, near, normal)
+    may_be, floor, feeds, line = table.T
+    return Wanted(np.array(starts), np.array(ends), may_be, floor, feeds, line, places, near, normal)
 
 
 def explained_mm(place: np.ndarray) -> np.ndarray:
@@ -111,7 +112,7 @@ class Flown:
 def flown(texts: list[bytes], keys: dict) -> Flown:
     """Drive the text: lines and circular motions in the user frame, the joints by CONFIG, the arm as it has warmed."""
     base, tool = (frame_of(keys.get(name, {})) for name in ("frame", "tool"))
-    pose, motion, config, speed = [], [], [], []
+    pose, motion, config, speed = list[np.ndarray](), list[int](), list[str | None](), list[float]()
     for text in texts:
         positions, moves = naive_ls.read(text)
         for move in moves:

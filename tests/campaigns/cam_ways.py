@@ -186,6 +186,7 @@ def smooth(rng: random.Random) -> list[Step]:
 
 def turn_of(at, step: Step) -> float:
     """Angle [rad] of an arc, left round positive."""
+    assert step.centre is not None
     cx, cy = step.centre
     a, b = math.atan2(at[1] - cy, at[0] - cx), math.atan2(step.end[1] - cy, step.end[0] - cx)
     turn = (b - a) % (2 * math.pi) if step.kind == "ccw" else -((a - b) % (2 * math.pi))

@@ -5,10 +5,11 @@ import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = ("cli", "report", "tables", "tables.py", "schema.py", "__main__.py")
-OPERATORS = {
+OPERATORS: dict[type[ast.AST], type[Any]] = {  # an operator's other, of its own kind
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Div,
     ast.Mod: ast.Mult, ast.Pow: ast.Mult, ast.BitOr: ast.BitAnd, ast.BitAnd: ast.BitOr,
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
@@ -69,6 +70,13 @@ def expressions(node: ast.AST) -> Iterator[ast.expr]:
                 yield from expressions(child)
 
 
+def span(node: ast.expr | ast.stmt, starts: list[int]) -> tuple[int, int]:
+    """Where a node of a parsed text begins and ends [byte]."""
+    assert node.end_lineno is not None
+    assert node.end_col_offset is not None
+    return starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
+
+
 def mutants_of(path: Path) -> Iterator[Mutant]:
     text = path.read_bytes()
     lines, starts = text.splitlines(keepends=True), line_starts(text)
@@ -80,7 +88,7 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
         elif isinstance(node, ast.If | ast.While) and not isinstance(node.test, ast.Compare | ast.BoolOp | ast.UnaryOp):
             choices.append((node.test, ast.UnaryOp(ast.Not(), node.test)))
     for node, new in choices:
-        start, end = starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
+        start, end = span(node, starts)
         after = ast.unparse(new)
         after = after if isinstance(new, ast.Constant) else f"({after})"
         statement = lines[node.lineno - 1].decode().strip()
@@ -105,7 +113,7 @@ def functions_around(mutant: Mutant) -> list[int]:
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef):
             first, last = node.body[0], node.body[-1]
-            begin, end = starts[first.lineno - 1] + first.col_offset, starts[last.end_lineno - 1] + last.end_col_offset
+            begin, end = span(first, starts)[0], span(last, starts)[1]
             if begin <= mutant.start < end:
                 lines.append(min([node.lineno, *(d.lineno for d in node.decorator_list)]))
     return sorted(lines)

@@ -131,7 +131,7 @@ def judged(lines: list[Line], positions: dict, cell: object) -> tuple[str, str]:
         return "wrong", "a motion has changed"
     if without_numbers(planned) != without_numbers(text):
         return "wrong", "more than numbers of positions has changed"
-    may = {}
+    may: dict[int, bool] = {}
     for _, places in lines:
         for n, is_free in places:
             may[n] = may.get(n, True) and is_free

@@ -21,22 +21,20 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).res
 
 import numpy as np  # noqa: E402
 from arms import (  # noqa: E402
-    NODES,
     Site,
     campaign_files,
     identify_arm,
-    load_arm,
-    read_measurements,
     robot_file,
 )
+from wider_arm import NODES  # noqa: E402
 
 from compgen.core.files import POSTERIOR  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.error_model.direction_memory import DirectionState  # noqa: E402
 from compgen.error_model.model import build_error_model  # noqa: E402
 from compgen.job.uncertainty import JobUncertainty, quantities_of_cell  # noqa: E402
-from compgen.pipelines.files.robot_file import load_cell  # noqa: E402
-from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts  # noqa: E402
+from compgen.pipelines.files.robot_file import load_arm, load_cell  # noqa: E402
+from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements  # noqa: E402
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
 from compgen.robot.joint_path import follow_branch  # noqa: E402

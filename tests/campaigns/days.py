@@ -14,6 +14,7 @@ import argparse
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).resolve().parents[1])]
 sys.path[:0] = [str(Path(__file__).resolve().parent)]
@@ -36,7 +37,7 @@ def run(seed, kind, touches):
     rng = np.random.default_rng([seed, 29])
     way = rng.normal(size=3)
     way /= np.linalg.norm(way)
-    changes = {}
+    changes: dict[str, Any] = {}  # what is changed in the day, each of its own kind
     if kind == "base":
         changes["base"] = np.concatenate([200 * UM * way, np.zeros(3)])
     if kind == "knocked":

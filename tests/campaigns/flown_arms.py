@@ -213,10 +213,9 @@ def trial(seed, runs=RUNS, folder=None):
     (folder / "mine.toml").write_text(identified_robot_text(nominal, result, [cold, warm, log]))
     own = load_arm(str(folder / "mine.toml"))
     place = part_place(np.random.default_rng([seed, 33]))
-    touches = touches_file(arm, nominal.robot, place, folder, rng)
-    taught = teach_frame(
-        own, *touches, 1, log_file(arm, folder, "taught.csv", TAUGHT_AT, rng), "start", {}, nominal=False
-    )
+    touches, artefact = touches_file(arm, nominal.robot, place, folder, rng)
+    log = log_file(arm, folder, "taught.csv", TAUGHT_AT, rng)
+    taught = teach_frame(own, touches, artefact, 1, log, "start", {}, nominal=False)
     (folder / "frame.toml").write_text(frame_text(taught))
     log_file(arm, folder, "hot.csv", FLOWN_AT, rng)
     row = {"seed": seed, "refused": result.refused, "law": [arm.law, arm.play_law],

@@ -51,7 +51,7 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
     """What went wrong, with the input that did it; what went right is counted."""
     rng = random.Random(seed)
     pool = [data for data in seeds() if len(data) < LARGEST] + 20 * correctable()
-    frames = Frames(*({n: IDENTITY for n in range(KNOWN)} for _ in range(2)))
+    frames = Frames(dict.fromkeys(range(KNOWN), IDENTITY), dict.fromkeys(range(KNOWN), IDENTITY))
     robot = str(Path(__file__).resolve().parents[2] / "robots" / "m710ic50.toml")
     hot, rigid = load_cell(robot), load_cell(robot, ["thermal.cte_um_m_K=0"])
     before = load_before(["moving 200mm/s 6h"])

@@ -42,7 +42,7 @@ PRINTED_SEEDS = 100
 A_SEED = 500  # programs
 SLOW_TO_JUDGE = 20_000  # bytes: the second reader is slow
 AT_ONCE = 250
-QUIET = {"deadline": None, "database": None, "suppress_health_check": list(hypothesis.HealthCheck)}
+QUIET = hypothesis.settings(deadline=None, database=None, suppress_health_check=list(hypothesis.HealthCheck))
 
 
 def golden_programs() -> list[bytes]:
@@ -59,7 +59,7 @@ def seeds() -> list[bytes]:
     real = sorted(p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls")
     drawn: list[bytes] = []
 
-    @hypothesis.settings(max_examples=PRINTED_SEEDS, derandomize=True, **QUIET)
+    @hypothesis.settings(QUIET, max_examples=PRINTED_SEEDS, derandomize=True)
     @hypothesis.given(programs())
     def draw(data: bytes) -> None:
         drawn.append(data)
@@ -178,13 +178,13 @@ def print_programs(count: int, seed: int) -> None:
             assert_readers_agree(data, few)
 
     for first in range(0, count, AT_ONCE):  # hypothesis keeps what it drew: a few at a time stay small
-        settings = hypothesis.settings(max_examples=min(AT_ONCE, count - first), **QUIET)
+        settings = hypothesis.settings(QUIET, max_examples=min(AT_ONCE, count - first))
         hypothesis.seed(seed + first)(settings(hypothesis.given(programs())(judge)))()
 
 
 def guided() -> None:
     """Inputs grown by atheris; it stops at the first exception that is no refusal."""
-    import atheris
+    import atheris  # type: ignore[import-untyped]  # no stubs, and not in the environment of tests
 
     def one(data: bytes) -> None:
         for few in (0, sys.maxsize):
@@ -212,7 +212,8 @@ def smallest(data: bytes, kind: str) -> bytes:
         except Exception as exception:
             return kind_of(f"{type(exception).__name__}: {exception}"[:160]) == kind
 
-    return b"".join(shrunk(data.splitlines(keepends=True), fails))
+    fewest = shrunk(data.splitlines(keepends=True), fails)
+    return b"".join(fewest)
 
 
 def tried(seed: int, keep: Path | None) -> dict:

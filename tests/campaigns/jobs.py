@@ -21,6 +21,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
@@ -58,7 +59,7 @@ def drawn(seed: int) -> list[str]:
     edge = edge_of(seed)
     number = rng.uniform
     size = math.exp(number(math.log(5), math.log(150))) if edge else number(60, 500)
-    keys = {
+    keys: dict[str, Any] = {  # numbers, words and tables of TOML
         "path.x_mm": round(number(700, 1700), 3),
         "path.y_mm": round(number(-700, 700), 3),
         "path.z_mm": round(number(-400, 800), 3),
@@ -215,8 +216,8 @@ def bends(table: dict, rise: dict) -> Behind:
     for link, plane, node, rate in zip(*(table[k] for k in ("link", "plane", "node", "rate_arcsec_K")), strict=False):
         phi = rate * ARCSEC * np.atleast_1d(rise[node])
         row = {"column": 0, "a1": 1, "a2": 2, "a3": 3, "d4": 3}[link]
-        vector = {"column": (0, 0, table.get("column_mm", 0)), "d4": (0, 0, D[3])}.get(link, (A[max(row, 1) - 1], 0, 0))
-        vector = np.array(vector, dtype=float)
+        along = {"column": (0, 0, table.get("column_mm", 0)), "d4": (0, 0, D[3])}.get(link, (A[max(row, 1) - 1], 0, 0))
+        vector = np.array(along, dtype=float)
         if plane in ("x", "y"):
             axis = np.eye(3)["xy".index(plane)]
         elif plane == "twist":
@@ -260,10 +261,10 @@ def natural_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
         K[i, i - 1 : i + 2] = h[i - 1] / 6, (h[i - 1] + h[i]) / 3, h[i] / 6
         b[i] = (y[i + 1] - y[i]) / h[i] - (y[i] - y[i - 1]) / h[i - 1]
     m = np.linalg.solve(K, b)
-    i = np.clip(np.searchsorted(x, at) - 1, 0, n - 2)
-    right, left = at - x[i], x[i + 1] - at
-    cubic = (m[i] * left**3 + m[i + 1] * right**3) / (6 * h[i])
-    return cubic + (y[i] / h[i] - m[i] * h[i] / 6) * left + (y[i + 1] / h[i] - m[i + 1] * h[i] / 6) * right
+    k = np.clip(np.searchsorted(x, at) - 1, 0, n - 2)
+    right, left = at - x[k], x[k + 1] - at
+    cubic = (m[k] * left**3 + m[k + 1] * right**3) / (6 * h[k])
+    return cubic + (y[k] / h[k] - m[k] * h[k] / 6) * left + (y[k + 1] / h[k] - m[k + 1] * h[k] / 6) * right
 
 
 def torques(theta: np.ndarray, loads: dict, tool: np.ndarray) -> np.ndarray:
@@ -435,6 +436,7 @@ def judged(overrides: list[str], written: Callable[[bytes], None] = lambda text:
     numbers = f"judge {largest:.3f} um, report {reported:.3f} um, before {uncorrected:.0f} um"
     if largest > reported * (1 + APART) + APART_UM:
         return "wrong", f"worse than told: {numbers}"
+    assert job.bounds.max is not None  # the shipped circle has one
     if corrected.inside and largest > 1e6 * job.bounds.max + APART_UM:
         return "wrong", f"inside and yet beyond its bounds: {numbers}"
     limits = ROBOT["limits"]
@@ -518,7 +520,9 @@ def tried(seed: int) -> dict:
         return row | {"overrides": smallest(overrides, reason)}
     if row["process"]:
         code, said, program = in_a_process(overrides)
-        if code not in {"inside": (0,), "outside": (1,), "refused": (2, 3)}[result] or [program] != (text or [None]):
+        if code not in {"inside": (0,), "outside": (1,), "refused": (2, 3)}[result] or program != (
+            text[0] if text else None
+        ):
             same = "same" if [program] == text else "other"
             return row | {"result": "wrong", "reason": f"in a process: exit {code}, {same} bytes: {said[:300]}"}
     return row

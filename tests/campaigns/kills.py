@@ -29,6 +29,7 @@ from collections.abc import Mapping
 from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
@@ -36,13 +37,17 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
 import mutants  # noqa: E402
 import seed_journal  # noqa: E402
 from ls_text import cartesian, program  # noqa: E402
+from shipped import quiet  # noqa: E402
 
 import compgen  # noqa: E402
 from compgen import __main__ as command_line  # noqa: E402
 from compgen.cli.output_files import study_files  # noqa: E402
-from compgen.identification import identify  # noqa: E402
+from compgen.identification.identify import identify  # noqa: E402
+from compgen.identification.measurements import Measurements  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.measure import identification_files  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, read_measurements  # noqa: E402
+from compgen.robot.robot import Robot  # noqa: E402
 
 AUDITED = {"open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "ctypes.dlsym"}
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
@@ -67,16 +72,17 @@ class Command:
         return [*self.arguments, *more, "-o", str(folder / self.file)]
 
 
-FEED = tuple(("--set", f"process.feed_mm_s={v}") for v in (50, 60))
-BEFORE = tuple(("--before", f"moving 200mm/s {v}h") for v in (2, 3))
-LINES = tuple(("--set", f"robot.controller.max_lines={v}") for v in (40, 60))
+FEED = ("--set", "process.feed_mm_s=50"), ("--set", "process.feed_mm_s=60")
+BEFORE = ("--before", "moving 200mm/s 2h"), ("--before", "moving 200mm/s 3h")
+LINES = ("--set", "controller.max_lines=40"), ("--set", "controller.max_lines=60")
+ROBOT_LINES = ("--set", "robot.controller.max_lines=40"), ("--set", "robot.controller.max_lines=60")
 POSES = {"few.csv": 12, "poses.csv": 14}
 COMMANDS = {
     "generate": Command(("generate", "job.toml", "-q"), *FEED),
-    "generate pages": Command(("generate", "job.toml", "-q", "--set", "process.spacing_mm=0.5"), *LINES),
+    "generate pages": Command(("generate", "job.toml", "-q", "--set", "process.spacing_mm=0.5"), *ROBOT_LINES),
     "predict": Command(("predict", "job.toml", "-q"), *FEED),
     "correct": Command(("correct", "PART.LS", "--robot", "arm.toml", "--force", "-q"), *BEFORE),
-    "pages": Command(("pages", "LONG.LS", "--robot", "arm.toml", "-q"), *((a, b[6:]) for a, b in LINES)),
+    "pages": Command(("pages", "LONG.LS", "--robot", "arm.toml", "-q"), *LINES),
     "heat": Command(("heat", "job.toml", "-q"), *FEED),
     "whatif": Command(("whatif", "job.toml", "--vary", "feed=20:60:6", "--workers", "1", "-q"), (), ()),
     "identify": Command(
@@ -226,7 +232,8 @@ def _watch(world: str, book: int, stop: Stop) -> None:
         step("os.fsync")
         fsync(file)
 
-    os.write, os.fsync = slow_write, watched_fsync
+    patch.object(os, "write", slow_write).start()
+    patch.object(os, "fsync", watched_fsync).start()
     sys.addaudithook(audit)
 
 
@@ -311,14 +318,18 @@ def load_everything() -> None:
 
 def remember_fits() -> None:
     """Fit each set of poses here, once, and let the forked runs have it: a fit takes seconds and writes nothing."""
-    fit, fits = identify.identify, {}
+    fits = {}
     for file in POSES:
         arm = load_arm("arm.toml")
-        measurements, _ = read_measurements(arm, MeasurementFiles(poses=[file]), True)
-        fits[len(measurements.position)] = fit(
-            arm.robot, arm.known, measurements, len(arm.nodes), False, lambda stage, share: None
+        measurements, _ = read_measurements(arm, MeasurementFiles(poses=[file]), force=True)
+        fits[len(measurements.position)] = identify(
+            arm.robot, arm.known, measurements, len(arm.nodes), quiet, arm.facts, temperatures=False
         )
-    identify.identify = lambda robot, known, measurements, *more: fits[len(measurements.position)]
+
+    def remembered(robot: Robot, known: object, measurements: Measurements, *more: object, **named: object) -> object:
+        return fits[len(measurements.position)]
+
+    patch.object(identification_files, "identify", remembered).start()
 
 
 class Campaign:

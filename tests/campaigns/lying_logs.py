@@ -27,6 +27,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
@@ -181,7 +182,7 @@ class Positions:
 
     keys: list
     pose: np.ndarray  # (N, 4, 4) [mm]
-    config: list[str]
+    config: list[str | None]
 
     @property
     def places(self) -> Places:
@@ -369,7 +370,7 @@ def predicted(waypoints: Path) -> np.ndarray:
 
 def judged(case: Case, honest: Outcome, lie: Outcome) -> dict:
     """A row of the journal."""
-    row = {"seed": case.seed, "command": case.command, "kind": case.kind, "process": case.process}
+    row: dict[str, Any] = {"seed": case.seed, "command": case.command, "kind": case.kind, "process": case.process}
     row |= {"honest": told(honest), "lie": told(lie), "wrong": ""}
     row["p95_um"] = round(min(honest.band_um, lie.band_um), 2)
     row["band_um"] = round(min(o.band_um + o.hidden_um for o in (honest, lie)), 2)

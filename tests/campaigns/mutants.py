@@ -381,7 +381,7 @@ def table(entries: list[dict]) -> str:
         for name in (entry["command"], "all"):
             counts.setdefault(name, Counter())[entry["kind"]] += 1
     kinds = ("passed", "refused", "slow", "failed")
-    rows = [(f"seeds {seed_journal.ranges_of(e['seed'] for e in entries)}", "tried", *kinds)]
+    rows: list[tuple[str, ...]] = [(f"seeds {seed_journal.ranges_of(e['seed'] for e in entries)}", "tried", *kinds)]
     rows += [
         (name, str(counts[name].total()), *(str(counts[name][kind]) for kind in kinds))
         for name in sorted(counts, key=lambda n: (n == "all", n))

@@ -58,7 +58,7 @@ def tests_of(mutant: Mutant, calls: Calls) -> list[str]:
     """Tests to run, the quickest first, as many as there is time for."""
     around = functions_around(mutant)
     tests = calls.tests_of.get((mutant.file, around[-1]), set()) if around else calls.of_file(mutant.file)
-    chosen, total = [], 0.0
+    chosen, total = list[str](), 0.0
     for test in sorted(tests, key=lambda t: (calls.seconds[t], t)):
         total += calls.seconds[test]
         if total > MOST_S and chosen:

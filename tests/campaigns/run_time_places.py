@@ -280,7 +280,7 @@ class Run:
         raise Stopped
 
     def go(self):
-        at, loops = 0, {}
+        at, loops = 0, dict[int, int]()
         try:
             for _ in range(STEPS):
                 if at >= len(self.lines):
@@ -350,13 +350,19 @@ def read_text(text):
 # Judged --------------------------------------------------------------------------------------------------------------
 
 
+def frames_of_cell():
+    """The frames and tools of every program."""
+    uframes, utools = ({n: pose_of(v) for n, v in table.items()} for table in (FRAMES, TOOLS))
+    return Frames(uframes, utools)
+
+
 def judge(seed, robot):
     """What is wrong with a seed, and how many driven stations were compared."""
     rng = random.Random(seed)
     text = program(rng)
     start = {1: (10.0, -20.0, 30.0, 0.0, 0.0, 0.0)} if rng.random() < 0.5 else {}
     read = loads(text.encode("ascii"))
-    frames = Frames(*({n: pose_of(v) for n, v in table.items()} for table in (FRAMES, TOOLS)))
+    frames = frames_of_cell()
     beside = {"QUIET": QUIET.encode(), "WRITER": WRITER.encode()}.get
     registers = {n: Register(CARTESIAN, v) for n, v in start.items()}
     around = ProgramContext(frames, registers, called_programs(read, beside))
@@ -390,6 +396,12 @@ def judge(seed, robot):
     return "", text, compared, shifted
 
 
+def run_of(text, rng):
+    """The motions of one run of a text, all registers drawn."""
+    lines, points = read_text(text)
+    return Run(lines, points, rng, {}).go()
+
+
 def corrected(seed, cell):
     """um by which the warm arm misses the places of corrected stations: of positions driven to in one way, and of all.
 
@@ -397,7 +409,7 @@ def corrected(seed, cell):
     """
     rng = random.Random(seed)
     text = program(rng)
-    frames = Frames(*({n: pose_of(v) for n, v in table.items()} for table in (FRAMES, TOOLS)))
+    frames = frames_of_cell()
     beside = {"QUIET": QUIET.encode(), "WRITER": WRITER.encode()}.get
     before = load_before(("moving 200mm/s 6h",))
     result = correct(text.encode("ascii"), cell, frames, before, Options(), lambda stage, share: None, beside)
@@ -410,7 +422,7 @@ def corrected(seed, cell):
     ways = np.bincount(plan.poses.first[np.unique(plan.drive.pose[moved])], minlength=len(plan.poses.row))
     single, every = [], []
     for run in range(3):
-        both = [Run(*read_text(t), random.Random(1000 * seed + run), {}).go() for t in (text, result.text.decode())]
+        both = [run_of(t, random.Random(1000 * seed + run)) for t in (text, result.text.decode())]
         for (at, meant, tool), (again, written, _) in zip(*both, strict=False):
             s = station_of[at]
             assert at == again

@@ -100,11 +100,17 @@ def drawn(seed: int) -> bytes:
     return program([*moves, "J P[1] 30% FINE"], points)
 
 
+def known(value: float | None) -> float:
+    """A number that is written, and not asterisks."""
+    assert value is not None
+    return value
+
+
 def told(position: naive_ls.Position) -> tuple[np.ndarray, str | None, np.ndarray | None]:
     """Flange of a position, and its CONFIG; or its joints [rad]."""
     group = position.groups[1]
     if "J1" in group.axes:
-        q = [group.axes[f"J{i}"] for i in range(1, 7)]
+        q = [known(group.axes[f"J{i}"]) for i in range(1, 7)]
         return arm.flange(q), None, np.radians(q)
     return arm.frame(*(group.axes[k] for k in "XYZWPR")), group.config, None
 
@@ -156,7 +162,9 @@ def judged(data: bytes, cell: object) -> tuple[str, str]:
         pair = []
         for texts in (before, after):
             flange, config, q = told(texts[n])
-            pair.append(q if config is None else joints(flange[None], config)[0])
+            turned = q if config is None else joints(flange[None], config)[0]
+            assert turned is not None
+            pair.append(turned)
         a, b = told(before[n])[0], told(after[n])[0]
         if a.tobytes() != b.tobytes() or told(before[n])[1] != told(after[n])[1]:
             turn = np.abs(pair[1] - pair[0]).max()

@@ -112,7 +112,7 @@ def _stl_binary(mm, normals, change, rng):
 
 def _stl_text(mm, normals, change, rng):
     end, form = str(rng.choice(["\n", "\r\n"])), str(rng.choice(["%.9g", "%.8e", "%+.9g"]))
-    words = ("facet normal", "outer loop", "vertex", "endloop", "endfacet")
+    words = ["facet normal", "outer loop", "vertex", "endloop", "endfacet"]
     words = [w.upper() for w in words] if rng.random() < 0.3 else words
     after_loop = " " if change == "inline" else end
     solids = []
@@ -316,6 +316,7 @@ def distances(rng, folder):
     def judge():
         data = read_distances(str(folder / "distances.csv"), M710, 0)
         rows = naive.table(text)
+        assert data.ends is not None
         for end, pose in (("a_", data.pose), ("b_", data.ends.pose)):
             its = [naive.numbers_of(r, [end + n for n in PENDANT]) for r in rows]
             same(M710.to_pendant(data.theta[pose]) / DEG, its, f"joints of {end}", 1e-9)
@@ -437,7 +438,8 @@ KINDS = {f.__name__: f for f in (stl, urdf, touches, poses, distances, log, stat
 
 def tried(seed: int) -> dict:
     """A row of the journal: what became of a file of each kind."""
-    row = {"seed": seed, "wrong": []}
+    wrong: list[str] = []
+    row = {"seed": seed, "wrong": wrong}
     for number, (kind, draw) in enumerate(KINDS.items()):
         with tempfile.TemporaryDirectory() as folder:
             change, judge = draw(np.random.default_rng([seed, number]), Path(folder))
@@ -447,12 +449,12 @@ def tried(seed: int) -> dict:
             except InputError as refusal:
                 row[kind] = "refused"
                 if not change:
-                    row["wrong"].append(f"{kind}: refused: {refusal}"[:300])
+                    wrong.append(f"{kind}: refused: {refusal}"[:300])
                 if "\n" in str(refusal) or len(str(refusal)) > 300 + 2 * len(folder):
-                    row["wrong"].append(f"{kind}, {change}: not one line of 300: {refusal}")
+                    wrong.append(f"{kind}, {change}: not one line of 300: {refusal}")
             except (WrongError, ValueError, KeyError) as difference:
                 row[kind] = "wrong"
-                row["wrong"].append(f"{kind}, {change or 'not changed'}: {difference}")
+                wrong.append(f"{kind}, {change or 'not changed'}: {difference}")
     return row
 
 

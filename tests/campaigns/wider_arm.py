@@ -25,7 +25,7 @@ MASS = np.array([120, 70, 80, 25, 15, 5.0])
 CENTRE = np.array([[75, 0, -150], [20, 10, 400], [100, 0, 120], [300, 0, 0], [60, 0, 0], [20, 0, 0]]) * 1e-3
 PAYLOAD, PAYLOAD_CENTRE = 34.0, np.array([0.01, 0, 0.15])
 #: of each bend that may be drawn: row behind which it sits, axis there, half lever
-BENDS = {
+BENDS: dict[tuple[str, str], tuple[int, list[float], list[float]]] = {
     ("column", "x"): (0, [1, 0, 0], [0, 0, COLUMN / 2]), ("column", "y"): (0, [0, 1, 0], [0, 0, COLUMN / 2]),
     ("column", "twist"): (0, [0, 0, 1], [0, 0, 0]),
     ("a1", "arm"): (1, [0, 0, 1], [0.075, 0, 0]), ("a1", "side"): (1, [0, -1, 0], [0.075, 0, 0]),
@@ -182,14 +182,16 @@ class WiderArm:
         if self.load_law == "linear and a link's":  # the upper arm itself twists a little under the payload
             d = d + np.outer(tau[:, 1] / 3000, [0, 0, 1, 0, 0, 0]) * 20e-6
         T = chain(angle, a, d, alpha, self.beta, self._behind(rise))[6]
-        size, order, phase = self.ripples_of_space
+        sizes, orders, phases = self.ripples_of_space
         for k in range(3):
-            T[:, :3, 3] += size[k] * np.sin(order[k] * T[:, [k], 3] + phase[k])
+            T[:, :3, 3] += sizes[k] * np.sin(orders[k] * T[:, [k], 3] + phases[k])
         return T
 
     def true_values(self):
         """What the package's parameters should be, by table, field and index, as far as the two families meet."""
-        truth = {("link_offsets", "d", (i,)): self.d[i] for i in range(2, 5)}
+        truth: dict[tuple[str, str, tuple[int, ...]], float] = {
+            ("link_offsets", "d", (i,)): self.d[i] for i in range(2, 5)
+        }
         for name, row in (("a", self.a), ("alpha", self.alpha)):
             truth |= {("link_offsets", name, (i,)): row[i] for i in range(5)}
         truth["link_offsets", "beta", (1,)] = self.beta[1]

@@ -166,7 +166,7 @@ def campaign(site, seed, kind, folder):
     centres = sphere_centres(site, rng)
     (folder / "artefact.toml").write_text(artefact_toml(centres, "places" in kind))
     rows = third if kind == "all three" else ROWS
-    touches = []
+    touches: list[str] = []
     for sided in (False, True):
         if kind == "all three" or ("sides" in kind) == sided:
             touches.append(str(folder / f"touches_{len(touches)}.csv"))
