@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from shipped import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
+sys.path.insert(0, str(ROOT / "robots"))
 import m710ic50_fit as node_fit
 import validation
 
