@@ -99,7 +99,7 @@ def test_the_settings_name_the_solver(problem, windows):
 
 
 def test_progress_comes_with_every_iteration_and_ends_at_one(problem):
-    shares = []
+    shares: list[float] = []
     solution = general.optimise(problem.window(slice(0, 200)), Settings(), shares.append, window=60)
     assert len(shares) > solution.iterations > 10
     assert 0 < shares[0] < 0.2
@@ -117,7 +117,7 @@ def test_what_progress_raises_ends_the_solution(problem):
         if len(shares) == 3:
             raise Cancelled
 
-    shares = []
+    shares: list[float] = []
     with pytest.raises(Cancelled):
         general.optimise(problem, Settings(), cancel)
     assert len(shares) == 3

@@ -1,6 +1,7 @@
 """The correction: what it reaches, which limits it keeps, and the general solver as its oracle."""
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from compgen.core.pose import IDENTITY
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.error_model.model import build_error_model
+from compgen.error_model.source import Source
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
@@ -99,7 +101,7 @@ def test_general_solver_keeps_a_tool_tilt_small(circle):
             theta[4] = theta[4] + 1e-5 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
-    model = build_error_model(circle.robot, [Tilt()], growth, IDENTITY)
+    model = build_error_model(circle.robot, [cast(Source, Tilt())], growth, IDENTITY)
     part = replace(part_of(circle), model=model)
     fast = optimise.optimise(part, Settings()).correction
     slow = general.solve(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool)).correction
@@ -114,7 +116,7 @@ def test_free_spin_leaves_the_turn_about_the_tool_alone(circle):
             theta[5] = theta[5] + 1e-4 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
-    model = build_error_model(circle.robot, [Spin()], 5, IDENTITY)
+    model = build_error_model(circle.robot, [cast(Source, Spin())], 5, IDENTITY)
     part = replace(part_of(circle), model=model)
     tied = optimise.optimise(part, Settings()).correction
     free = optimise.optimise(part, Settings(free_spin=True))
