@@ -19,6 +19,7 @@ from compgen.error_model.loads import loads_of
 from compgen.error_model.model import build_error_model
 from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, Visibility, freeze_parameters
 from compgen.error_model.sources import ORDER
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.error_model.uncertain_sources import source_table
 from compgen.identification import parameters
 from compgen.pipelines.files.robot_file import load_cell
@@ -109,8 +110,9 @@ def arm(monkeypatch):
     cell = load_cell("m710ic50")
     for module in (uncertain_sources, parameters):
         monkeypatch.setattr(module, "ORDER", (*ORDER, Sag))
-    growth = cell.sources[0].a, cell.sources[0].d
-    return ArmFacts(cell.robot, cell.heat.names, growth, loads_of(schema.LoadsTable(), cell.robot))
+    growth = cell.sources[0]
+    assert isinstance(growth, ThermalGrowth)
+    return ArmFacts(cell.robot, cell.heat.names, (growth.a, growth.d), loads_of(schema.LoadsTable(), cell.robot))
 
 
 def read(arm, **sag):

@@ -379,6 +379,7 @@ def test_a_map_of_two_stations_is_a_line():
 
 def test_the_memory_of_a_direction_is_the_widths(cell):
     memory = reversal_widths(cell.sources)
+    assert memory is not None
     assert_allclose(memory.joint, 600 * MDEG)
     assert_allclose(memory.travel, 40 * MM)
     assert reversal_widths([cell.sources[0]]) is None

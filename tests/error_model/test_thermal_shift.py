@@ -12,6 +12,7 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.schema import LoadsTable
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.sources.thermal_bend import ThermalBend
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.error_model.sources.thermal_shift import ThermalShift
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.verification.sources_to_faults import faults_of
@@ -90,10 +91,11 @@ def test_links_without_a_profile_grow_along_themselves_away_from_zero():
 
 def test_what_identification_offers_is_what_the_file_has_and_every_other_term_once():
     cell = load_cell("m710ic50", [LENGTHS, TWIST])
-    arm = ArmFacts(
-        cell.robot, cell.heat.names, (cell.sources[0].a, cell.sources[0].d), loads_of(LoadsTable(), cell.robot)
-    )
-    shift, bend = (next(s for s in cell.sources if isinstance(s, kind)) for kind in (ThermalShift, ThermalBend))
+    growth = cell.sources[0]
+    assert isinstance(growth, ThermalGrowth)
+    arm = ArmFacts(cell.robot, cell.heat.names, (growth.a, growth.d), loads_of(LoadsTable(), cell.robot))
+    shift = next(s for s in cell.sources if isinstance(s, ThermalShift))
+    bend = next(s for s in cell.sources if isinstance(s, ThermalBend))
     more, prior = shift.extended(arm, ("j2", "wrist"))
     pairs = [*zip(more.of, more.node_name, strict=True)]
     assert pairs[:4] == [*zip(shift.of, shift.node_name, strict=True)]
@@ -101,16 +103,16 @@ def test_what_identification_offers_is_what_the_file_has_and_every_other_term_on
     assert {("d1", "wrist"), ("base x", "j2"), ("a3", "j2")} < set(pairs)
     assert ("a2", "j2") not in pairs  # a profile heats it
     assert_allclose(prior["rate"][pairs.index(("a3", "j2")) - 4], 11.5e-6 * 0.17)
-    more, prior = bend.extended(arm, ("j2",))
-    triples = [*zip(more.link, more.plane, more.node_name, strict=True)]
+    bent, prior = bend.extended(arm, ("j2",))
+    triples = [*zip(bent.link, bent.plane, bent.node_name, strict=True)]
     assert {("a3", "side", "j2"), ("column", "twist", "j2"), ("d4", "arm", "j2"), ("a2", "twist", "link1")} < set(
         triples
     )
     assert len(triples) == len(set(triples)) == 3 + 14
-    assert_allclose(more.rate, [*bend.rate, *14 * [0]])
-    kept = more.only(np.arange(17) % 2 == 0)
-    assert kept.link == more.link[::2]
-    assert_allclose(kept.axis, more.axis[::2])
+    assert_allclose(bent.rate, [*bend.rate, *14 * [0]])
+    kept = bent.only(np.arange(17) % 2 == 0)
+    assert kept.link == bent.link[::2]
+    assert_allclose(kept.axis, bent.axis[::2])
 
 
 def test_a_twisted_column_turns_the_arm_about_the_vertical():

@@ -1,14 +1,17 @@
 """Findings where a program leaves what is known of the errors."""
 
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState
+from compgen.error_model.model import ErrorModel
 from compgen.error_model.source import ReversalWidths
 from compgen.error_model.validity import DrivenPoses, unknown_start_findings
+from compgen.robot.robot import Robot
 
 
 class CurvedError:
@@ -39,5 +42,5 @@ def test_what_is_unknown_of_a_direction_is_added_to_what_is_assumed(lash):
         directions=directions,
         contact=np.array([True, True]),
     )
-    (finding,) = unknown_start_findings(robot, (), CurvedError(), driven)
+    (finding,) = unknown_start_findings(cast(Robot, robot), (), cast(ErrorModel, CurvedError()), driven)
     assert "begins, J1 2000.0 um, y 1500.0 um of half-width" in finding.message
