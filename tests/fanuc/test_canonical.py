@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr, rotation_matrix
+from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical import reader
 from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
@@ -288,7 +288,7 @@ def test_neighbours_that_share_their_sines_turn_as_each_alone():
 
     t = np.arange(5000)
     rotation = from_wpr(np.pi + 0.003 * np.sin(t / 40), 0.002 * np.cos(t / 40), -0.003 * np.sin(t / 60))
-    units = writer.pose_units(np.zeros((5000, 3)), writer.to_wpr(rotation), slice(0, 4000), 3)
+    units = writer.pose_units(np.zeros((5000, 3)), to_wpr(rotation), slice(0, 4000), 3)
     assert 0 < (units[3] < 0).sum() < 4000
     assert np.ptp(np.abs(units[3:]), axis=1).max() < 2000
     numbers = pose_numbers(np.zeros((5000, 3)), rotation)
@@ -311,7 +311,8 @@ def test_a_naive_reader_sees_the_same_numbers():
     """Line by line, no shared code."""
     rng = np.random.default_rng(9)
     program = replace(demo(), position=rng.uniform(-2, 2, (3, 3)), rotation=rotation_matrix(rng.normal(size=(3, 3))))
-    numbers, current = [], []
+    numbers: list[list[float]] = []
+    current: list[float] = []
     for line in ls.compose(program).decode().split("\r\n"):
         if line.startswith("P["):
             current = []

@@ -56,7 +56,7 @@ def program(count, seed=1, stops=0.2, decimals=3, remarks=("one", "two")):
 )
 def test_columns_give_the_bytes_that_statements_give(count, seed, stops, decimals, limits, name_length):
     whole = replace(program(count, seed, stops, decimals), payload=(None, 1, 10)[seed % 3])
-    capacity = Capacity(*limits, name_length)
+    capacity = Capacity(limits[0], limits[1], limits[2], name_length)
 
     def heading(k, pages, first):
         return (f"page {k + 1} of {pages}", "x" * (first % 20), f"from {max(first - 1, 0)}")
@@ -65,14 +65,22 @@ def test_columns_give_the_bytes_that_statements_give(count, seed, stops, decimal
         return [heading(k, len(first), n + 1 if n else 0) for k, n in enumerate(first)]
 
     text = ls.loads(ls.compose(replace(whole, remarks=())))
-    how = {"head_lines": 3, "main_heading": ("by", "us")}
+    main = ("by", "us")
     try:
-        wanted = split_program(text, capacity, heading=heading, renumber=True, joint_entry=APPROACH_PERCENT, **how)
+        wanted = split_program(
+            text,
+            capacity,
+            heading=heading,
+            renumber=True,
+            joint_entry=APPROACH_PERCENT,
+            head_lines=3,
+            main_heading=main,
+        )
     except ImpossibleError:
         with pytest.raises(ImpossibleError, match=r"more than a page holds"):
-            split_canonical(whole, capacity, headings, **how)
+            split_canonical(whole, capacity, headings, head_lines=3, main_heading=main)
         return
-    paged = split_canonical(whole, capacity, headings, **how)
+    paged = split_canonical(whole, capacity, headings, head_lines=3, main_heading=main)
     assert paged.main == wanted.main
     for page, other in zip(paged.pages, wanted.pages, strict=True):
         for field in FIELDS:

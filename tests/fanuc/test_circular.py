@@ -22,7 +22,8 @@ from compgen.robot.inverse_kinematics import Posture
 def drawn(seed, arcs=6):
     """Lines and arcs in turn at random, on random circles."""
     rng = np.random.default_rng(seed)
-    places, via, speed, fine = [np.array([1.2, 0.1, 0.2])], [False], [], [True]
+    places, via, fine = [np.array([1.2, 0.1, 0.2])], [False], [True]
+    speed: list[float] = []
     for _ in range(arcs):
         v, stop = ls.writable_speed(10 ** rng.uniform(-2, 0)), bool(rng.random() < 0.3)
         if rng.random() < 0.5:
@@ -107,7 +108,7 @@ def test_text_and_meaning_of_drawn_arcs_agree_with_another_reader(seed):
         number += len(move.targets)
     assert via == back.via.tolist()
     for n, place in enumerate(back.position, 1):
-        assert_allclose([positions[n].groups[1].axes[a] for a in "XYZ"], place / MM, atol=1e-9)
+        assert_allclose(np.array([positions[n].groups[1].axes[a] for a in "XYZ"], dtype=float), place / MM, atol=1e-9)
 
 
 def bent(**changes):

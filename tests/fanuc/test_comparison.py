@@ -198,11 +198,13 @@ def test_a_name_with_zeros_is_another_name():
 
 def test_six_decimals_of_a_single_pass_and_a_micrometre_does_not():
     text = written(decimals=6)
-    value = float(re.search(rb"X = +(-?[\d.]+)", text)[1])
+    number = re.search(rb"X = +(-?[\d.]+)", text)
+    assert number is not None
+    value = float(number[1])
     single = np.float32(value)
     for step, same in ((0, True), (1, False), (-1, False)):
         other = float(single) + 4 * step * float(np.spacing(np.abs(single)))
-        back = re.sub(rb"(X = +)-?[\d.]+", lambda m, x=other: m[1] + f"{x:.6f}".encode(), text, count=1)
+        back = re.sub(rb"(X = +)-?[\d.]+", rb"\g<1>" + f"{other:.6f}".encode(), text, count=1)
         assert (differences(text, back) == ()) is same
 
 

@@ -119,7 +119,9 @@ def test_many_jumps_to_many_labels_take_no_square_of_time():
 
 def run(statements, choose, limit=60):
     """Drive a listing as a controller would, run time decided by ``choose``; pairs of P numbers driven in a row."""
-    pc, at, pairs = 0, None, set()
+    pc = 0
+    at: int | str | None = None
+    pairs: set[tuple[int | str | None, int]] = set()
     labels = {s: i for i, s in enumerate(statements) if s.startswith("LBL")}
 
     def closing(start, opens, closes):

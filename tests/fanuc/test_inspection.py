@@ -145,7 +145,7 @@ def test_places_that_palletizing_computes_are_motions():
 @pytest.mark.parametrize("wrap", ["    \n    :  ", " "])
 def test_options_of_a_via_point_belong_to_the_circle_motion(via, wrap):
     moves = ["J P[1] 10% FINE    ;", f"C {via}{wrap}P[3] 100mm/sec FINE ACC20    ;"]
-    places = {}, {"x": 1400.0, "y": 100.0}, {"x": 1500.0}
+    places: tuple[dict[str, float], ...] = {}, {"x": 1400.0, "y": 100.0}, {"x": 1500.0}
     read = program(moves, *places)
     assert read.motions.position[1] == (2, 3)
     assert read.motions.options[1] == f"{via.split(' ', 1)[1]} ACC20"
@@ -168,7 +168,7 @@ WRAPPED = [
 @pytest.mark.parametrize("via", ["", " ACC50"])
 def test_a_motion_wrapped_over_several_lines_is_read_as_one(text, via):
     whole = text.replace("P[2]", f"P[2]{via}") if text.startswith("C") else text
-    places = {}, {"x": 1400.0, "y": 100.0}, {"x": 1500.0}
+    places: tuple[dict[str, float], ...] = {}, {"x": 1400.0, "y": 100.0}, {"x": 1500.0}
     plain, read = (
         program(["J P[1] 10% FINE    ;", f"{whole.replace('@', wrap)}    ;"], *places)
         for wrap in (" ", "    \n    :  ")

@@ -14,8 +14,7 @@ from printed import programs
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.listing import dumps, edited, loads
-from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.listing.positions import AXES
+from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
 
 TESTS = Path(__file__).resolve().parents[1]
 SAMPLES = TESTS.parents[1] / "shared" / "fanuc" / "samples"
@@ -318,9 +317,11 @@ def test_programs_nobody_wrote_are_read_as_a_second_reader_does(data):
 @pytest.mark.parametrize("path", GOLDEN, ids=lambda p: p.name)
 def test_an_edit_changes_its_bytes_and_nothing_else(path):
     read = loads(path.read_bytes())
-    p, places = read.positions, {}
+    p = read.positions
+    places: dict[tuple[int, int], bytes] = {}
     for i, j in zip(*np.nonzero(p.span[:, :, 1]), strict=True):
-        places[tuple(p.span[i, j].tolist())] = b"-%d.25" % (len(places) + 1)
+        begin, end = p.span[i, j].tolist()
+        places[begin, end] = b"-%d.25" % (len(places) + 1)
     for i, speed in enumerate(read.motions.speed):
         if speed.endswith("mm/sec"):
             places[tuple(read.motions.speed_span[i].tolist())] = b"77mm/sec"
@@ -441,7 +442,7 @@ def test_a_long_line_costs_no_more_than_its_length(name):
 
 
 def test_damaged_programs_are_taken_whole_or_refused():
-    counts = Counter()
+    counts: Counter[str] = Counter()
     assert [what for what, _ in fuzz_listing.faults(FUZZ_INPUTS, 1, counts, fuzz_listing.golden_programs())] == []
     assert min(counts["accepted"], counts["refused"]) > FUZZ_INPUTS // 10
 

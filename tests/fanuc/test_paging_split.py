@@ -1,7 +1,6 @@
 """Long programs in pages: what they drive, where they are cut, what each holds."""
 
 import re
-from itertools import pairwise
 
 import naive_ls
 import pytest
@@ -50,7 +49,7 @@ def assert_same_motions(data, paged):
         numbers = [int(n) for n in re.findall(rb"(?m)^\s*P\[(\d+)[^\r\n]*\{", content)]
         assert numbers == sorted(set(numbers))
     whole = naive_ls.driven(data)
-    motions = []
+    motions: list[tuple] = []
     for k, name in enumerate(naive_ls.calls(paged.main)):
         rows = naive_ls.driven(files[name])
         if k and rows and motions and rows[0][1] == motions[-1][1][-1:] and paged.pages[k].motions[0] == len(motions):
@@ -396,15 +395,16 @@ def test_sizes_are_what_was_written_and_pages_are_as_few_as_can_be(rows, lines, 
 def fewest(stops, places, lines, positions):
     """By trying every way to cut, the fewest pages."""
     N = len(stops)
-    best = [0] + [None] * N
+    best: list[int | None] = [0] + [None] * N
     for end in range(1, N + 1):
         for start in range(end):
             entry = [places[start - 1]] if start else []
             used = {*entry, *places[start:end]}
             fits = 1 + len(entry) + end - start <= lines and len(used) <= positions
             cut = start == 0 or stops[start - 1]
-            if fits and cut and best[start] is not None and (best[end] is None or best[start] + 1 < best[end]):
-                best[end] = best[start] + 1
+            before, least = best[start], best[end]
+            if fits and cut and before is not None and (least is None or before + 1 < least):
+                best[end] = before + 1
     return best[N]
 
 
@@ -505,12 +505,12 @@ def test_pages_of_any_program_drive_what_it_drives(body, lines, renumber, number
         return
     whole = [plain(s) for s in statements(data)]
     at = 0
-    for page, after in pairwise([*paged.pages, None]):
+    for k, page in enumerate(paged.pages):
         texts = [plain(s) for s in statements(page.data)]
         own = next(n for n in range(len(texts), -1, -1) if texts[len(texts) - n :] == whole[at : at + n])
         at += own
         assert page.size.lines <= lines
-        if after is not None:
+        if k + 1 < len(paged.pages):
             assert_split_well(whole[:at], whole[at:])
     assert at == len(whole)
 

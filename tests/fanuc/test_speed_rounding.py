@@ -62,7 +62,7 @@ def one_rounding(speed, length):
 )
 def test_the_time_of_any_stretch_is_right_to_about_one_rounding(seed, count, band, kind):
     rng = np.random.default_rng(seed)
-    speed = rng.uniform(*band, count if seed % 2 else 1) * np.ones(count)
+    speed = rng.uniform(band[0], band[1], count if seed % 2 else 1) * np.ones(count)
     length = {
         "even": np.full(count, 1e-3),
         "alternating": 1e-3 * (1 + np.arange(count) % 2),

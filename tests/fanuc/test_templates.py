@@ -10,7 +10,7 @@ import pytest
 from agreement import assert_readers_agree, differences
 
 from compgen.core.exceptions import InputError
-from compgen.fanuc import loads
+from compgen.fanuc import LsProgram, loads
 from compgen.fanuc.listing import position_parser, positions, statement_parser, templates
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -23,7 +23,7 @@ ALLOWED_CAREFULLY = 40  # statements and positions of a regular program that are
 
 def numbers(rows, columns, seed=0):
     rng = np.random.default_rng(seed)
-    return rng.uniform(-1, 1, (rows, columns)) * 10.0 ** rng.integers(-3, 3.99, (rows, columns))
+    return rng.uniform(-1, 1, (rows, columns)) * 10.0 ** rng.integers(-3, 3, (rows, columns))
 
 
 def short(text):
@@ -92,7 +92,7 @@ TEXTS = {
 
 def both(data):
     """What the columns read and what the careful reader reads."""
-    read = []
+    read: list[LsProgram | str] = []
     for few in (100, sys.maxsize):
         try:
             read.append(loads(data, few))
@@ -119,7 +119,12 @@ def test_a_regular_program_is_hardly_read_one_by_one(style, monkeypatch):
     count = []
     for module, name in ((positions, "parse_block"), (statement_parser, "take_targets")):
         usual = getattr(module, name)
-        monkeypatch.setattr(module, name, lambda *a, usual=usual: count.append(1) or usual(*a))
+
+        def counted(*a, usual=usual):
+            count.append(1)
+            return usual(*a)
+
+        monkeypatch.setattr(module, name, counted)
     loads(TEXTS[style], 100)
     assert len(count) <= ALLOWED_CAREFULLY
 
@@ -190,7 +195,7 @@ def test_a_shape_needs_to_know_where_its_holes_end():
     assert templates.template_of(b"a1;", 0, 3, [(templates.DIGITS, 1, 2)]) == templates.Template(
         (b"a", b";"), (templates.DIGITS,)
     )
-    assert position_parser.AXES is positions.AXES
+    assert position_parser.AXES is vars(positions)["AXES"]
 
 
 def test_places_at_a_chunks_end_are_found():

@@ -121,7 +121,9 @@ def test_a_setting_is_known_by_its_statement_and_by_no_other(statement):
 
 @pytest.mark.parametrize("unit", [*RATES, *TIMES, "%", "deg/sec"])
 def test_every_unit_of_speed_is_read(unit):
-    assert SPEED.match(f" 12.5{unit} FINE".encode())[2].decode() == unit
+    speed = SPEED.match(f" 12.5{unit} FINE".encode())
+    assert speed is not None
+    assert speed[2].decode() == unit
 
 
 def test_times_belong_to_the_whole_motion_and_rates_do_not():
