@@ -69,7 +69,8 @@ def test_the_likeliest_end_is_that_of_least_squares_in_all_amounts(cell):
 
 def test_what_no_sensor_shows_is_as_far_off_as_is_said(nodes, days):
     """Each sensor is left out in turn. The days run at the fastest feed, the prior is midway: J2 is 1.3 sigma low."""
-    by_fit, by_end = {}, {}
+    by_fit: dict[str, list[float]] = {}
+    by_end: dict[str, list[float]] = {}
     for sensor in nodes.heat.names:
         k, normal = nodes.heat.names.index(sensor), []
         for log, true in days:
@@ -79,6 +80,7 @@ def test_what_no_sensor_shows_is_as_far_off_as_is_said(nodes, days):
             end = end_of(left, nodes.heat, nodes.warmth)
             by_end.setdefault(sensor, []).append(end.state[k] - true[k])
             by_fit.setdefault(sensor, []).append(fit_log(left, nodes.heat).rise[-1, k] - true[k])
+            assert end.warmth.start is not None
             normal.append(by_end[sensor][-1] / np.linalg.norm(end.warmth.start[k]))
         assert np.sqrt(np.mean(np.square(normal))) < 1.5, sensor
         assert np.mean(np.abs(normal) < 2) >= 0.9, sensor
@@ -94,9 +96,10 @@ def test_a_sensor_is_believed_while_it_reads(nodes):
     log.readings["j3"][60:] = np.nan  # it has been silent for two hours
     later = end_of(log, nodes.heat, nodes.warmth)
     assert later.state[2] == pytest.approx(end[2], abs=1.0)
-    assert np.linalg.norm(later.warmth.start[2]) > np.linalg.norm(
-        end_of(simple_log(nodes), nodes.heat, nodes.warmth).warmth.start[2]
-    )
+    full = end_of(simple_log(nodes), nodes.heat, nodes.warmth)
+    assert full.warmth.start is not None
+    assert later.warmth.start is not None
+    assert np.linalg.norm(later.warmth.start[2]) > np.linalg.norm(full.warmth.start[2])
 
 
 @pytest.mark.parametrize("names", [("j2", "link1", "j3", "wrist"), ("link1", "j3")])
@@ -119,6 +122,7 @@ def test_a_larger_lie_than_the_hidden_one_is_refused_and_a_smaller_one_moves_les
             assert doubt(replace(log, readings=lie)), name
             small = {**log.readings, name: log.readings[name] + sign * 0.5 * size[which == k].min()}
             moved = np.abs(end_of(replace(log, readings=small), nodes.heat, nodes.warmth).state - end.state)
+            assert end.warmth.hidden is not None
             assert np.all(moved <= np.abs(end.warmth.hidden).max(axis=0) + 1e-6)
 
 
@@ -126,6 +130,10 @@ def test_a_lone_sensor_hides_what_work_can_do(nodes):
     few, all_four = (
         end_of(simple_log(nodes, n), nodes.heat, nodes.warmth).warmth for n in (("j3",), ("j2", "link1", "j3", "wrist"))
     )
+    assert few.hidden is not None
+    assert all_four.hidden is not None
+    assert few.start is not None
+    assert all_four.start is not None
     assert np.abs(few.hidden).max() > 2 * np.abs(all_four.hidden).max()
     assert np.linalg.norm(few.start) > 2 * np.linalg.norm(all_four.start)
 
@@ -135,4 +143,5 @@ def test_a_second_model_goes_on_with_the_fit_and_says_how_far_it_is_from_the_lik
     end = end_of(log, cell.heat, cell.warmth)
     mean, covariance = prior_of(log, cell.heat, cell.warmth).rises_at_end()
     apart = cell.heat.outputs @ end.state - mean
+    assert end.warmth.start is not None
     assert_allclose(end.warmth.start @ end.warmth.start.T, covariance + np.outer(apart, apart), atol=1e-8)

@@ -15,6 +15,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
@@ -114,8 +115,8 @@ def test_twelve_hours_of_a_hundred_volumes_every_second_are_a_hundred_times_fast
         rise, now = solution.y[:, -1], end
         by_solver.append(solution.y[:, :-1].T)
     solver = (time.process_time() - begin) * len(duties) / some
-    by_solver = np.vstack(by_solver)
-    assert_allclose(by_modes[: len(by_solver)], by_solver, atol=1e-6)  # K
+    solved = np.vstack(by_solver)
+    assert_allclose(by_modes[: len(solved)], solved, atol=1e-6)  # K
     print(f"modes {min(spent):.3f} s, BDF {solver:.1f} s, ratio {solver / min(spent):.0f}")
     assert solver > 100 * min(spent)
 
@@ -267,6 +268,7 @@ def test_a_column_that_the_network_heats_lifts_the_arm():
     network = ["robot.thermal.model=network", "robot.thermal.network.body.0.name=d1", column]
     job = load_job(path_file("circle_1300"), overrides=network)
     (growth,) = job.sources
+    assert isinstance(growth, ThermalGrowth)
     assert_allclose(growth.d[0, job.heat.names.index("d1")], 11.25e-6 * 0.565)  # m/K
 
 

@@ -63,6 +63,7 @@ def test_a_file_that_was_begun_anew_or_copied_away_is_read_from_its_own_head():
 
 def test_a_sensor_that_no_reading_shows_yet_is_not_there_yet():
     log = growing_log(b"time_s,part_3_degC,face_degC\n0,21,\n10,22,\n", "log.csv", NODES, SENSORS)
+    assert log.readings is not None
     assert set(log.readings.readings) == {"j2"}
 
 
@@ -85,4 +86,5 @@ def test_rows_that_were_written_before_are_left_out():
     text = "\n".join(["time_s,j3_degC", *rows[:6], *rows[2:6], rows[5], *rows[6:]]) + "\n"
     log = growing_log(text.encode(), "log.csv", ("j3",), {})
     assert (log.left_out, log.set_back) == (5, 0.0)
+    assert log.readings is not None
     assert log.readings.time.tolist() == [10.0 * n for n in range(9)]

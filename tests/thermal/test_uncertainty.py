@@ -1,6 +1,7 @@
 """What a law misses builds up as a rise does; changed models run by the same integration as all others."""
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from compgen.core.units import HOUR, MM
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.thermal import Ambient, Duty, JointMotion, rises_during, state_after
 from compgen.thermal.history import History
+from compgen.thermal.node_model import NodeModel
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, missed_rise, rise_by_air, rise_by_model
 
 CELL = load_cell("m710ic50")
-HEAT, WARMTH = CELL.heat, CELL.warmth
+HEAT, WARMTH = cast(NodeModel, CELL.heat), CELL.warmth
 K = len(HEAT.names)
 REFERENCE = Duty("moving", 200 * MM, 6 * HOUR)
 NOW = np.zeros(1)
