@@ -13,7 +13,7 @@ NOISE = 0.3
 
 def case(seed):
     rng = np.random.default_rng(seed)
-    Q, K, r = rng.integers(2, 7), rng.integers(5, 11), rng.integers(1, 4)
+    Q, K, r = int(rng.integers(2, 7)), int(rng.integers(5, 11)), int(rng.integers(1, 4))
     root, column, length = rng.normal(size=(Q, Q)), rng.normal(size=(9, 3, Q)), rng.uniform(0.1, 1, 9)
     count = int(rng.integers(1, min(5, K)))
     return root @ root.T + 0.1 * np.eye(Q), column, length, rng.normal(size=(K, r, Q)), count

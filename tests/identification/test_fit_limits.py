@@ -82,7 +82,7 @@ def test_poses_driven_to_again_tell_repeatability_from_fit_noise(arm):
 def test_a_model_of_the_arm_foretells_later_blocks_as_well_as_it_says(arm):
     scales = []
     for seed in range(3):
-        limits = limits_of(*arm, warm_campaign(arm[0], seed))
+        limits = limits_of(arm[0], arm[1], warm_campaign(arm[0], seed))
         assert limits.blocks == 12
         assert limits.missing == LEAST_MISSING
         assert forecast_findings(limits, warm=True) == []
@@ -95,7 +95,7 @@ def test_an_instrument_that_drifts_is_refused_with_the_reason(arm):
     data = warm_campaign(arm[0], 1)
     drift = np.linspace(0, 1, len(data.theta)) ** 2 * 1.5e-3
     moved = replace(data, position=data.position + (drift[:, None] * [0.6, -0.5, 0.6])[data.pose])
-    limits = limits_of(*arm, moved)
+    limits = limits_of(arm[0], arm[1], moved)
     (finding,) = forecast_findings(limits, warm=True)
     assert limits.scale > 3
     assert finding.level is Level.REFUSED

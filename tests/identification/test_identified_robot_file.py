@@ -90,9 +90,11 @@ def test_comments_survive_and_the_file_loads(arm, layout):
     assert sorted(comments(new)) == sorted(comments(text))
     read = arm_of(tomllib.loads(new), new, "new.toml")
     zeros = next(k for k in read.known if isinstance(k.source, JointZeros))
+    assert isinstance(zeros.source, JointZeros)
     np.testing.assert_allclose(zeros.source.offset, identified()[0].source.offset, rtol=1e-8)
     np.testing.assert_allclose(zeros.sigma["offset"], identified()[0].sigma["offset"], rtol=1e-8)
     assert zeros.provenance == "identified here"
+    assert read.identified is not None
     assert read.identified.reflector_mm == RECORD["reflector_mm"]
     assert read.identified.model == "joints"
 

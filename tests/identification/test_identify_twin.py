@@ -4,6 +4,7 @@ import json
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import jsonschema
 import numpy as np
@@ -21,6 +22,8 @@ from compgen.cli.commands import identify, plan_poses
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR
 from compgen.core.units import DEG, MM, UM
+from compgen.error_model.sources.joint_zeros import JointZeros
+from compgen.identification.fit import Fit
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
 from compgen.identification.parameters import symbolic_sources
@@ -74,7 +77,7 @@ def real_sources(truth, folder):
     class TrueFit:
         p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
 
-    known = fitted_sources(truth.arm.known, sources, truth.model, TrueFit)
+    known = fitted_sources(truth.arm.known, sources, truth.model, cast(Fit, TrueFit))
     record = {"instrument_mm": [0, 0, 0], "instrument_deg": [0, 0, 0], "reflector_mm": {}}
     box = np.column_stack([truth.arm.robot.lower, truth.arm.robot.upper])
     file = folder / "real.toml"
@@ -181,6 +184,7 @@ def test_the_written_file_says_what_was_found(made):
     cell = load_cell(str(target))
     zeros = next(k for k in cell.known if k.source.NAME == "joint_zeros")
     value = {p["name"]: p for p in summary["parameters"]}["joint_zeros.offset_mdeg[2]"]
+    assert isinstance(zeros.source, JointZeros)
     assert zeros.source.offset[1] / DEG * 1000 == pytest.approx(value["value"], rel=1e-6)
     assert zeros.sigma["offset"][1] / DEG * 1000 == pytest.approx(value["sigma"], rel=1e-6)
     assert "poses.csv" in zeros.provenance
@@ -210,9 +214,19 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     planned, corrected = generate.generate(job, quiet)
     uncorrected = generate.predict(changed(job, "cell.sources", real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
-    facts = {"robot": job.robot, "heat": job.heat, "profiles": job.cell.profiles, "tool": job.tool.pose}
     real_run, predicted = (
-        execute(Twin(**facts, faults=faults_of(sources)), corrected.program, ()) for sources in (real, job.sources)
+        execute(
+            Twin(
+                robot=job.robot,
+                heat=job.heat,
+                profiles=job.cell.profiles,
+                tool=job.tool.pose,
+                faults=faults_of(sources),
+            ),
+            corrected.program,
+            (),
+        )
+        for sources in (real, job.sources)
     )
     # where World lies is known to some 30 um and 0.03 mrad; a part's frame that is taught with the robot takes it up
     difference = real_run.actual.position - aligned(predicted.actual.position, real_run.actual.position)

@@ -90,6 +90,7 @@ def test_width_half_width_and_law_are_found(plan, law, seed):
     robot = load_arm("m710ic50").robot
     theta, _ = joints_of(robot, plan / "reversals.csv")
     motion = fit_lost_motion(measurements(theta, measured(robot, theta, law, 10 * UM, seed)), ASSUMED)
+    assert motion is not None
     assert motion.law == law
     known = np.flatnonzero(motion.measured)
     assert len(known) >= 3
@@ -104,6 +105,7 @@ def test_without_play_no_width_is_known(plan):
     robot = load_arm("m710ic50").robot
     theta, _ = joints_of(robot, plan / "reversals.csv")
     motion = fit_lost_motion(measurements(theta, measured(robot, theta, "dahl", 10 * UM, 1, 0 * BACKLASH)), ASSUMED)
+    assert motion is not None
     assert motion.measured.sum() <= 1
 
 
@@ -117,7 +119,9 @@ def test_of_a_run_only_the_poses_at_its_ends_count_as_poses(plan):
     robot = load_arm("m710ic50").robot
     theta, _ = joints_of(robot, plan / "reversals.csv")
     data = measurements(theta, measured(robot, theta, "dahl", 10 * UM, 1))
-    kept = without_run_interiors(with_directions(data, fit_lost_motion(data, ASSUMED).widths))
+    motion = fit_lost_motion(data, ASSUMED)
+    assert motion is not None
+    kept = without_run_interiors(with_directions(data, motion.widths))
     assert 6 * 2 * 2 <= len(kept.pose) < 0.7 * len(data.pose)
 
 

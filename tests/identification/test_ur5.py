@@ -22,6 +22,7 @@ DATA = next((p / "data" / "ur5_tsinghua" for p in PLACES if (p / "data" / "ur5_t
 @pytest.mark.parametrize(("count", "reach_mm"), [(20, 0.110), (30, 0.105), (50, 0.098), (1000, 0.0575)])
 def test_few_poses_beat_what_peers_reach(tmp_path, count, reach_mm):
     train, test, target = tmp_path / "train.csv", tmp_path / "test.csv", tmp_path / "ur5.toml"
+    assert DATA is not None
     train.write_text(converted(DATA / GRID, count))
     test.write_text(converted(DATA / RANDOM))
     robot = str(ROOT / "robots" / "ur5.toml")

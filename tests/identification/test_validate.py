@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from synthetic import made_up, measured, random_theta, warming
 
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.fit import fit
+from compgen.error_model.sources.link_offsets import LinkOffsets
+from compgen.identification.fit import Fit, fit
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identifiability import largest_moves
 from compgen.identification.identified_robot_file import robot_text
@@ -38,7 +40,7 @@ def true_sources(truth):
     class TrueFit:
         p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
 
-    return fitted_sources(truth.arm.known, sources, truth.model, TrueFit)
+    return fitted_sources(truth.arm.known, sources, truth.model, cast(Fit, TrueFit))
 
 
 @pytest.fixture(scope="module")
@@ -199,8 +201,10 @@ def test_what_the_chosen_model_held_at_zero_is_written_as_zero(truth):
 
     before, after = (
         next(k.source for k in listed if k.source.NAME == "link_offsets")
-        for listed in (known, fitted_sources(known, sources, truth.model, PartialFit))
+        for listed in (known, fitted_sources(known, sources, truth.model, cast(Fit, PartialFit)))
     )
+    assert isinstance(before, LinkOffsets)
+    assert isinstance(after, LinkOffsets)
     fitted_alpha = [t.index for t in truth.model.parameters if t.source == "link_offsets" and t.field == "alpha"]
     assert all(before.alpha[i] != 0 for i in fitted_alpha)
     assert all(after.alpha[i] == 0 for i in fitted_alpha)

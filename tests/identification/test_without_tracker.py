@@ -422,6 +422,7 @@ def test_a_warm_arm_measured_by_distances_alone(tmp_path):
     files = MeasurementFiles(distances=[str(tmp_path / "warm.csv")], log=str(tmp_path / "log.csv"))
     data, _ = read_measurements(heated, files, force=False)
     assert_allclose(data.rise[data.pose[30]], 30 * 60 / 600 * np.arange(1, len(heated.nodes) + 1), atol=0.15)
+    assert data.ends is not None
     assert_allclose(data.rise[data.ends.pose[30]], data.rise[data.pose[30]])
     assert (data.warm[data.pose[-10:]] > 0).all()
     (tmp_path / "cold.csv").write_text(text(HEAD, [r[:-1] for r in rows]))
