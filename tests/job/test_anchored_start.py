@@ -121,6 +121,8 @@ def test_a_state_leaves_its_covariance_open_in_place_of_the_sensors_start(hot, t
     planned = generate.predict(job, quiet)
     known = with_state(state_of(hot), tmp_path)
     exact = generate.predict(known, quiet)
+    assert planned.band is not None
+    assert exact.band is not None
     rows = planned.band.rows
     more = planned.band.moment[:, [0, 3, 5]] - exact.band.moment[:, [0, 3, 5]]
     warmer = error_of(with_state(state_of(hot, rise=hot.start_rise() + 0.8 * np.eye(5)[2]), tmp_path))
@@ -142,18 +144,17 @@ def test_correct_begins_with_a_state(hot, tmp_path):
     source.write_bytes(
         program([f"L P[{n}] 100mm/sec FINE" for n in (1, 2, 3)], [at(n + 1, j) for n, j in enumerate(joints)])
     )
-    given = {"robot": "m710ic50"}
     file = written(
         state_of(
             hot, rise=load_job(SPIRAL, overrides=["before=[{state='moving',feed_mm_s=200,duration_h=6}]"]).start_rise()
         ),
         tmp_path,
     )
-    by_state = compgen.correct(source, **given, state=file)
-    by_words = compgen.correct(source, **given, before="moving 200mm/s 6h")
+    by_state = compgen.correct(source, robot="m710ic50", state=file)
+    by_words = compgen.correct(source, robot="m710ic50", before="moving 200mm/s 6h")
     assert_allclose(by_state.result.shared.correction, by_words.result.shared.correction, atol=1e-8)
     with pytest.raises(InputError, match="leave one of them out"):
-        compgen.correct(source, **given, state=file, before="idle 30min")
+        compgen.correct(source, robot="m710ic50", state=file, before="idle 30min")
 
 
 def test_commands_and_python_take_a_state(hot, tmp_path):

@@ -154,5 +154,7 @@ def test_the_coarse_motion_is_that_of_the_part_where_it_stands(tmp_path):
             "[process]\nfeed_mm_s = 100\n[bounds]\nmax_um = 100\n"
         )
         job = load_job(str(tmp_path / f"{name}.toml"))
-        motions.append(coarse_motion(job.plan, job.robot))
+        motion = coarse_motion(job.plan, job.robot)
+        assert motion is not None
+        motions.append(motion)
     assert_allclose(motions[1][1], motions[0][1], atol=1e-9)
