@@ -3,6 +3,7 @@
 import cam_draws
 import cam_judge
 import naive_cam
+import naive_way
 import numpy as np
 import pytest
 from ls_text import cartesian, program
@@ -25,7 +26,7 @@ def keys_of(pattern, **path):
 def driven(read, keys, change=lambda place, speed: (place, speed)):
     """A program by hand: exactly along the lines and arcs, the tool against the normal."""
     lift = keys["process"]["lift_mm"]
-    ways = [np.round(cam_judge.cut(m), 6) for m in read.moves]
+    ways = [np.round(naive_way.cut(m), 6) for m in read.moves]
     place = np.vstack([ways[0][:1], *(w[1:] for w in ways)])
     speed = [
         0.0,
@@ -48,7 +49,7 @@ def test_a_program_that_is_right_is_not_contradicted(seed):
         read = naive_cam.READERS[case.pattern](case.text)
     except naive_cam.Unreadable:
         return
-    if sum(len(cam_judge.cut(m)) for m in read.moves) > 1200 or read.moves[0].normal not in (None, (0, 0, 1)):
+    if sum(len(naive_way.cut(m)) for m in read.moves) > 1200 or read.moves[0].normal not in (None, (0, 0, 1)):
         return
     keys = keys_of(case.pattern) | {"path": case.keys["path"]}
     share, why = driven(read, keys)
@@ -158,7 +159,7 @@ def test_an_arc_turned_the_wrong_way_is_seen(word, other):
 
 
 def flown_of(read, keys):
-    place = np.vstack([cam_judge.cut(m) for m in read.moves])
+    place = np.vstack([naive_way.cut(m) for m in read.moves])
     pose = np.tile(np.eye(4), (len(place), 1, 1))
     pose[:, :3, 3] = place
     return cam_judge.Flown(pose, np.zeros(len(place) - 1, dtype=int), np.array([1.0]))

@@ -1,11 +1,13 @@
 """The curve through joint angles against a polynomial written out."""
 
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 from numpy.testing import assert_allclose
 
 from compgen.planning.joint_curve import AVERAGED, fit_joint_curve, joint_bend, last_before
+from compgen.robot.robot import Robot
 
 
 def test_last_before_is_what_a_search_finds():
@@ -23,10 +25,10 @@ def test_derivatives_of_a_quintic_are_exact():
     theta = np.polynomial.polynomial.polyval(arc, coefficients).T
     stop = np.zeros(41, dtype=bool)
     stop[[0, -1]] = True
-    curve = fit_joint_curve(arc, theta, stop)
+    curve = fit_joint_curve(arc, theta.astype(np.float64), stop)
     s, run = np.linspace(0.01, 0.99, 50), np.zeros(50, dtype=int)
     robot = SimpleNamespace(speed=np.ones(6), acceleration=np.ones(6), jerk=np.ones(6))
-    ratios = curve.limit_ratios(robot, s, curve.interval(s, run))
+    ratios = curve.limit_ratios(cast(Robot, robot), s, curve.interval(s, run))
     for order in (1, 2, 3):
         derivative = np.polynomial.polynomial.polyval(s, np.polynomial.polynomial.polyder(coefficients, order))
         assert_allclose(ratios[:, order - 1], np.abs(derivative).max(axis=0), rtol=1e-6, atol=1e-6)

@@ -49,6 +49,7 @@ def test_the_manner_of_writing_means_nothing():
 def test_arcs_turn_as_their_word_says(block, turn, middle):
     """Seen from +z, and G18 from +y: from z to x is against the clock."""
     (move,) = gcode(f"G1 X0 Y0 Z0\n{block}\nM2").moves
+    assert isinstance(move, Arc)
     assert move.turn == pytest.approx(turn)
     assert_allclose(move.at(0.5), middle, atol=1e-12)
     assert_allclose(move.at(1.0), move.end, atol=1e-12)
@@ -129,6 +130,8 @@ def test_apt_goes_in_straight_lines_and_rapid_is_for_one():
 def test_a_circle_turns_right_handed_about_its_axis():
     (left,) = apt("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0").moves
     (right,) = apt("GOTO/10,0,0\nCIRCLE/0,0,5,0,0,-1,10\nGOTO/0,10,2").moves
+    assert isinstance(left, Arc)
+    assert isinstance(right, Arc)
     assert_allclose(left.at(0.5), [10 * math.sqrt(0.5), 10 * math.sqrt(0.5), 0], atol=1e-12)
     assert_allclose(right.at(0.5), [-10 * math.sqrt(0.5), -10 * math.sqrt(0.5), 1], atol=1e-12)
     for text in (
@@ -162,9 +165,12 @@ def test_what_was_drawn_is_what_is_read(pattern, monkeypatch):
     ways = []
     writers = {"gcode": "gcode_text", "apt": "apt_text", "points": "csv_text"}
     write = getattr(cam_draws, writers[pattern])
-    monkeypatch.setattr(
-        cam_draws, writers[pattern], lambda rng, steps, *rest: ways.append(steps) or write(rng, steps, *rest)
-    )
+
+    def watched(rng, steps, *rest):
+        ways.append(steps)
+        return write(rng, steps, *rest)
+
+    monkeypatch.setattr(cam_draws, writers[pattern], watched)
     read = 0
     for seed in range(250):
         ways.clear()
@@ -179,6 +185,7 @@ def test_what_was_drawn_is_what_is_read(pattern, monkeypatch):
             assert isinstance(move, Arc) == (step.centre is not None)
             assert move.rapid == (step.kind == "rapid") or pattern != "gcode"
             if step.centre is not None:
+                assert isinstance(move, Arc)
                 assert math.dist(move.centre[:2], step.centre) < 0.1  # by R near half a turn the digits decide
                 assert (move.turn * move.axis[2] > 0) == (step.kind == "ccw")
         read += 1

@@ -22,7 +22,8 @@ def test_csv_with_everything(tmp_path):
     text = f"{HEAD},i,j,k,feed_mm_s,contact,stop\n1,2,3,0,0,1,,1,0\n# a remark\n2,2,3,0,0.6,0.8,50,0,1\n"
     points = read_points(written(tmp_path, text))
     assert_allclose(points.position, [[0.001, 0.002, 0.003], [0.002, 0.002, 0.003]])
-    assert_allclose(points.normal, [[0, 0, 1], [0, 0.6, 0.8]])
+    assert points.normal is not None
+    assert_allclose(points.normal, np.array([[0, 0, 1], [0, 0.6, 0.8]]))
     assert np.isnan(points.feed[0])
     assert points.feed[1] == pytest.approx(0.05)
     assert points.contact.tolist() == [True, False]
@@ -72,8 +73,9 @@ FINI
 
 def test_apt(tmp_path):
     points = read_apt(written(tmp_path, APT))
-    assert_allclose(points.position * 1e3, [[10, 0, 50], [10, 0, 0.5], [12.5, 1, 0.5], [13.5, 1, 0.25]])
-    assert_allclose(points.normal, [[0, 0, 1], *[[0, 0.6, 0.8]] * 3])
+    assert_allclose(points.position * 1e3, np.array([[10, 0, 50], [10, 0, 0.5], [12.5, 1, 0.5], [13.5, 1, 0.25]]))
+    assert points.normal is not None
+    assert_allclose(points.normal, np.array([[0, 0, 1], *[[0, 0.6, 0.8]] * 3]))
     assert points.contact.tolist() == [False, True, True, True]
     assert_allclose(points.feed, [np.nan, 0.01, 0.01, 0.01])
     assert points.stop.tolist() == [False, False, False, True]
@@ -119,6 +121,7 @@ M30
 
 def test_gcode(tmp_path):
     read = read_gcode(written(tmp_path, GCODE))
+    assert read.arcs is not None
     assert_allclose(np.degrees(read.arcs.swept), [0, 0, 0, 90, -90, 0], atol=1e-9)
     assert_allclose(read.arcs.centre[3:5] * 1e3, [[10, 10], [30, 10]])
     points = read.as_points()

@@ -129,7 +129,7 @@ def test_fractions_split_the_arc_length(pattern, chord_um):
     tool = path(pattern, chord=chord_um * 1e-6)
     pick = np.unique(np.linspace(0, len(tool.span) - 1, 16).astype(int))
     for k in pick:
-        t = np.linspace(*tool.span[k], 2001)
+        t = np.linspace(tool.span[k, 0], tool.span[k, 1], 2001)
         p = tool.exact.pose(np.full(2001, tool.piece[k]), t)[0].position
         run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
@@ -331,5 +331,5 @@ def test_a_piece_that_is_dust_hands_its_stop_to_the_piece_before():
         curves.line((0.1, 0.1), (0.2, 0.1), stop=True),
     )  # fmt: skip
     tool = path(way, "plane", lift=0.0)
-    corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.2, 0.1, 0]]
+    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.2, 0.1, 0]])
     assert_allclose(tool.target.position[tool.stop] - tool.target.position[0], corners, atol=1e-9)
