@@ -85,7 +85,9 @@ def test_arms_that_are_not_of_the_class_keep_their_rows(name):
     robot = load_any_robot(name)
     text = (ROOT / "robots" / f"{name}.toml").read_text()
     for key, values in (("d_mm", robot.d), ("a_mm", robot.a)):
-        given = [float(v) for v in re.search(rf"^{key} = \[(.*)\]", text, re.MULTILINE)[1].split(",")]
+        row = re.search(rf"^{key} = \[(.*)\]", text, re.MULTILINE)
+        assert row is not None
+        given = [float(v) for v in row[1].split(",")]
         assert_allclose(values * 1000, given, atol=1e-9)
 
 
