@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.core.codes import Level
+from compgen.core.codes import Code, Level
 from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.job.bounds import Bounds
@@ -149,7 +149,7 @@ def test_what_breaks_a_bound_off_the_part_alone_is_a_note(path):
     apart = deviation_from_path(path, [moved], len(execution.time))
     bounds = Bounds(max=1.01 * apart.on_part["total"].max, normal=1e-6)
     codes = {f.code: f for f in judge(apart, bounds)}
-    assert codes["bounds.off_part"].level is Level.NOTE
+    assert codes[Code.BOUNDS_OFF_PART].level is Level.NOTE
     assert "bounds.max_um" not in codes
-    assert codes["bounds.normal_um"].level is Level.OUTSIDE
+    assert codes[Code.BOUNDS_NORMAL_UM].level is Level.OUTSIDE
     assert [f.code for f in judge(apart, Bounds())] == ["bounds.none"]

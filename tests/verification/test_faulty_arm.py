@@ -56,9 +56,7 @@ def test_chain_and_twin_agree_with_every_source_on(cell):
 @pytest.mark.parametrize("number", range(COUNT))
 def test_chain_and_twin_agree_on_each_source_alone(cell, number):
     theta, rise = motion(cell, 60)
-    one = (cell.sources[number],)
-    if number:  # the twin always grows
-        one = (cell.sources[0], *one)
+    one = tuple(cell.sources[k] for k in sorted({0, number}))  # the twin always grows
     chain, twin_pose, _ = chain_and_twin(cell, one, theta, rise)
     assert np.abs(chain.position - twin_pose.position).max() < ATOL_M
     assert np.abs(chain.rotation - twin_pose.rotation).max() < ATOL_RAD
@@ -118,6 +116,7 @@ def test_a_wrong_fault_in_the_twin_is_seen(cell):
     nominal = model.nominal_pose(theta).position
     chain = model.actual_pose(theta, rise, direction_states(reversal_widths(cell.sources), theta, nominal)).position
     faults = faults_of(cell.sources)
+    assert faults is not None
     for name in (
         "joint_zeros",
         "joint_coupling",
@@ -157,7 +156,9 @@ def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():
 @pytest.mark.parametrize("moved", [3, 6])
 def test_an_arm_that_pinocchio_does_not_confirm_is_refused(cell, moved):
     theta, rise = motion(cell, 60)
-    arm = build_faulty_arm(cell.robot, faults_of(cell.sources))
+    faults = faults_of(cell.sources)
+    assert faults is not None
+    arm = build_faulty_arm(cell.robot, faults)
     tool = Pose.stack([TOOL])
     arm.actual_pose(theta, {}, rise, tool, DirectionHistory(), 1)
     bent = arm.model.copy()

@@ -31,7 +31,7 @@ def test_it_shares_nothing_with_the_plan():
 
 def test_gcode_of_lines_and_modes(tmp_path):
     file = read(tmp_path, "%\nN1 g21 G90 (G91 X9)\nG0X0Y0Z5;X9\nG1 Z-0.5 F600\nx1.5y-.5\nG91\nX+1. Z.25\nM30\nX400\n")
-    assert_allclose(file.corner * 1e3, [[0, 0, 5], [0, 0, -0.5], [1.5, -0.5, -0.5], [2.5, -0.5, -0.25]])
+    assert_allclose(file.corner * 1e3, np.array([[0, 0, 5], [0, 0, -0.5], [1.5, -0.5, -0.5], [2.5, -0.5, -0.25]]))
     assert file.line.tolist() == [3, 4, 5, 7]
     assert file.given.all()
 
@@ -62,7 +62,7 @@ def test_arcs_have_their_centre_and_their_sense(tmp_path, block, centre, radius,
 def test_apt_goes_on_over_lines_and_ends_at_fini(tmp_path):
     text = "UNITS/MM $$ GOTO/9,9,9\nGOTO/1,2,$\n 3,0,0,1\nGODLTA/1,0,-.5D0\nFINI\nGOTO/400,0,0\n"
     file = read(tmp_path, text, "apt", shift=np.array([0.1, 0, 0]))
-    assert_allclose(file.corner * 1e3, [[101, 2, 3], [102, 2, 2.5]])
+    assert_allclose(file.corner * 1e3, np.array([[101, 2, 3], [102, 2, 2.5]]))
     assert file.line.tolist() == [2, 4]
 
 

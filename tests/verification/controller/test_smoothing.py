@@ -53,7 +53,7 @@ def test_what_stands_still_stays(motion):
 
 @MODELS
 def test_a_straight_line_at_steady_speed_is_only_late(motion):
-    time = PERIOD * np.arange(800)
+    time = PERIOD * np.arange(800, dtype=np.float64)
     late = smooth(0.2 * time[:, None], PERIOD, motion)[:, 0]
     settled = time > settling_time(motion)
     assert_allclose(late[settled], 0.2 * (time[settled] - moments(motion, PERIOD).delay), atol=1e-9)

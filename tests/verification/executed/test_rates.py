@@ -10,7 +10,7 @@ def windows(*levels, noise=1e-3, seed=0):
     """Windows of half a second, (count, rate) after (count, rate)."""
     rate = np.concatenate([np.full(n, r) for n, r in levels])
     rate = rate + noise * np.random.default_rng(seed).normal(size=len(rate))
-    begin = 0.5 * np.arange(len(rate))
+    begin = 0.5 * np.arange(len(rate), dtype=np.float64)
     return Windows(rate, begin, begin + 0.5)
 
 

@@ -94,6 +94,7 @@ def test_a_shape_elsewhere_comes_back_with_its_motion():
     place = path.place(np.linspace(0, path.length, 4000))
     there = place @ turned.T + [0.4, -0.2, 0.7]
     motion = shape_elsewhere(path, there, travelled_way(there, 0.0))
+    assert motion is not None
     assert_allclose(motion.act(there), place, atol=2e-4)
     assert_allclose(best_motion(there, place).rotation, turned.T, atol=1e-9)
     assert shape_elsewhere(path, there * [1.0, 0.3, 1.0], travelled_way(there, 0.0)) is None
@@ -106,6 +107,7 @@ def test_an_offset_is_known_where_the_path_has_several_directions():
     travelled = travelled_way(place, 0.0)
     projection = project(path, place, travelled, follow(path, place, travelled))
     offset = constant_offset(path, projection.way, projection.off)
+    assert offset is not None
     assert_allclose(offset.vector, [2e-4, -1e-4, 3e-4], atol=3e-6)
     line = course([(0, 0, 0), (0.5, 0, 0)])
     assert constant_offset(line, np.zeros(50, dtype=int), np.tile([0.0, 1e-4, 0.0], (50, 1))) is None
