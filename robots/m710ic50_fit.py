@@ -102,7 +102,10 @@ def fit(heat: NodeModel, rows: Rows | None = None) -> NodeModel:
 
 
 def shipped() -> NodeModel:
-    return load_job(str(HERE.parent / "paths" / "circle_1300.toml")).heat
+    heat = load_job(str(HERE.parent / "paths" / "circle_1300.toml")).heat
+    if not isinstance(heat, NodeModel):
+        raise TypeError("the shipped robot file's heat model in use must be [thermal.nodes]")
+    return heat
 
 
 def main() -> None:

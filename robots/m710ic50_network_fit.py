@@ -56,7 +56,13 @@ ALLOY = 73e-6  # [m2/s] diffusivity of aluminium 2024-T6 (Incropera et al., tabl
 #: surface to the air, assumed of the arm's size [m2]
 AREA = {"base": 0.8, "a1": 0.3, "a2": 0.8, "d4": 0.7, "d6": 0.06, "j1": 0.3, "j2": 0.3, "j3": 0.4, "wrist": 0.1}
 LOWER = ("base", "j1", "a1", "j2")
-MOTIONS = {"spiral": ("spiral_1300",), "circle": ("circle_1300",), "X": ("line_x",), "Y": ("line_y",), "Z": ("line_z",)}
+MOTIONS: dict[str, tuple[str, ...]] = {
+    "spiral": ("spiral_1300",),
+    "circle": ("circle_1300",),
+    "X": ("line_x",),
+    "Y": ("line_y",),
+    "Z": ("line_z",),
+}
 MOTIONS |= {"XY": ("line_x", "line_y")}
 
 
@@ -86,7 +92,8 @@ def parts(name: str, feed: float) -> np.ndarray:
     """Mean loss of each drive for holding, Coulomb and viscous of one, (3, 6) [W]: the losses are linear in them."""
     heat, out = base(), []
     for k in range(3):
-        one = replace(heat.drives, **{key: float(k == i) for i, key in enumerate(("holding", "coulomb", "viscous"))})
+        holding, coulomb, viscous = np.eye(3)[k]
+        one = replace(heat.drives, holding=holding, coulomb=coulomb, viscous=viscous)
         rows = [
             np.average(segment_losses(heat.robot, one, m)[0], axis=0, weights=np.diff(m.time))
             for m in driven(name, feed)
@@ -200,8 +207,9 @@ def main() -> None:
     heat, best = fit(base())
     for name, value in best.items():
         print(f"{name:15s} {value:.4g}  (assumed {PRIOR[name][0]:g}, within a factor {PRIOR[name][1]:g})")
-    for part in (*heat.bodies, *heat.housings):
-        print(f"{part.name:6s} film_W_K = {part.film:.4g}")
+    films = [(part.name, part.film) for part in heat.bodies] + [(part.name, part.film) for part in heat.housings]
+    for part_name, film in films:
+        print(f"{part_name:6s} film_W_K = {film:.4g}")
     for body in heat.bodies:
         print(f"{body.name:6s} conductance_W_mm_K = {body.conductance / MM:.4g}")
     off = misses(heat)

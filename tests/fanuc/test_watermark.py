@@ -202,7 +202,7 @@ def test_the_mark_of_the_first_version_is_read_whatever_else_the_program_holds()
         fits = np.where(
             joint_form[rows], watermark.joint_remainder(units[rows]), watermark.remainder(units[rows])
         ) == 0  # fmt: skip
-        odds = np.where(joint_form[rows][fits], np.log(3), np.log(27)).sum()
+        odds = np.asarray(np.where(joint_form[rows][fits], np.log(3), np.log(27))).sum()
         return odds >= np.log(1e6) and fits.mean() >= 0.75
 
     rng = np.random.default_rng(4)

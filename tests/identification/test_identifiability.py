@@ -1,11 +1,15 @@
 """What the frames can do is taken from the parameters, and what they can do only in rounding is not."""
 
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 from numpy.testing import assert_allclose
 
+from compgen.identification.fit import Fit
 from compgen.identification.identifiability import assess_identifiability
+from compgen.identification.measurements import Measurements
+from compgen.identification.model import ArmModel
 
 
 def stand_in(columns, parameter):
@@ -18,7 +22,9 @@ def stand_in(columns, parameter):
         noise_of_row=np.ones(rows), linear=SimpleNamespace(A=A, C=np.zeros((0, A.shape[2]))),
     )  # fmt: skip
     data = SimpleNamespace(sigma=np.ones(rows), aligned=np.array([False]), instrument=np.zeros(rows, dtype=int))
-    return assess_identifiability(SimpleNamespace(groups=lambda: ((), np.zeros(1, dtype=int))), data, fitted)
+    model = SimpleNamespace(groups=lambda: ((), np.zeros(1, dtype=int)))
+    # what stands in for them has what is asked of them
+    return assess_identifiability(cast(ArmModel, model), cast(Measurements, data), cast(Fit, fitted))
 
 
 def test_columns_that_differ_by_rounding_are_one_direction():

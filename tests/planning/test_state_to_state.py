@@ -112,7 +112,7 @@ def test_an_answer_that_drives_backwards_is_refused_even_if_the_block_was_though
 
 def answers_falsified(monkeypatch, number, falsify):
     """ruckig's answer to one of its questions is another."""
-    asked = []
+    asked: list[int] = []
 
     class Falsified:
         def __init__(self, degrees_of_freedom):
@@ -196,7 +196,7 @@ def test_another_answer_that_is_a_motion_too_is_what_the_robot_drives(monkeypatc
     theta = np.outer(arc, np.linspace(0.1, 0.5, 6))
     true = retiming.retime(robot, arc, theta, stop, 0.02)
 
-    class Gentle(ruckig.Ruckig):
+    class Gentle(ruckig.Ruckig):  # type: ignore[misc]  # it has no types
         def calculate(self, question, answer):
             question.max_jerk = [0.9]
             return super().calculate(question, answer)

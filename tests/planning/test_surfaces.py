@@ -40,7 +40,8 @@ def curve_derivatives(surface, xy, height):
     """First and second derivative of the lifted point along a plane curve, (M, 3) each [m]."""
     symbols = [ca.SX.sym(name, size) for name in ("xy", "xy1", "xy2", "h", "h1", "h2") for size in [2 - ("h" in name)]]
     coefficients = ca.SX.sym("surface", 15)
-    outputs = surfaces.curve_derivatives_expr(coefficients, tuple(symbols[:3]), tuple(symbols[3:]))
+    xy0, xy1, xy2, h0, h1, h2 = symbols
+    outputs = surfaces.curve_derivatives_expr(coefficients, (xy0, xy1, xy2), (h0, h1, h2))
     function = ca.Function("curve_derivatives", [coefficients, *symbols], [*outputs])
     first, second, extent = evaluate(function, surface.coefficients(), *xy, *(h[:, None] for h in height))
     assert np.all(extent > 0)
