@@ -234,7 +234,8 @@ def positions(lines: list[str]) -> dict[int, Position]:
                 group.axes[axis] = None if "*" in value else float(value)
                 for unit in ("mm", "deg"):
                     if text[: len(unit)].lower() == unit:
-                        turning = axis in "WPR" or (axis in FIRST_JOINTS and group in first_groups(position))
+                        is_first = any(group is first for first in first_groups(position))  # two may be equal
+                        turning = axis in "WPR" or (axis in FIRST_JOINTS and is_first)
                         if unit == ("mm" if turning else "deg" if axis in "XYZ" else ""):
                             raise ValueError(f"{axis} in {unit}")
                         text = text[len(unit) :]

@@ -302,6 +302,11 @@ def test_a_name_may_hold_a_bracket_and_a_number():
     assert moves_of(read) == [("L", ("P[1:a] 5b]",), "5mm/sec", "FINE")]
 
 
+def test_a_second_group_that_says_the_same_may_have_a_linear_axis():
+    pose = b"P[1]{\n   GP1:\n\tUF:1, UT:0,\t\nJ1=0deg\n   GP2:\n\tUF:1, UT:0,\t\nJ1=0mm\n};\n"
+    assert_readers_agree(program(b"   1:J P[1] 5% FINE ;\n", pose))
+
+
 # Programs nobody wrote -----------------------------------------------------------------------------------------------
 
 
