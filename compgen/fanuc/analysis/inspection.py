@@ -57,13 +57,13 @@ def inspect(
     poses = around.poses(program, robot)
     length, duration, untimed = _travel(program, poses, active, via, goal)
     first = p.group <= 1
-    beyond = np.flatnonzero(poses.margin < 0)
     traversal = read_traversal(program, poses, robot, around.called.motionless)
     scope = read_scope(program, poses, traversal, robot)
     mark = mark_of(program, poses, traversal, scope.free)
     number = p.number[poses.row]
     unsafe = [*scope.unsafe, *_unknown_frames(program, poses)]
     unsafe += contradictions(program, traversal, around.called.motionless)
+    in_order = sorted(unsafe, key=lambda u: (u.line, u.reason))
     return {
         "name": program.name,
         "subtype": program.subtype,
@@ -74,20 +74,14 @@ def inspect(
         "motions": dict(Counter(map(m.letter.__getitem__, active.tolist()))),
         "disabled_motions": int(m.disabled.sum()),
         "frames": _frames(p.uframe[first], p.utool[first]),
-        "positions": {
-            **_uses(program, np.concatenate([via, goal])),
-            "joint_form": int(poses.joint_form.sum()),
-        },
+        "positions": {**_uses(program, np.concatenate([via, goal])), "joint_form": int(poses.joint_form.sum())},
         "path_length_mm": length / MM,
         "duration_s": duration,
         "motions_without_time": untimed,
         "postures": _postures(program, first),
         "limits": _limits(poses, number, robot) if robot else {},
-        "out_of_reach": number[beyond].tolist(),
-        "unsafe": [
-            {"line": u.line, "text": u.text, "reason": u.reason}
-            for u in sorted(unsafe, key=lambda u: (u.line, u.reason))
-        ],
+        "out_of_reach": number[poses.margin < 0].tolist(),
+        "unsafe": [{"line": u.line, "text": u.text, "reason": u.reason} for u in in_order],
     }
 
 

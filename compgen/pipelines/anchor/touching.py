@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.toml import suggest
@@ -227,12 +227,7 @@ def check_touches(
     distance = np.abs(np.linalg.norm(centre[:, None] - place[None, :S], axis=2) - radius[:, None])  # (N, S)
     own = distance[spheres, touches.target[spheres]]
     if not (own > FAR).any():
-        coordinates = int(np.where(np.isfinite(touches.normal[:, 0]) | ~on, 1, 3).sum())
-        if coordinates < LEAST_COORDINATES:
-            raise InputError(
-                f"{touches.file}: {coordinates} coordinates of touches; a state needs {LEAST_COORDINATES} at least, 24 "
-                "(8 located spheres) serve well: touch more"
-            )
+        _require_coordinates(touches, on)
         return
     nearest = distance.argmin(axis=1)
     met = distance[np.arange(len(distance)), nearest] < FAR
@@ -255,3 +250,13 @@ def check_touches(
             )
     mend = "joints are in radians, not degrees" if largest < RADIANS else "mend its place, artefact.frame, or the probe"
     raise InputError(f"{touches.label[n]}: touched {gap / MM:.0f} mm from where sphere '{named}' is; {mend}")
+
+
+def _require_coordinates(touches: Touches, on: BoolArray) -> None:
+    """Raises InputError where touches, on a sphere or not (N,), say less than a state needs."""
+    coordinates = int(np.where(np.isfinite(touches.normal[:, 0]) | ~on, 1, 3).sum())
+    if coordinates < LEAST_COORDINATES:
+        raise InputError(
+            f"{touches.file}: {coordinates} coordinates of touches; a state needs {LEAST_COORDINATES} at least, 24 "
+            "(8 located spheres) serve well: touch more"
+        )
