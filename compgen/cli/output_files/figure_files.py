@@ -3,7 +3,6 @@
 Figures are drawn without the page, by kaleido in a browser without a window and without the network.
 """
 
-import asyncio
 import logging
 import os
 import re
@@ -136,6 +135,8 @@ def render(figures: Mapping[str, Mapping[str, Any]], kind: str) -> dict[str, byt
     Raises:
         NoRenderer: kaleido or the browser that it needs is not installed, or fails.
     """
+    import asyncio  # takes its time, and few ask for figures
+
     arguments, sys.argv = sys.argv, sys.argv[:1]  # kaleido's logger reads them as its own, and ends on --log
     try:
         import kaleido
