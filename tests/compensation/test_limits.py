@@ -86,9 +86,9 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     one = optimise.optimise(part, settings)
     lengths, solve = [], limits.solve_stretch
 
-    def watched(part, settings, start, free_rows):
+    def watched(part, settings, start, free_rows, progress):
         lengths.append(len(free_rows))
-        return solve(part, settings, start, free_rows)
+        return solve(part, settings, start, free_rows, progress)
 
     monkeypatch.setattr(limits, "solve_stretch", watched)
     many = structured.optimise(part, settings, window=40, max_window=40)
