@@ -14,6 +14,6 @@ def flange(rows: np.ndarray, theta: np.ndarray) -> np.ndarray:
     return T
 
 
-def off(rows: np.ndarray, found: Iterable[np.ndarray], poses: Iterable[np.ndarray]) -> float:
+def off(rows: np.ndarray, joints: Iterable[np.ndarray], poses: Iterable[np.ndarray]) -> float:
     """How far the worst answer puts the flange from where it shall be [m]."""
-    return float(max(np.linalg.norm(flange(rows, q)[:3, 3] - T[:3, 3]) for q, T in zip(found, poses, strict=False)))
+    return float(max(np.linalg.norm(flange(rows, q)[:3, 3] - T[:3, 3]) for q, T in zip(joints, poses, strict=False)))

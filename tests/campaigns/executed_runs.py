@@ -54,7 +54,8 @@ def judged(text, log, situation):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "log.csv"
         file.write_bytes(log)
-        return judge_log(read_text(str(file.with_name("PART.LS")), text), read_position_log(file), situation)
+        program = read_text(str(file.with_name("PART.LS")), text)
+        return judge_log(program, situation.course(text), read_position_log(file), situation)
 
 
 def one_run(seed, situation):
@@ -140,7 +141,9 @@ def one_controller(seed, situation, course, text):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "log.csv"
         file.write_bytes(log)
-        _, identified = identify_motion(read_text(str(file), text), read_position_log(file), situation)
+        _, identified = identify_motion(
+            read_text(str(file), text), situation.course(text), read_position_log(file), situation
+        )
     kind = identified.chosen.kind
     times, true = times_of(kind, identified.chosen.numbers), (*means, *lags)
     right = not wrong and kind.space == motion.space and kind.filters == ("means" if means else "lags")

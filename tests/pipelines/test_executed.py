@@ -27,7 +27,8 @@ def situation(robot, programs=None):
 def judged(tmp_path, robot, content, log, programs=None, **more):
     (tmp_path / "log.csv").write_bytes(log if isinstance(log, bytes) else log.encode())
     text = read_text(str(tmp_path / "PART.LS"), content)
-    return judge_log(text, read_position_log(tmp_path / "log.csv"), situation(robot, programs), **more)
+    around = situation(robot, programs)
+    return judge_log(text, around.course(content), read_position_log(tmp_path / "log.csv"), around, **more)
 
 
 def by_steps(course, run=None, logger=None):

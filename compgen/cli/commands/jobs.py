@@ -154,7 +154,7 @@ def predict(
 
 
 @dataclass(frozen=True, slots=True)
-class JobFiles:
+class JobOutput:
     """Where the files of a job go, and whose they are."""
 
     place: PagePlace
@@ -182,10 +182,10 @@ class JobFiles:
 
 def _job_files(
     folder: Path, run: Run, program: str, headed: Sequence[Headed], page: PageChoice, date: str | None
-) -> JobFiles:
+) -> JobOutput:
     """Where the files of a job go; raises InputError where they would replace what is not the run's own."""
     check_folder(folder, run, record=REPORT, others=REPORTS, headed=headed)
-    return JobFiles(page_place(folder, page, date), run, program)
+    return JobOutput(page_place(folder, page, date), run, program)
 
 
 def _with_progress(content: Content, progress: Progress, share: float) -> Iterable[bytes]:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from compgen.identification.motion.identify import IdentifiedMotion
     from compgen.pipelines.executed.executed import ProgramText, Situation
     from compgen.report.inputs import Inputs
+    from compgen.verification.executed.course import ProgramCourse
     from compgen.verification.executed.judgement import ExecutedRun
 
 RECORD, PAGE, TABLE = "executed.json", "executed.html", "executed.csv"
@@ -47,6 +48,7 @@ class LoggedProgram:
     file: str
     log: str
     text: "ProgramText"
+    course: "ProgramCourse"
     robot_file: str
     situation: "Situation"
 
@@ -73,8 +75,8 @@ def _logged_program(
         text = read_text(program, content)
     situation = Situation(load_robot(robot_file), *tables.read(), programs_beside(Path(program)), in_world)
     with naming_file(program):
-        situation.course(content)  # what is wrong with the program is named before the log is read
-    return LoggedProgram(file=program, log=log, text=text, robot_file=robot_file, situation=situation)
+        course = situation.course(content)  # what is wrong with the program is named before the log is read
+    return LoggedProgram(file=program, log=log, text=text, course=course, robot_file=robot_file, situation=situation)
 
 
 def executed(
@@ -110,7 +112,7 @@ def executed(
     check_folder(folder, own, record=RECORD, others=[PAGE, TABLE])
     place = page_place(folder, page, date)
     others = [(name, read_program(name)) for name in also or []]
-    run = judge_log(text, read_position_log(logged.log), logged.situation, others, bound)
+    run = judge_log(text, logged.course, read_position_log(logged.log), logged.situation, others, bound)
     summary = executed_summary(run, text, logged.situation.robot, bound)
     record, html = json_text(summary), executed_html(run, summary, logged.inputs(), place.options)
     files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
@@ -173,7 +175,9 @@ def identify_motion(
     target = robot_file_place(output, default, Command.IDENTIFY_MOTION, IDENTIFIED_MOTION, page, date)
     positions = read_position_log(logged.log)
     with show_progress(quiet=screen.is_silent) as progress:
-        run, identified = identify(logged.text, positions, logged.situation, partial(progress, stages.MOTION))
+        run, identified = identify(
+            logged.text, logged.course, positions, logged.situation, partial(progress, stages.MOTION)
+        )
     return _publish_motion(logged, arm.text, run, identified, target)
 
 

@@ -55,7 +55,8 @@ class Positions:
 
     def row_of(self) -> dict[int, int]:
         """The row of each position's number, group 1."""
-        return dict(zip(self.number[self.first_group].tolist(), self.first_group.tolist(), strict=True))
+        first = self.first_group
+        return dict(zip(self.number[first].tolist(), first.tolist(), strict=True))
 
     def six_of(self, rows: IntArray) -> tuple[IntArray, IntArray]:
         """Where in ``value`` and ``span`` the six numbers of some rows are: X to R, or J1 to J6 in joint form."""

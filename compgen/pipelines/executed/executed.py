@@ -113,6 +113,7 @@ class Situation:
 
 def judge_log(
     text: ProgramText,
+    course: ProgramCourse,
     log: PositionLog,
     situation: Situation,
     also: Sequence[tuple[str, bytes]] = (),
@@ -122,6 +123,7 @@ def judge_log(
 
     Args:
         text: The program.
+        course: Of that text (``Situation.course``).
         log: Of the run.
         situation: Robot, frames, and what the program calls.
         also: Names and listings of other programs that may have been run instead.
@@ -130,7 +132,6 @@ def judge_log(
     Raises:
         InputError: Not a program, or a log that is not of it.
     """
-    course = situation.course(text.content)
     followed = follow_log(log, course, situation.robot, world=situation.world)
     deviation, clock = measure(course, followed)
     others = [*also, *([("the planned program", text.planned)] if text.planned is not None else [])]

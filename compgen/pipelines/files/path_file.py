@@ -23,7 +23,6 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
-from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
 from compgen.job.day_plan import Programs, plan_history
@@ -54,7 +53,6 @@ from compgen.thermal import Ambient, tables
 from compgen.thermal.ensemble import Ensemble, started
 from compgen.thermal.history import History
 from compgen.thermal.log_end import end_of
-from compgen.thermal.tables.schema import StateTable
 from compgen.verification.own_file.second_reading import read_own_file
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
@@ -134,15 +132,16 @@ def job_of(files: JobFiles) -> Job:
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
     programs = _programs(program, cell)
-    state = _state(path, source, cell)  # before files are hashed: what is wrong with it has its own words
+    state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
+    age = 0.0 if path.state is None else path.state.age_min * MINUTE
+    state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
     others = files_read(path, str(source))
     history = _planned_day(path, programs, cell, air)
     if log is not None:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
-    if state is not None and path.state is not None:
-        age = path.state.age_min * MINUTE
-        cell = cell_with_state(cell, state, _state_file(path.state, source))
+    if state is not None:
+        cell = cell_with_state(cell, state, state_file)
         history = history_from_state(history, state, age, air if is_air_given else None)
         replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
         notes = (*notes, state_note(state, age, replaced))
@@ -169,17 +168,6 @@ def job_of(files: JobFiles) -> Job:
     )
     refuse_without_uncertainty(job)
     return job
-
-
-def _state_file(table: StateTable, source: Path) -> str:
-    return os.path.normpath(source.parent / table.file)
-
-
-def _state(path: PathFile, source: Path, cell: Cell) -> AnchoredState | None:
-    """What a path file's state says of a cell's robot; None where it names none."""
-    if path.state is None:
-        return None
-    return load_state(_state_file(path.state, source), cell, path.state.age_min * MINUTE)
 
 
 def _planned_day(path: PathFile, programs: Programs, cell: Cell, air: Ambient) -> History:

@@ -46,9 +46,9 @@ def prepared_for(job: Job, program: Program) -> PreparedProgram:
 
 
 def at_start(job: Job, prepared: PreparedProgram, start: Start, twin: Twin | None = None) -> PreparedProgram:
-    """A text after everything that a job's cell did until a start, by the twin's own heat; default the job's twin."""
+    """A text after everything that a job's cell did until a start, by the twin's own heat; default the text's twin."""
     slowed = prepared if start.override == 1 else prepared.at_override(start.override)
-    return slowed.reheated(twin or twin_of(job), duties_before(job.history, start), job.history.air)
+    return slowed.reheated(twin or prepared.twin, duties_before(job.history, start), job.history.air)
 
 
 def deviation_of(

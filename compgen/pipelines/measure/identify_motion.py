@@ -14,12 +14,14 @@ from compgen.identification.motion.identify import IdentifiedMotion, identify
 from compgen.identification.motion.windows import windows_of
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
 from compgen.robot.robot import Robot
+from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.executed.position_log import PositionLog
 
 
 def identify_motion(
     text: ProgramText,
+    course: ProgramCourse,
     log: PositionLog,
     situation: Situation,
     progress: Callable[[float], None] = lambda share: None,
@@ -28,6 +30,7 @@ def identify_motion(
 
     Args:
         text: The program that was run.
+        course: Of that text.
         log: Of its positions.
         situation: Robot, frames, and what the program calls.
         progress: Called with the share done.
@@ -35,7 +38,7 @@ def identify_motion(
     Raises:
         InputError: Not a program, a log that is not of it, or one of a run with no steady motion.
     """
-    run = judge_log(text, log, situation)
+    run = judge_log(text, course, log, situation)
     another = (Code.EXECUTED_ANOTHER, Code.EXECUTED_OLDER, Code.EXECUTED_OFFSET)
     wrong = next((f for f in run.findings if f.code in another), None)
     if wrong is not None:

@@ -50,13 +50,13 @@ def manifest_anew(
         sums = {"old_sha256": entry["sha256"], "new_sha256": checksum}
         replaced.append({"name": page.name, **sums, "before": page.before.record(), "after": page.after.record()})
         entry.update(sha256=checksum, bytes=len(data), **(facts or {}).get(page.file, {}))
-    said = {"loaded": rewriting.loaded, "done": rewriting.done}
+    known_pages = {"loaded": rewriting.loaded, "done": rewriting.done}
     entry = {
         "from_page": rewriting.from_page,
         "date": rewriting.date,
         "why": rewriting.why,
         **rewriting.cause,
-        **{key: page for key, page in said.items() if page},
+        **{key: page for key, page in known_pages.items() if page},
         **rewriting.start,
         "join": None if rewriting.join is None else rewriting.join.record(),
         "pages": replaced,
