@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix
@@ -332,7 +332,7 @@ class _Solver:
 
 def outlier_threshold(rows: int, numbers: IntArray | int = 3) -> Array:
     """Squared deviation over variance beyond which a row of so many numbers is an outlier."""
-    return np.asarray(chi2.isf(CHANCE / max(rows, 1), numbers))
+    return np.asarray(chdtri(numbers, CHANCE / max(rows, 1)))
 
 
 def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Measurements, outlier: BoolArray) -> Array:

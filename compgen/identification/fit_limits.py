@@ -21,7 +21,7 @@ and lambda is the rms over blocks of the mean deviation m of a block over all th
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import log_ndtr
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.codes import Code, Level
@@ -163,7 +163,7 @@ def _shared_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -
     if noise is None:
         return None
     beyond = noise.rho / noise.spread
-    given = noise.rho + noise.spread * float(np.exp(norm.logpdf(beyond) - norm.logcdf(beyond)))
+    given = noise.rho + noise.spread * float(np.exp(-(beyond**2) / 2 - log_ndtr(beyond)) / np.sqrt(2 * np.pi))
     return float(max(given, 0.0)), noise.variance
 
 

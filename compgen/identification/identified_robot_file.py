@@ -25,6 +25,7 @@ from compgen.robot.robot import Robot
 
 PER_DEGREE = 1000  # steps to which the box is widened
 _MEND = "give each source a table [sources.<name>] of its own"
+PLAUSIBLE = 3.0  # sigmas of their priors, beyond which a node's rise and time constant are not believed
 LEAST = 0.1  # share that the measurements determine, below which the file's value stays
 
 
@@ -188,7 +189,7 @@ def check_written(text: str, expected: Mapping[str, Any]) -> None:
     raise InputError(f"robot file: cannot be updated: its sources are laid out in an unusual way; {_MEND}")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SensorlessNode:
     """What the fit says of a node's rise: factors on the robot file's rise_K and tau_h."""
 
@@ -196,7 +197,8 @@ class SensorlessNode:
     height: float
     height_sigma: float
     lag: float
-    is_known: bool  # whether the measurements say more than the file
+    is_plausible: bool  # whether both are within three sigmas of what a node can be
+    is_known: bool  # and the measurements say more than the file
 
     def written(self, rise_K: float, tau_h: float) -> tuple[float, float]:
         """Rise and time constant for the file, from those that it has."""
@@ -221,8 +223,16 @@ def sensorless_nodes(model: ArmModel, fitted: Fit, names: Sequence[str]) -> list
         if field == "height":
             at, lag = numbers["height", k], numbers["lag", k]
             factors = 1 + float(fitted.p[at]), float(np.exp(fitted.p[lag]))
-            is_known = bool(fitted.gamma[at] > LEAST)
-            nodes.append(SensorlessNode(names[k], factors[0], float(fitted.sigma[at]), factors[1], is_known))
+            is_plausible = bool((np.abs(fitted.p) <= PLAUSIBLE * model.prior)[[at, lag]].all())
+            node = SensorlessNode(
+                name=names[k],
+                height=factors[0],
+                height_sigma=float(fitted.sigma[at]),
+                lag=factors[1],
+                is_plausible=is_plausible,
+                is_known=is_plausible and bool(fitted.gamma[at] > LEAST),
+            )
+            nodes.append(node)
     return nodes
 
 
@@ -253,4 +263,11 @@ def sensorless_findings(nodes: Sequence[SensorlessNode], *, is_written: bool) ->
                 f"says beside the others, with {node.lag:.2f} times its time constant; {ending}"
             )
             findings.append(Finding(Level.NOTE, Code.LOG_FITTED, message))
+        elif not node.is_plausible:
+            message = (
+                f"{node.name} has no sensor: the fit asks for {node.height:.3g} times its rise with {node.lag:.3g} "
+                f"times its time constant, beyond {PLAUSIBLE:g} sigmas of what a node can be: the log does not show "
+                "it, its rise_K and tau_h stay; put a sensor on it"
+            )
+            findings.append(Finding(Level.WARNING, Code.HELD, message))
     return findings

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
@@ -34,7 +34,7 @@ def with_shared_setups(data: Measurements, fitted: Fit) -> tuple[Measurements, l
         a, b = (slice(K + 6 * k, K + 6 * k + 6) for k in (i, j))
         spread = C[a, a] + C[b, b] - C[a, b] - C[a, b].T
         near = bool(np.abs(difference).max() <= NEAR)
-        return near and bool(difference @ np.linalg.solve(spread, difference) <= chi2.isf(CHANCE, 6))
+        return near and bool(difference @ np.linalg.solve(spread, difference) <= chdtri(6, CHANCE))
 
     merged, pairs = _merged(data, fitted, is_one)
     messages = [

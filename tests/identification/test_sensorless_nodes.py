@@ -2,6 +2,8 @@
 
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from flawed import flawed_file
 from numpy.testing import assert_allclose
 from synthetic import made_up, warming
 
+from compgen.core.codes import Level
 from compgen.identification.fit import fit
 from compgen.identification.identified_robot_file import sensorless_findings, sensorless_nodes, with_sensorless_nodes
 from compgen.identification.model import build_model
@@ -75,6 +78,25 @@ def test_its_height_is_fitted_along_and_written(truth, warm):
     assert after[NODE]["rise_K"] == pytest.approx(before[NODE]["rise_K"] * node.height, rel=1e-3)
     assert [n for k, n in enumerate(after) if k != NODE] == [n for k, n in enumerate(before) if k != NODE]
     assert "j3 has no sensor" in sensorless_findings([node], is_written=True)[0].message
+
+
+@pytest.mark.parametrize(("height", "lag"), [(0.0, 10.0), (30.0, 0.0)])
+def test_what_no_node_can_be_is_not_written(truth, warm, height, lag):
+    arm, (data, _) = truth.arm, warm
+    model = build_model(
+        arm.robot, symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=True), 5, (), data.modelled
+    )
+    values = {"height": height, "lag": lag}
+    p = np.array([values.get(t.field, 0.0) if t.source == "warm_up" else 0.0 for t in model.parameters])
+    everything = np.ones(len(p), dtype=bool)
+    fitted: Any = SimpleNamespace(p=p, active=everything, sigma=model.prior, gamma=np.ones(len(p)))
+    nodes = sensorless_nodes(model, fitted, arm.nodes)
+    assert not nodes[0].is_known
+    (finding,) = sensorless_findings(nodes, is_written=True)
+    assert finding.level is Level.WARNING
+    assert "j3 has no sensor" in finding.message
+    assert "the log does not show it" in finding.message
+    assert with_sensorless_nodes(arm.text, nodes) == arm.text
 
 
 def fixed_at(model, p, active):

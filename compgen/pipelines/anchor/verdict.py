@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtrc
 
 from compgen.core.arrays import Array, rms
 from compgen.core.exceptions import InputError
@@ -64,7 +64,7 @@ class Moved:
 
 def probability(chi2: float, freedom: int) -> float:
     """Of a chi^2 as large or larger."""
-    return float(chi2_distribution.sf(chi2, freedom))
+    return float(chdtrc(freedom, chi2))
 
 
 def verdict_of(
