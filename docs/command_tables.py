@@ -26,7 +26,7 @@ PAGES = {
     "correct": ("inspect", "correct"),
     "long_programs": ("pages",),
     "loading": ("verify-backup",),
-    "executed": ("executed", "identify-motion"),
+    "executed": ("executed", "plan-motion-log", "identify-motion"),
     "resume": ("resume", "follow"),
     "anchor": ("anchor", "offsets", "plan-touches"),
     "heat": ("heat",),

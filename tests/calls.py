@@ -55,6 +55,7 @@ CALLS = {
     "whatif": ("whatif", LINE, "--vary", "process.feed_mm_s=100,200", "--workers", "1", "-o", "w"),
     "plan-poses": ("plan-poses", "m710ic50", "-n", "12", "--no-reversals", "-o", "poses"),
     "plan-touches": ("plan-touches", LINE, "--artefact", "artefact.toml", "-n", "4", "-o", "t"),
+    "plan-motion-log": ("plan-motion-log", "m710ic50", "-o", "log"),
     "inspect-robot": ("inspect-robot", "m20ia", "-o", "sheet"),
     "export-robot": ("export-robot", "m710ic50", "-o", "arm.urdf"),
     "init": ("init", "cell"),

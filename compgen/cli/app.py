@@ -22,6 +22,7 @@ from compgen.cli.commands.inspect import inspect, verify_backup
 from compgen.cli.commands.jobs import generate, predict
 from compgen.cli.commands.offsets import offsets
 from compgen.cli.commands.pages import pages
+from compgen.cli.commands.plan_motion_log import plan_motion_log
 from compgen.cli.commands.plan_poses import plan_poses
 from compgen.cli.commands.plan_touches import plan_touches
 from compgen.cli.commands.position_logs import executed, identify_motion
@@ -37,7 +38,7 @@ SECTIONS = {
     "Programs": (generate, predict, check, inspect, correct, pages, verify_backup, executed),
     "While a job runs": (resume, follow, anchor, offsets),
     "What if": (heat, whatif, compare),
-    "Measurements": (plan_poses, identify, validate, plan_touches, teach_frame, identify_motion),
+    "Measurements": (plan_poses, identify, validate, plan_touches, teach_frame, plan_motion_log, identify_motion),
     "Files": (inspect_robot, export_robot, init, schema),
 }
 NAMES = {title: tuple(c.__name__.replace("_", "-") for c in commands) for title, commands in SECTIONS.items()}

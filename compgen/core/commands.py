@@ -26,6 +26,7 @@ class Command(StrEnum):
     VALIDATE = "validate"
     PLAN_POSES = "plan-poses"
     PLAN_TOUCHES = "plan-touches"
+    PLAN_MOTION_LOG = "plan-motion-log"
     TEACH_FRAME = "teach-frame"
     INSPECT = "inspect"
     INSPECT_ROBOT = "inspect-robot"

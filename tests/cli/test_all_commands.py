@@ -283,7 +283,7 @@ WITHOUT = {
         name: NO_ROWS
         for name in (
             "inspect", "compare", "pages", "verify-backup", "inspect-robot", "export-robot", "init", "schema",
-            "teach-frame",
+            "teach-frame", "plan-motion-log",
         )
     },
     "--max-um": {
@@ -293,6 +293,7 @@ WITHOUT = {
         "identify": "it judges a fit by what it was not fitted to; validate has a bound",
         "identify-motion": "it judges a fit by what it was not fitted to; executed has a bound",
         "plan-poses": "nothing is measured yet",
+        "plan-motion-log": "nothing is logged yet",
         "plan-touches": "nothing is measured yet",
         "teach-frame": "it judges a frame by the touches' own noise",
     },

@@ -18,7 +18,7 @@ COMMANDS = (
     "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed",
     "resume", "follow", "anchor", "offsets",
     "heat", "whatif", "compare",
-    "plan-poses", "identify", "validate", "plan-touches", "teach-frame", "identify-motion",
+    "plan-poses", "identify", "validate", "plan-touches", "teach-frame", "plan-motion-log", "identify-motion",
     "inspect-robot", "export-robot", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}

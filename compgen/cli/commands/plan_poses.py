@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from compgen.robot.robot import Robot
 
 FARTHEST_MM = 1e5  # of what stands in a cell
-NUMBERS = {"--box": 6, "--reflector": 3, "--instrument": 3}
 HEADERS = ("poses to measure", "reversal runs")  # comments of the programs
 POSES, EXPECTED, REVERSALS = "poses.csv", "expected.csv", "reversals.csv"
 
@@ -70,11 +69,11 @@ class SiteChoice:
         from compgen.identification.pose_planning import Site
 
         reach = float(np.abs(robot.a).sum() + np.abs(robot.d).sum()) / MM
-        box = [-reach] * 3 + [reach] * 3 if self.box is None else _typed_numbers("--box", self.box)
+        box = np.array([-reach] * 3 + [reach] * 3) if self.box is None else _lengths("--box", self.box)
         if not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
             raise InputError(f"--box '{self.box}': each low corner must be below the high one: x0 y0 z0 x1 y1 z1")
-        reflectors = [_typed_numbers("--reflector", text) for text in self.reflectors or ["60 0 100"]]
-        stand = None if self.instrument is None else np.array(_typed_numbers("--instrument", self.instrument)) * MM
+        reflectors = [_lengths("--reflector", text) for text in self.reflectors or ["60 0 100"]]
+        stand = None if self.instrument is None else _lengths("--instrument", self.instrument) * MM
         return Site(
             box=np.array([box[:3], box[3:]]) * MM,
             reflector=np.array(reflectors) * MM,
@@ -91,7 +90,9 @@ class SiteChoice:
         given = [("--reflector", text) for text in self.reflectors or []]
         given += [("--instrument", self.instrument)] if self.instrument else []
         given += [("--box", self.box)] if self.box else []
-        return [f for option, text in given for f in lengths_in_other_units(option, text, _typed_numbers(option, text))]
+        return [
+            f for option, text in given for f in lengths_in_other_units(option, text, _lengths(option, text).tolist())
+        ]
 
 
 def plan_poses(
@@ -193,15 +194,9 @@ def _check(folder: Path, run: Run, program: str, turning: str) -> None:
         check_unfilled(folder, table, "measurements", lambda row: row.endswith(b",,,"))
 
 
-def _typed_numbers(option: str, text: str) -> list[float]:
-    count = NUMBERS[option]
-    try:
-        numbers = [float(v) for v in text.replace(",", " ").split()]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(abs(v) <= FARTHEST_MM for v in numbers):
-        raise InputError(f"{option} '{text}': expected {count} numbers in mm, none beyond {FARTHEST_MM:g}")
-    return numbers
+def _lengths(option: str, text: str) -> "Array":
+    """The corners of a box, or a place [mm]."""
+    return opt.typed_numbers(option, text, 6 if option == "--box" else 3, FARTHEST_MM)
 
 
 def _poses_csv(pendant: "Array", targets: Sequence[Sequence[int]]) -> bytes:

@@ -21,6 +21,7 @@ from compgen.core.findings import beyond_text
 from compgen.core.units import HOUR, MINUTE, UM
 
 if TYPE_CHECKING:
+    from compgen.core.arrays import Array
     from compgen.job.job import Cell, Job
     from compgen.program.frames import Frames
     from compgen.program.registers import Register
@@ -258,6 +259,19 @@ def given(option: str, value: str | None, what: str) -> str:
     if value is None:
         raise InputError(f"{option}: missing; give {what}")
     return value
+
+
+def typed_numbers(option: str, text: str, count: int, most: float) -> "Array":
+    """So many numbers of an option's text, in mm, (count,); raises InputError."""
+    import numpy as np
+
+    try:
+        numbers = [float(v) for v in text.replace(",", " ").split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(abs(v) <= most for v in numbers):
+        raise InputError(f"{option} '{text}': expected {count} numbers in mm, none beyond {most:g}")
+    return np.array(numbers)
 
 
 def output_folder(path: str, output: str | None, suffix: str = "") -> Path:

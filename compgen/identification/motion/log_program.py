@@ -1,0 +1,99 @@
+r"""A program whose log tells how a controller smooths: to and fro, corners, a curve, and lines of broken periods.
+
+All figures stand around a centre c, of size s, in the plane of World's x and y and upright in that of x and z:
+
+    to and fro   a straight way between two stops (FINE), at two speeds: its ramps are the filters' sum
+    squares      corners at CNT100, flat and upright, at two speeds: they part two filters, and joints from Cartesian
+    circle       in quarter arcs: its pull is v^2 sigma^2 / (2 R), R = s / 2
+    short lines  each 3.15 interpolation periods long: rounded up they take 4, and the speed falls by 21 %
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.pose import Pose
+from compgen.program.program import Program
+from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.joint_path import follow_branch
+from compgen.robot.robot import Robot
+from compgen.robot.turns import turn_digits
+
+DOWN = np.diag([1.0, -1.0, -1.0])  # the flange looks down
+POSTURE = Posture()
+ROUNDS = 4  # of each square at full speed, and of the way to and fro
+SLOW_ROUNDS = 2  # at half of it
+CIRCLES = 3
+BROKEN = 3.15  # periods of a short line
+LONGEST = 0.65  # [s] of both filters, that sides leave room for
+SQUARE = ((-0.5, 0.5), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5), (-0.5, 0.0))
+REMARKS = ("log positions while this runs:", "cgen identify-motion reads them", "UTOOL 0, UFRAME 0: free space?")
+
+
+@dataclass(frozen=True, slots=True)
+class _Figures:
+    """Positions in sizes from the centre, each with the speed to it, whether it stops, and whether it is a via."""
+
+    place: list[tuple[float, float, float]] = field(default_factory=lambda: [(-0.5, 0.0, 0.0)])
+    speed: list[float] = field(default_factory=list)
+    fine: list[bool] = field(default_factory=lambda: [True])
+    via: list[bool] = field(default_factory=lambda: [False])
+
+    def go(self, places: list[tuple[float, float, float]], speed: float, *, arcs: bool = False) -> None:
+        """To places one after the other without a stop but at the last; of arcs every second one is the end."""
+        for n, place in enumerate(places, 1):
+            self.place.append(place)
+            self.speed.append(speed)
+            self.fine.append(n == len(places))
+            self.via.append(arcs and n % 2 == 1)
+
+
+def least_size(speed: float) -> float:
+    """The smallest size whose sides are longer than what two filters reach at a speed [m]."""
+    return 2 * speed * LONGEST
+
+
+def motion_log_program(robot: Robot, name: str, date: str, centre: Array, size: float, speed: float) -> Program:
+    """The program, in World and of the flange, which looks down.
+
+    Args:
+        robot: Its arm and interpolation period.
+        name: As the controller takes it.
+        date: "YY-MM-DD".
+        centre: Of the figures in World, (3,) [m].
+        size: Of each [m], ``least_size`` or more.
+        speed: The higher one [m/s].
+
+    Raises:
+        ImpossibleError: The robot cannot drive it; names the position.
+    """
+    figures = _Figures()
+    for driven, rounds in ((speed, ROUNDS), (speed / 2, SLOW_ROUNDS)):
+        for _ in range(rounds):
+            figures.go([(0.5, 0.0, 0.0)], driven)
+            figures.go([(-0.5, 0.0, 0.0)], driven)
+        figures.go([(x, y, 0.0) for x, y in SQUARE * rounds], driven)
+        figures.go([(x, 0.0, z) for x, z in SQUARE * rounds], driven)
+    angle = np.pi - np.arange(1, 8 * CIRCLES + 1) * np.pi / 4
+    figures.go([(float(np.cos(a)) / 2, float(np.sin(a)) / 2, 0.0) for a in angle], speed, arcs=True)
+    short = BROKEN * robot.controller.period * speed / size
+    figures.go([(x, 0.0, 0.0) for x in np.arange(-0.5 + short, 0.5, short).tolist()], speed)
+    position = centre + size * np.array(figures.place)
+    rotation = np.tile(DOWN, (len(position), 1, 1))
+    theta = follow_branch(robot, Pose(position, rotation), POSTURE)
+    return Program(
+        name=name,
+        comment="motion log",
+        date=date,
+        remarks=REMARKS,
+        uframe=0,
+        utool=0,
+        position=position,
+        rotation=rotation,
+        posture=POSTURE,
+        turns=turn_digits(robot, theta),
+        speed=np.array(figures.speed),
+        fine=np.array(figures.fine),
+        via=np.array(figures.via),
+    )
