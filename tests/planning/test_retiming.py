@@ -253,6 +253,22 @@ def test_one_short_segment_takes_an_interpolation_period_wherever_it_lies():
         assert motion.at_feed > 0.5
 
 
+@pytest.mark.parametrize("segment_um", [16, 100, 700])
+@pytest.mark.parametrize("rounds_up", [False, True])
+def test_lines_of_less_than_a_period_last_as_long_in_the_plan_as_in_the_text(segment_um, rounds_up):
+    """The text is its own clock: length over word, and a whole number of periods where the controller rounds up."""
+    arc = np.arange(0, 0.2, segment_um * 1e-6)
+    controller = replace(ROBOT.controller, rounds_up_to_period=rounds_up)
+    motion = retiming.retime(replace(ROBOT, controller=controller), arc, straight(arc), ends(len(arc)), 0.2, lines=True)
+    length, taken = np.diff(arc), np.diff(motion.time)
+    written = length / motion.speed
+    if rounds_up:
+        written = 0.008 * np.ceil(written / 0.008 - 1e-9)
+    inner = slice(len(length) // 4, -len(length) // 4)
+    assert_allclose(taken[inner], written[inner], rtol=1e-9)
+    assert (taken[inner] < 0.008 * (1 + 1e-9)).all()
+
+
 @pytest.mark.parametrize("feed_mm_s", [0.1, 0.5, 0.9])
 def test_feeds_below_a_millimetre_a_second_are_not_exceeded_either(feed_mm_s):
     feed = feed_mm_s * 1e-3

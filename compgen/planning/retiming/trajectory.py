@@ -109,7 +109,9 @@ def retime(
     time[0], time[-1] = 0.0, phases.end
     speed = _programmed_speeds(arc, time, blocks, partition)
     if lines:
-        speed = _in_one_period(speed, arc, feeds, blocks, partition, robot.controller)
+        word = _in_one_period(speed, arc, feeds, blocks, partition, robot.controller)
+        taken = np.where(word > speed, length / word, np.diff(time))  # the text drives these by their words
+        speed, time = word, np.concatenate([[0.0], np.cumsum(taken)])
     if robot.controller.rounds_up_to_period:
         time = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(np.diff(time)))])
     progress(1.0)
