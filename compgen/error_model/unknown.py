@@ -32,6 +32,7 @@ class Unknown:
     size: tuple[float, float] | None  # [m]
     origin: str
     until: str  # source of the budget that ends it
+    expected: float | None = None  # [m] within the size, where others let it be expected
 
 
 NOT_LOOKED_AT = "not looked at here"  # where a size would be from

@@ -55,7 +55,7 @@ def band_rows(record: dict[str, Any]) -> list[list[str]]:
     rows.append([Markup("<b>all that this file knows</b>"), whole, ""])
     for row in record["unknown"]:
         nothing = row["from"] if row["from"] == NOT_LOOKED_AT else "nobody said"
-        extent = nothing if row["size_um"] is None else size_words(row["size_um"])
+        extent = nothing if row["size_um"] is None else size_words(row)
         origin = "" if extent == row["from"] else row["from"]
         rows.append([_explained(f"not known: {row['what']}", origin), extent, ""])
     return rows
@@ -86,7 +86,7 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     height, narrow = 120 + 30 * max(len(sources), len(sized)), {}
     if sized:
         low, high = np.array([row["size_um"] for row in sized]).T
-        names, extents = [row["what"] for row in sized], [size_words(row["size_um"]) for row in sized]
+        names, extents = [row["what"] for row in sized], [size_words(row) for row in sized]
         place = {"xaxis": "x2", "yaxis": "y2", "base": low.tolist(), "text": extents}
         traces.append(trace("bar", (high - low).tolist(), names, **place, marker=HATCHED, **BAR))
         axes["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", range=[0, 1.5 * high.max()])

@@ -27,6 +27,7 @@ def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None
             {
                 "what": row.what,
                 "size_um": None if row.size is None else [_um(size) for size in row.size],
+                "expected_um": None if row.expected is None else _um(row.expected),
                 "from": row.origin,
             }
             for row in unknown
@@ -101,16 +102,17 @@ def rounded(um: float) -> str:
     return f"{um:.0f}" if um >= 9.95 else f"{um:.1f}"
 
 
-def size_words(size: Sequence[float]) -> str:
-    """From the least to the largest of a size that is not known."""
-    return f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
+def size_words(row: dict[str, Any]) -> str:
+    """From the least to the largest of a size that is not known: ``300 to 746``, ``expected 194, 154 to 237``."""
+    least, largest = row["size_um"]
+    expected = "" if row["expected_um"] is None else f"expected {rounded(row['expected_um'])}, "
+    return f"{expected}{rounded(least) if least else '0'} to {rounded(largest)}"
 
 
 def _size(row: dict[str, Any]) -> str:
-    size = row["size_um"]
-    if size is None:
+    if row["size_um"] is None:
         return f" ({NOT_LOOKED_AT})" if row["from"] == NOT_LOOKED_AT else ""
-    return f" ({size_words(size)} um)"
+    return f" ({size_words(row)} um{'' if row['expected_um'] is None else ', from ' + row['from']})"
 
 
 def _um(value: float) -> float:

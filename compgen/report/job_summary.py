@@ -258,7 +258,7 @@ def motion_record(effect: MotionEffect | None) -> dict[str, Any] | None:
     """The effect of the controller's motion on the written text; docs/report.md has the keys."""
     if effect is None:
         return None
-    motion = effect.motion
+    motion, seen = effect.motion, effect.expected
     return {
         "known": effect.known,
         "predistorted": motion.may_predistort,
@@ -267,6 +267,10 @@ def motion_record(effect: MotionEffect | None) -> dict[str, Any] | None:
         "first_order_ms": [round(t / MS, 9) for t in motion.first_orders],
         "lag_ms": round(motion.lag / MS, 9),
         "off_path_um": effect.largest / UM,
+        "lowest_um": effect.lowest / UM,
+        "highest_um": effect.highest / UM,
+        "evidence": None if seen is None else seen.evidence,
+        "source": None if seen is None else seen.source,
         "where_m": effect.where,
         "along_um": effect.along / UM,
         "behind_mm": effect.lag / MM,

@@ -3,6 +3,9 @@
 The commanded motion is smoothed by up to two moving means and up to two first-order lags, one after the other, in
 Cartesian coordinates or in the joints, and then comes late by a lag. Only the numbers are here: the twin and the
 correction each have arithmetic of their own for them.
+
+Where no log of the robot tells them, ``[expected_motion]`` says what controllers of its class of arm do. That is
+predicted with a lowest and a highest, and nothing is ever commanded against it.
 """
 
 from dataclasses import dataclass
@@ -38,6 +41,33 @@ class ControllerMotion:
         return any((*self.moving_averages, *self.first_orders))
 
     @property
+    def variance(self) -> float:
+        """sigma^2 of the pull v^2 sigma^2 / (2 R) on a radius R at speed v [s2]: sum T^2 / 12 of means, T^2 of lags."""
+        return sum(t**2 for t in self.moving_averages) / 12 + sum(t**2 for t in self.first_orders)
+
+    @property
     def may_predistort(self) -> bool:
         """Whether programs are commanded off their targets for it."""
         return self.enabled and self.is_smooth and self.evidence is not None and self.evidence.accepted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExpectedMotion:
+    """What controllers of a class of arm do, by evidence from other arms than the one that is corrected."""
+
+    expected: ControllerMotion
+    lowest: ControllerMotion
+    highest: ControllerMotion
+    evidence: Literal["simulated", "other arms"]  # the maker's motion code of such an arm; logs and code of others
+    source: str
+
+
+#: where a robot file says nothing: a KAREL log of a real FANUC arm (Pecniks/lidar-robot-demo) has 104 + 104 ms, the
+#: maker's motion code of an M-900iA/350 (hehonglu123/Motion-Primitive-Planning) up to 320 + 320 ms
+ANY_ARM = ExpectedMotion(
+    expected=ControllerMotion(moving_averages=(0.2, 0.2)),
+    lowest=ControllerMotion(moving_averages=(0.104, 0.104)),
+    highest=ControllerMotion(moving_averages=(0.32, 0.32)),
+    evidence="other arms",
+    source="a log of a real FANUC arm: 104 + 104 ms; the maker's motion code of an M-900iA/350: up to 320 + 320 ms",
+)

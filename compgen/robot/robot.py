@@ -15,7 +15,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.robot.interference import Interference
-from compgen.robot.motion import ControllerMotion
+from compgen.robot.motion import ANY_ARM, ControllerMotion, ExpectedMotion
 
 SAME_PERIOD = 1e-6  # of a period: a line that is longer by less lasts whole periods
 CLEAR = 1e-9  # [rad] past an edge of the polygon of J2 and J3 that is none
@@ -72,6 +72,7 @@ class Robot:
     wrist_margin: float  # [rad] J5 keeps this distance from zero
     controller: Controller
     motion: ControllerMotion | None = None  # what it makes of a commanded motion; None: not known
+    expected_motion: ExpectedMotion = ANY_ARM  # what such arms do, where that is not known
     acceleration_known: bool = False  # accelerations and jerks are the controller's own; otherwise assumed
     interference: Interference | None = None  # where J2 and J3 may stand together; None: anywhere
 

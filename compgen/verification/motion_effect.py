@@ -1,20 +1,18 @@
-r"""How far a controller's motion leads the tool off a written program's path, on the part: known, or as it could be.
+"""How far a controller's motion leads the tool off a written program's path, on the part: known, or as is expected.
 
-What is not known is flown as ``TYPICAL``: two moving means of 0.2 and 0.1 s, sigma^2 = (0.2^2 + 0.1^2) / 12 s^2, which
-pull a bend of radius R at speed v by v^2 sigma^2 / (2 R). That some controllers smooth so is an assumption; it gives a
-size, between nothing and about that.
+Where it is not known, the program is flown with what is expected of such an arm, and with the lowest and the highest of
+what was seen. Each is flown: a bend's pull goes with sigma^2 alone only where the bend is longer than the smoothing.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
-from compgen.robot.motion import ControllerMotion
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, row_norms
+from compgen.robot.motion import ControllerMotion, ExpectedMotion
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.controller.deviation import MotionDeviation, motion_deviation
 
-TYPICAL = ControllerMotion(moving_averages=(0.2, 0.1))
 HALF = 0.5  # the override whose effect is told beside
 
 
@@ -23,56 +21,71 @@ HALF = 0.5  # the override whose effect is told beside
 class MotionEffect:
     """Of a program at its written speeds, on the part."""
 
-    motion: ControllerMotion  # known, or typical
-    known: bool
+    motion: ControllerMotion  # known, or expected
+    expected: ExpectedMotion | None  # None: it is known
     largest: float  # [m] off the path, across it
+    lowest: float  # [m] with the lowest of what was seen; of a known motion the largest itself
+    highest: float  # [m] with the highest of it
     where: float  # [m] arc length there
     speed: float  # [m/s] written there
     along: float  # [m] farthest from the nearest place along the way: what a way out and back is cut short by
     lag: float  # [m] behind the command at the highest speed
     off: Array  # (S,) [m] off each segment, on the part or not
 
+    @property
+    def known(self) -> bool:
+        """Whether the robot file has the motion."""
+        return self.expected is None
+
+    def at(self, rows: IntArray) -> "MotionEffect":
+        """The same of a program that has some of the positions (M,), rising, from the first to the last."""
+        return replace(self, off=np.maximum.reduceat(self.off, rows[:-1]))
+
 
 def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffect:
-    """What the controller's motion does to a program, or could do where it is not known.
+    """What the controller's motion does to a program, or is expected to do where it is not known.
 
     Args:
         prepared: The program, of N positions.
         touching: The segments on the part, (N - 1,); of none all count.
     """
-    known = prepared.twin.robot.motion is not None
-    led = prepared.led if known else _led(prepared, TYPICAL)
-    motion = prepared.twin.robot.motion or TYPICAL
-    if led is None:
-        none = np.zeros(len(prepared.program.speed))
-        return MotionEffect(
-            motion=motion,
-            known=known,
-            largest=0.0,
-            where=0.0,
-            speed=float(prepared.program.speed[0]),
-            along=0.0,
-            lag=0.0,
-            off=frozen(none),
-        )
+    robot = prepared.twin.robot
+    if robot.motion is not None:
+        return _effect(prepared, touching, robot.motion, prepared.led)
+    seen = robot.expected_motion
+    lowest, effect, highest = (
+        _effect(prepared, touching, motion, _led(prepared, motion))
+        for motion in (seen.lowest, seen.expected, seen.highest)
+    )
+    sizes = lowest.largest, effect.largest, highest.largest
+    return replace(effect, expected=seen, lowest=min(sizes), highest=max(sizes))
+
+
+def _effect(
+    prepared: PreparedProgram, touching: BoolArray, motion: ControllerMotion, led: MotionDeviation | None
+) -> MotionEffect:
+    """Of one motion, with where it leads the tool; None: nowhere."""
     counts = prepared.samples_per_segment
     segment = np.append(np.repeat(np.arange(len(counts)), counts), len(counts) - 1)
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
-    anywhere = row_norms(led.across)
+    anywhere = np.zeros(len(segment)) if led is None else row_norms(led.across)
     off = np.where(on_part, anywhere, 0.0)
     worst = int(np.argmax(off))
     k = int(segment[worst])
     length = prepared.sweep.length
     where = length[:k].sum() + length[k] * (worst - int(counts[:k].sum())) / counts[k]
-    along = float(np.abs(np.where(on_part, led.along, 0.0)).max())
+    along = 0.0 if led is None else float(np.abs(np.where(on_part, led.along, 0.0)).max())
+    largest = float(off[worst])
     return MotionEffect(
         motion=motion,
-        known=known,
-        largest=float(off[worst]),
+        expected=None,
+        largest=largest,
+        lowest=largest,
+        highest=largest,
         where=float(where),
         speed=float(prepared.program.speed[k]),
         along=along,
-        lag=led.lag,
+        lag=0.0 if led is None else led.lag,
         off=frozen(np.maximum.reduceat(anywhere, prepared.first_samples()[:-1])),
     )
 

@@ -64,7 +64,8 @@ def test_commands_against_a_turn_off_the_part_stay_off_it():
 def test_what_is_not_known_is_a_note_and_changes_no_verdict():
     _, corrected, (finding,) = run(SMOOTH, "path.lead_mm=2")
     assert finding.level is Level.NOTE
-    assert "as may be" in finding.message
+    assert "moving means of 195 and 191 ms are expected to lead" in finding.message
+    assert "..." not in finding.message  # nothing of it is cut away
     assert corrected.inside
 
 

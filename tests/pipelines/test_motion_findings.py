@@ -1,21 +1,33 @@
 """What a job says of the controller's motion: unknown, known, and commanded against."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from shipped import path_file, quiet
 
 from compgen.core.codes import Level
 from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import load_robot
 from compgen.pipelines.findings.motion_findings import WHAT, motion_of_a_listing
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study import timeline
+from compgen.report.band_words import headline
 from compgen.report.heat_page import heat_json, heat_sentences
 from compgen.report.job_summary import job_summary
-from compgen.robot.motion import ControllerMotion
+from compgen.robot.motion import ANY_ARM, ControllerMotion
 
 MEANS = "robot.motion.moving_average_ms=[200, 100]"
 IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+
+
+OF_ITS_CLASS = "the maker's motion code for this class of arm"
+DIGITS_UM = 4  # what positions of three digits add to a pull
+
+
+def pull_um(*windows):
+    """v^2 sigma^2 / (2 R) on the study's circle, 200 mm/s and 650 mm, with moving means of some windows [ms]."""
+    return 0.2**2 * sum((w / 1000) ** 2 for w in windows) / 12 / (2 * 0.65) * 1e6
 
 
 def run(*overrides, name="circle_1300"):
@@ -33,9 +45,23 @@ def test_unknown_motion_has_its_size_on_this_path_and_changes_no_verdict():
     assert (finding.code, finding.level) == ("motion.unknown", Level.WARNING)
     assert corrected.inside
     assert not summary["motion"]["known"]
-    assert summary["motion"]["off_path_um"] == pytest.approx(128, abs=3)
-    assert row(summary)[0]["size_um"] == [0, pytest.approx(summary["motion"]["off_path_um"], rel=1e-5)]
-    assert f"{summary['motion']['off_path_um']:.0f} um" in finding.message
+    motion = summary["motion"]
+    assert motion["off_path_um"] == pytest.approx(pull_um(195, 191), abs=DIGITS_UM)
+    assert motion["lowest_um"] == pytest.approx(pull_um(176, 168), abs=DIGITS_UM)
+    assert motion["highest_um"] == pytest.approx(pull_um(214, 214), abs=DIGITS_UM)
+    assert row(summary)[0]["size_um"] == pytest.approx([motion["lowest_um"], motion["highest_um"]], rel=1e-5)
+    assert row(summary)[0]["expected_um"] == pytest.approx(motion["off_path_um"], rel=1e-5)
+    lowest, expected, highest = (f"{motion[key]:.0f}" for key in ("lowest_um", "off_path_um", "highest_um"))
+    assert f"lead the tool {expected} um off this path ({lowest} to {highest};" in finding.message
+    assert f"by {OF_ITS_CLASS}" in finding.message
+    assert "..." not in finding.message  # nothing of it is cut away
+    assert f"{WHAT} (expected {expected}, {lowest} to {highest} um, from {OF_ITS_CLASS})" in headline(summary)
+
+
+def test_a_robot_whose_file_says_nothing_is_expected_to_move_as_any_arm():
+    message = motion_of_a_listing(replace(load_robot("m710ic50"), expected_motion=ANY_ARM)).message
+    expected, lowest, highest = (f"{pull_um(window, window):.0f}" for window in (200, 104, 320))
+    assert f"by an expected {expected} um ({lowest} to {highest}), by logs and motion code of other arms" in message
 
 
 def test_straight_sweeps_have_nothing_to_fear():
@@ -71,8 +97,10 @@ def test_a_program_made_against_the_motion_says_for_which_override():
 
 
 def test_a_program_that_exists_is_told_that_its_motion_is_not_looked_at():
-    assert motion_of_a_listing(None).code == "motion.unknown"
-    assert "200 and 100 ms" in motion_of_a_listing(ControllerMotion(moving_averages=(0.2, 0.1))).message
+    robot = load_robot("m710ic50")
+    assert motion_of_a_listing(robot).code == "motion.unknown"
+    known = replace(robot, motion=ControllerMotion(moving_averages=(0.2, 0.1)))
+    assert "200 and 100 ms" in motion_of_a_listing(known).message
 
 
 @pytest.mark.parametrize("name", ["line_x", "circle_1300"])
@@ -93,5 +121,7 @@ def test_where_no_text_is_flown_it_is_said_not_to_be_looked_at():
     job = load_job(path_file("circle_1300"))
     day = timeline(job)
     for band in json.loads(heat_json(job, day))["band"].values():
-        assert row({"band": band}) == [{"what": WHAT, "size_um": None, "from": "not looked at here"}]
+        assert row({"band": band}) == [
+            {"what": WHAT, "size_um": None, "expected_um": None, "from": "not looked at here"}
+        ]
     assert f"{WHAT} (not looked at here)" in " ".join(heat_sentences(job, day))

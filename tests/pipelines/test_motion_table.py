@@ -1,10 +1,14 @@
 """The robot file's [motion]: what it comes to, and what is refused in one line with the mend."""
 
+import tomllib
+
 import pytest
 from numpy.testing import assert_allclose
+from shipped import ROOT
 
 from compgen.core.exceptions import InputError
-from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.files.robot_file import known_robots, load_any_robot, load_cell
+from compgen.robot.motion import ANY_ARM
 
 HASH = 64 * "a"
 IDENTIFIED = f'motion.identified={{robot="m710ic50", verdict="accepted", log_sha256="{HASH}", override_percent=50}}'
@@ -62,3 +66,46 @@ def test_bad_numbers_are_refused_in_one_line(overrides, words):
     assert len(message) <= 300
     assert "\n" not in message
     assert all(word in message for word in words), message
+
+
+EXPECTED = 'evidence="simulated", source="a test"'
+
+
+def expected(*windows):
+    lowest, middle, highest = windows
+    return f"expected_motion={{lowest_ms={lowest}, moving_average_ms={middle}, highest_ms={highest}, {EXPECTED}}}"
+
+
+def test_what_is_expected_is_not_what_is_known():
+    robot = load_cell("m710ic50", (expected([100, 50], [200, 100], [200, 200]),)).robot
+    assert robot.motion is None
+    seen = robot.expected_motion
+    assert [m.moving_averages for m in (seen.lowest, seen.expected, seen.highest)] == [
+        pytest.approx(windows) for windows in ((0.1, 0.05), (0.2, 0.1), (0.2, 0.2))
+    ]
+    assert seen.expected.variance == pytest.approx((0.2**2 + 0.1**2) / 12)
+    assert not seen.expected.may_predistort
+
+
+@pytest.mark.parametrize(("windows", "words"), [
+    (([200, 100], [100, 50], [200, 200]), ["moving_average_ms", "between lowest_ms"]),
+    (([100, 50], [300, 200], [200, 200]), ["moving_average_ms", "between lowest_ms"]),
+    (([100, 50], [200, -1], [200, 200]), ["expected_motion.moving_average_ms"]),
+    (([100, 50], [200], [200, 200]), ["expected_motion.moving_average_ms"]),
+    (([100, 50], [200, 100], [200, 2001]), ["expected_motion.highest_ms"]),
+])  # fmt: skip
+def test_what_cannot_be_expected_is_refused_in_one_line(windows, words):
+    with pytest.raises(InputError) as failure:
+        load_cell("m710ic50", (expected(*windows),))
+    assert all(word in str(failure.value) for word in words)
+    assert "\n" not in str(failure.value)
+
+
+@pytest.mark.parametrize("name", known_robots())
+def test_shipped_files_expect_what_their_makers_controllers_were_seen_to_do(name):
+    robot = load_any_robot(name)
+    maker = tomllib.loads((ROOT / "robots" / f"{name}.toml").read_text())["maker"]
+    assert robot.motion is None
+    assert (robot.expected_motion is ANY_ARM) == (maker != "FANUC")
+    lengths = [sum(m.moving_averages) for m in (robot.expected_motion.lowest, robot.expected_motion.highest)]
+    assert 0.208 - 1e-9 <= lengths[0] < lengths[1] <= 0.648 + 1e-9  # s: the shortest and the longest of all logs

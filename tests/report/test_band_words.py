@@ -84,7 +84,7 @@ def test_the_record_is_what_is_documented(run):
     assert sizes == sorted(sizes, reverse=True)
     assert max(sizes) < record["p95_um"] < sum(sizes)
     assert record["unknown"][0] == {
-        "what": "cold geometry", "size_um": [300, 746],
+        "what": "cold geometry", "size_um": [300, 746], "expected_um": None,
         "from": "the study, lines 1127 and 1470: largest errors of its cold arm along X and Y",
     }  # fmt: skip
 

@@ -324,7 +324,7 @@ def _timing_findings(result: Correction) -> list[Finding]:
 
 def _controller_findings(result: Correction) -> list[Finding]:
     controller = result.cell.robot.controller
-    findings = [motion_of_a_listing(result.cell.robot.motion)]
+    findings = [motion_of_a_listing(result.cell.robot)]
     if controller.compensation == "signature":
         message = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
         findings.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, message))

@@ -29,7 +29,7 @@ from compgen.pipelines.files.posterior_file import posterior_beside
 from compgen.pipelines.files.schema import RobotFile
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.robot import Robot
-from compgen.robot.tables import motion_of, robot_from_tables
+from compgen.robot.tables import expected_motion_of, motion_of, robot_from_tables
 from compgen.thermal import NodeModel, Profile, cold_arm, tables
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.uncertainty import ThermalUncertainty, nothing_warms
@@ -245,7 +245,11 @@ def _nominal(facts: RobotFile, where: str) -> Robot:
     robot = robot_from_tables(
         facts.name, facts.dh, facts.pendant, facts.limits, facts.singularity, facts.controller, where
     )
-    return replace(robot, motion=motion_of(facts.motion, facts.name, where))
+    return replace(
+        robot,
+        motion=motion_of(facts.motion, facts.name, where),
+        expected_motion=expected_motion_of(facts.expected_motion, where),
+    )
 
 
 def _refuse_double(facts: RobotFile, where: str) -> None:

@@ -13,6 +13,7 @@ from compgen.planning.tables import AnyPattern, BoundaryTable, FrameTable, Proce
 from compgen.robot.tables import (
     ControllerTable,
     DhTable,
+    ExpectedMotionTable,
     LimitsTable,
     MotionTable,
     PendantTable,
@@ -94,6 +95,7 @@ class RobotFile(Table):
     singularity: SingularityTable
     controller: ControllerTable
     motion: MotionTable | None = None
+    expected_motion: ExpectedMotionTable | None = None
     thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
     identified: IdentifiedTable | None = None

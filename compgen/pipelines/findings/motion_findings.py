@@ -30,10 +30,17 @@ from compgen.job.job import Job
 from compgen.planning.tables import MAX_LEAD
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.motion import ControllerMotion
+from compgen.robot.robot import Robot
 from compgen.verification.motion_effect import HALF, MotionEffect
 from compgen.verification.twin.controller.smoothing import moments, settling_time
 
 WHAT = "the controller's motion"  # as a robot file's [[unknown]] calls it
+#: whose word it is that a motion is expected
+BASIS = {
+    "simulated": "the maker's motion code for this class of arm",
+    "other arms": "logs and motion code of other arms",
+}
+EXAMPLE_SPEED, EXAMPLE_RADIUS = 200 * MM, 650 * MM  # the study's circle: where no path is looked at
 LEAST = 0.05 * UM  # below, the words say nothing
 QUARTER = HALF**2  # of the pull is left at half the override
 DIGIT = 1.0 * UM  # a digit of the text, which alone bends a straight line by as much
@@ -48,7 +55,7 @@ def touching_segments(path: ToolPath) -> BoolArray:
 
 
 def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float | None = None) -> list[Finding]:
-    """One finding of what the controller's motion does, or could do.
+    """One finding of what the controller's motion does, or is expected to do.
 
     Args:
         effect: On the written text.
@@ -60,16 +67,17 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
     given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
     size = _um(effect.largest)
     place = f"{effect.where:.3f} m along, at {effect.speed / MM:.4g} mm/s"
-    beyond = bool(given) and effect.largest > min(given)
+    beyond = bool(given) and effect.highest > min(given)
     level = Level.WARNING if beyond else Level.NOTE
-    if not effect.known:
-        if effect.largest < LEAST:
+    if effect.expected is not None:
+        if effect.highest < LEAST:
             message = f"{WHAT} is not known; on the part this path has no bend that it could matter at"
             return [Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)]
         message = (
-            f"{WHAT} is not known, nothing is corrected for it: {motion_words(effect.motion)}, as may be, would lead "
-            f"the tool {size} um off this path ({place}), a quarter of it at {HALF / PERCENT:.0f} % override; log a "
-            "run for cgen identify-motion, or lower process.feed_mm_s"
+            f"the controller is expected to lead the tool {size} um off this path ({_um(effect.lowest)} to "
+            f"{_um(effect.highest)}; {place}), by {BASIS[effect.expected.evidence]}; nothing is corrected for it; a "
+            f"quarter of it at {HALF / PERCENT:.0f} % override; log a run for cgen identify-motion, or lower "
+            "process.feed_mm_s"
         )
         return [Finding(level, Code.MOTION_UNKNOWN, message)]
     words = motion_words(effect.motion)
@@ -96,18 +104,27 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
     return [Finding(level, Code.MOTION_KNOWN, message)]
 
 
-def motion_of_a_listing(motion: ControllerMotion | None) -> Finding:
+def motion_of_a_listing(robot: Robot) -> Finding:
     """That the motion through a program that exists is neither predicted nor commanded against."""
-    if motion is None:
-        example = "128 um on a radius of 650 mm at 200 mm/s with moving means of 200 and 100 ms"
-        message = f"{WHAT} is not known, and not looked at here: it pulls bends inwards, {example}"
+    seen = robot.expected_motion
+    if robot.motion is None:
+        lowest, expected, highest = (
+            _um(EXAMPLE_SPEED**2 * motion.variance / (2 * EXAMPLE_RADIUS))
+            for motion in (seen.lowest, seen.expected, seen.highest)
+        )
+        message = (
+            f"{WHAT} is not known, and not looked at here: it pulls bends inwards, on a radius of "
+            f"{EXAMPLE_RADIUS / MM:g} mm at {EXAMPLE_SPEED / MM:g} mm/s by an expected {expected} um ({lowest} to "
+            f"{highest}), by {BASIS[seen.evidence]}"
+        )
         return Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)
-    message = f"{WHAT} as [motion] has it ({motion_words(motion)}) is not looked at here: cgen generate predicts it"
+    words = motion_words(robot.motion)
+    message = f"{WHAT} as [motion] has it ({words}) is not looked at here: cgen generate predicts it"
     return Finding(Level.NOTE, Code.MOTION_KNOWN, message)
 
 
 def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tuple[Unknown, ...]:
-    """What is not known, with the controller's motion as large as it could be on this path.
+    """What is not known, with the controller's motion as large as is expected on this path.
 
     It is no longer there once a log of this robot has been accepted. Without an effect it is said to be not looked at.
     """
@@ -116,11 +133,14 @@ def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tupl
     evidence = effect.motion.evidence
     if effect.known and evidence is not None and evidence.accepted:
         return tuple(row for row in unknown if row.what != WHAT)
-    origin = f"computed for this path: {motion_words(effect.motion)}, " + (
-        "as [motion] has it" if effect.known else "assumed"
-    )
+    if effect.expected is not None:
+        origin, size = BASIS[effect.expected.evidence], (effect.lowest, effect.highest)
+    else:
+        origin = f"computed for this path: {motion_words(effect.motion)}, as [motion] has it"
+        size = 0.0, effect.largest
+    expected = None if effect.known else effect.largest
     return tuple(
-        replace(row, size=(0.0, effect.largest), origin=origin) if row.what == WHAT else row for row in unknown
+        replace(row, size=size, origin=origin, expected=expected) if row.what == WHAT else row for row in unknown
     )
 
 
@@ -182,7 +202,7 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
     caused = max(lead.caused for lead in short)
     given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
     beyond = effect.known and bool(given) and caused > min(given)
-    leads = " lead" if effect.known else ", as may be, would lead"
+    leads = " lead" if effect.known else " are expected to lead"
     raised = worst.needed <= MAX_LEAD * MM
     message = (
         f"{motion_words(effect.motion)}{leads} the tool {_um(caused)} um off on the part by a bend {worst.bend:.3f} m "

@@ -153,7 +153,8 @@ def generate(
     del program, commanded
     planned.deviation()
     prepared = prepared_for(job, delivered.program)
-    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching_segments(path))
+    touching = touching_segments(path) if job.robot.motion is not None else None  # else the plan's text tells it
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)

@@ -74,7 +74,10 @@ class Planned:
 
     def effect(self, written: WrittenMotion) -> MotionEffect | None:
         """Of the controller's motion on a text that came of the plan: known there, else one size for all its texts."""
-        return written.effect if self.job.robot.motion is not None else self.written().effect
+        if self.job.robot.motion is not None:
+            return written.effect
+        of_plan = self.written().effect
+        return None if of_plan is None else of_plan.at(self.rows)
 
     def band_of_plan(self) -> Band:
         """What the files leave open while nothing is corrected."""

@@ -64,5 +64,5 @@ def findings(
     error = None
     if motion is not None and motion.may_predistort:
         error = np.maximum.reduceat(row_norms(deviation.error), prepared.first_samples()[:-1])
-    short = lead_findings(written.effect, path, job, error)
-    return [*motion_findings(planned.effect(written), job.bounds, at_half), *short]
+    effect = planned.effect(written)
+    return [*motion_findings(effect, job.bounds, at_half), *lead_findings(effect, path, job, error)]
