@@ -10,6 +10,7 @@ from compgen.verification.band import Band
 from compgen.verification.verdict import unit_of
 
 DRAWN = ("share", "confidence", "draws", "seed")  # of the draws beside a band
+TINY_UM = 0.05  # a size that one digit does not show
 LISTED = 4  # sources in a sentence
 LEAST = 0.05  # of the whole, that a source must be to stand there
 NO_BAND = "no band: the file says of no number how well it is known"
@@ -105,6 +106,8 @@ def rounded(um: float) -> str:
 def size_words(row: dict[str, Any]) -> str:
     """From the least to the largest of a size that is not known: ``300 to 746``, ``expected 194, 154 to 237``."""
     least, largest = row["size_um"]
+    if largest < TINY_UM:
+        return "below 0.1"
     expected = "" if row["expected_um"] is None else f"expected {rounded(row['expected_um'])}, "
     return f"{expected}{rounded(least) if least else '0'} to {rounded(largest)}"
 

@@ -20,7 +20,7 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.uncertainty.band_columns import assumed_findings
 from compgen.report.band_page import band_facts
-from compgen.report.band_words import band_record, band_sentence, headline
+from compgen.report.band_words import band_record, band_sentence, headline, unknown_words
 from compgen.report.files import job_reports
 from compgen.report.job_summary import job_summary
 from compgen.report.study_tables import band_caveat
@@ -50,6 +50,15 @@ def test_the_sentence_has_all_three_parts():
         "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13); "
         "not known: play (55 to 175 um), the controller's motion"
     )
+
+
+def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():
+    seen = Unknown("the controller's motion", (154 * UM, 237 * UM), "a maker", "", 194 * UM)
+    assert unknown_words(band_record(BAND, [seen])) == (
+        "the controller's motion (expected 194, 154 to 237 um, from a maker)"
+    )
+    none = replace(seen, size=(0.0, 0.04 * UM), expected=0.01 * UM)
+    assert unknown_words(band_record(BAND, [none])) == "the controller's motion (below 0.1 um, from a maker)"
 
 
 def test_without_any_uncertainty_the_sentence_says_that_there_is_no_band():
