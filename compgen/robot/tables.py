@@ -24,7 +24,7 @@ from compgen.core.toml import (
 from compgen.core.units import DEG, KB, MM, MS, PERCENT, UM
 from compgen.robot.arm_geometry import in_class_rows
 from compgen.robot.interference import Interference, polygon_fault
-from compgen.robot.motion import ANY_ARM, ControllerMotion, ExpectedMotion, MotionEvidence
+from compgen.robot.motion import ControllerMotion, MotionEvidence
 from compgen.robot.robot import Controller, Robot
 
 PayloadNumber = Annotated[int, Field(ge=1, le=10)]
@@ -33,7 +33,6 @@ LONGEST = 2000.0  # ms
 MOST = 2  # moving means, and first-order lags
 Time = Annotated[FiniteFloat, Field(json_schema_extra={"minimum": 0, "maximum": LONGEST})]  # ms
 Times = Annotated[list[Time], Field(json_schema_extra={"maxItems": MOST})]
-TwoMeans = Annotated[list[Annotated[FiniteFloat, Field(ge=0, le=LONGEST)]], Field(min_length=2, max_length=2)]  # ms
 
 
 class DhTable(Table):
@@ -307,43 +306,6 @@ class MotionTable(Table):
     lag_ms: Time = 0.0
     """By how much the whole motion comes late beside."""
     identified: MotionIdentifiedTable | None = None
-
-
-class ExpectedMotionTable(Table):
-    """What controllers of this class of arm do, by evidence; predicted without [motion], never commanded against."""
-
-    moving_average_ms: TwoMeans
-    """Windows of the two moving means that are expected."""
-    lowest_ms: TwoMeans
-    """Windows that smooth least of what was seen."""
-    highest_ms: TwoMeans
-    """Windows that smooth most of what was seen."""
-    evidence: Literal["simulated", "other arms"]
-    """The maker's motion code (a virtual controller) of such an arm, or logs and motion code of other arms."""
-    source: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
-    """What was seen where."""
-
-
-def expected_motion_of(table: ExpectedMotionTable | None, where: str) -> ExpectedMotion:
-    """What the controller is expected to do where its motion is not known; of a file without a word, what any arm does.
-
-    Raises:
-        InputError: What is expected does not lie between the lowest and the highest.
-    """
-    if table is None:
-        return ANY_ARM
-    lowest, expected, highest = (
-        ControllerMotion(moving_averages=tuple(window * MS for window in windows))
-        for windows in (table.lowest_ms, table.moving_average_ms, table.highest_ms)
-    )
-    if not lowest.variance <= expected.variance <= highest.variance:
-        raise InputError(
-            f"{where}: expected_motion.moving_average_ms: {table.moving_average_ms} must lie between lowest_ms "
-            f"{table.lowest_ms} and highest_ms {table.highest_ms}, by the sum of their squares"
-        )
-    return ExpectedMotion(
-        expected=expected, lowest=lowest, highest=highest, evidence=table.evidence, source=table.source
-    )
 
 
 def motion_of(table: MotionTable | None, robot: str, where: str) -> ControllerMotion | None:
