@@ -1,4 +1,4 @@
-"""The table of what a class of arm's controllers are expected to do, where a robot file does not know its own motion."""
+"""The table of what controllers of a class of arm do, where a robot file does not know its own motion."""
 
 from typing import Annotated, Literal
 
