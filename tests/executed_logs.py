@@ -80,6 +80,9 @@ def _profile(cruise, ramp):
     """Cruise clock against time of a run between two stops: linear rise of the rate, plateau, linear fall."""
     ramp = min(ramp, cruise)
     total = cruise + ramp
+    if not ramp:  # by the law, smoothing alone makes ramps
+        t = np.unique(np.concatenate([np.arange(0, total, TICK), [total]]))
+        return t, t
     t = np.unique(np.concatenate([np.arange(0, total, TICK), [total]]))
     u = np.where(
         t < ramp, t**2 / (2 * ramp), np.where(t < total - ramp, t - ramp / 2, cruise - (total - t) ** 2 / (2 * ramp))

@@ -190,16 +190,22 @@ class Code(StrEnum):
         "Nothing; a sensor there would tell more.", NOTE)
     MOTION_SHORT = ("motion.short", "identification", "The log has too few steady stretches to hold some out.",
         "Log a longer run.", REFUSED)
-    MOTION_HELD_OUT = ("motion.held_out", "identification", "No controller tried foretells what it was not fitted to.",
+    MOTION_HELD_OUT = ("motion.held_out", "identification", "The fit is no better than the plain program.",
         "Keep the robot file's [motion]; tell us of the controller.", REFUSED)
     MOTION_BLIND = ("motion.blind", "identification", "The path curves too little to show how the controller smooths.",
         "Log corners at CNT100, or curvature that changes, at full speed.", REFUSED)
     MOTION_NONE = ("motion.none", "identification", "The log shows the programmed path itself: no smoothing is seen.",
         "Log positions from behind the smoothing.", REFUSED)
+    MOTION_PARTS = ("motion.parts", "identification", "Two halves of the log disagree on the smoothing.",
+        "Log one run of one program, at one override.", REFUSED)
+    MOTION_MISFIT = ("motion.misfit", "identification", "The fit foretells; it leaves too much to command against.",
+        "Nothing; what it leaves is in its band.", WARNING)
     MOTION_ALIKE = ("motion.alike", "identification", "The log cannot tell two kinds of smoothing apart.",
-        "Log corners at CNT100, or curvature that changes, at full speed.", REFUSED)
+        "Log corners at CNT100, or curvature that changes, at full speed.", WARNING)
     MOTION_UNSURE = ("motion.unsure", "identification", "A time of the smoothing is known too loosely.",
-        "Log corners at CNT100, or curvature that changes, at full speed.", REFUSED)
+        "Log corners at CNT100, or curvature that changes, at full speed.", WARNING)
+    MOTION_SLOWED = ("motion.slowed", "identification", "Rows where the motion was slowed down are left out.",
+        "Nothing.", NOTE)
     MOTION_LAG = ("motion.lag", "identification", "A log does not show a lag of the whole motion, which moves no path.",
         "Nothing.", NOTE)
     TIMING_LIMIT = ("timing.limit", "pipelines", "A joint passes a limit of speed, acceleration or jerk.",

@@ -8,7 +8,7 @@ from compgen.core.commands import Command
 from compgen.core.units import MS, PERCENT, UM
 from compgen.core.version import __version__
 from compgen.identification.motion.fit import times_of, variance_of
-from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
+from compgen.identification.motion.identify import IdentifiedMotion
 from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.curves import sentence
 from compgen.report.figure import COOL, GREY, LIMIT, Figure, axis, figure, trace, vertical_line
@@ -29,7 +29,7 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
         "schema": 1,
         "command": Command.IDENTIFY_MOTION,
         "name": robot.name,
-        "verdict": "accepted" if identified.accepted else "rejected",
+        "verdict": identified.verdict.value,
         "findings": [f.record() for f in identified.findings],
         "motion": {
             "kind": identified.chosen.kind.words,
@@ -44,7 +44,11 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             "rms_um": identified.held_out / UM,
             "limit_um": identified.limit / UM,
             "noise_um": identified.noise / UM,
-            "noise_multiple": NOISE_MULTIPLE,
+            "plain_um": identified.plain / UM,
+            "p99_um": identified.p99 / UM,
+            "along_um": identified.ramps[1] / UM,
+            "plain_along_um": identified.ramps[0] / UM,
+            "slowed_share": identified.slowed,
             "max_um": identified.largest / UM,
             "blocks": identified.blocks,
         },
@@ -76,8 +80,8 @@ def motion_sentences(summary: dict[str, Any]) -> list[str]:
     low, high = motion["sigma_ms"]
     return [
         f"{motion['kind']}{f': {words}' if words else ''}; sigma {low:.2f} to {high:.2f} ms (95 %)",
-        f"stretches held out: {held['rms_um']:.2f} um rms, at most {held['max_um']:.1f}, where the log's noise is "
-        f"{held['noise_um']:.2f} and up to {held['limit_um']:.2f} is accepted",
+        f"stretches held out: {held['rms_um']:.2f} um rms where the plain program leaves {held['plain_um']:.2f}, 99 % "
+        f"below {held['p99_um']:.1f}, at most {held['max_um']:.1f}; commanded against up to {held['limit_um']:.2f} rms",
         f"verdict: {summary['verdict']}",
     ]
 
@@ -121,11 +125,13 @@ def _kinds(summary: dict[str, Any]) -> Figure:
         marker = {"color": colour, "symbol": symbol, "size": 11}
         traces.append(trace("scatter", left, [fit["kind"] for fit in fits], mode="markers", name=name, marker=marker))
         words += [f"{fit['kind']} {size:.3g} µm" for fit, size in zip(fits, left, strict=False)]
-    alt = sentence("What each kind leaves on stretches held out, rms", [*words, f"up to {limit:.3g} µm is accepted"])
+    alt = sentence(
+        "What each kind leaves on stretches held out, rms", [*words, f"up to {limit:.3g} µm is commanded against"]
+    )
     kinds = [str(fit["kind"]) for fit in summary["tried"]][::-1]
     order = {"categoryorder": "array", "categoryarray": kinds}
     in_two_lines = {"tickvals": kinds, "ticktext": [kind.replace(" in ", "<br>in ") for kind in kinds]}
-    label = {"text": f"accepted up to {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
+    label = {"text": f"commanded against up to {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
     look = {"showarrow": False, "xanchor": "left", "yanchor": "top", "font": {"color": LIMIT, "size": 11}}
     return figure(
         traces,

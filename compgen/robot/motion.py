@@ -9,7 +9,16 @@ predicted with a lowest and a highest, and nothing is ever commanded against it.
 """
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Literal
+
+
+class MotionVerdict(StrEnum):
+    """What numbers from a log may be used for, in the words of a robot file."""
+
+    COMMANDABLE = "may be commanded against"
+    FORETELLS = "foretells"
+    REJECTED = "rejected"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,7 +30,12 @@ class MotionEvidence:
     program: str  # that was executed
     override: float  # share of the written speeds it was executed at
     held_out: float | None  # [m] largest deviation left on stretches that the fit has not seen
-    accepted: bool
+    verdict: MotionVerdict
+
+    @property
+    def accepted(self) -> bool:
+        """Whether programs may be commanded against the numbers."""
+        return self.verdict is MotionVerdict.COMMANDABLE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

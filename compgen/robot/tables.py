@@ -1,7 +1,7 @@
 """Tables of the nominal arm, its controller, its tool and its posture, and the robot made from them."""
 
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from pydantic import Field, FiniteFloat
@@ -24,7 +24,7 @@ from compgen.core.toml import (
 from compgen.core.units import DEG, KB, MM, MS, PERCENT, UM
 from compgen.robot.arm_geometry import in_class_rows
 from compgen.robot.interference import Interference, polygon_fault
-from compgen.robot.motion import ControllerMotion, MotionEvidence
+from compgen.robot.motion import ControllerMotion, MotionEvidence, MotionVerdict
 from compgen.robot.robot import Controller, Robot
 
 PayloadNumber = Annotated[int, Field(ge=1, le=10)]
@@ -275,13 +275,16 @@ def _interference(table: InterferenceTable, matrix: Array, zero: Array, file: st
     return Interference.of(corner, matrix, zero)
 
 
+OLD: Final = "accepted"  # as older files say that a motion may be commanded against
+
+
 class MotionIdentifiedTable(Table):
     """Where the numbers of the controller's motion come from, as ``cgen identify-motion`` writes it."""
 
     robot: Annotated[str, Field(min_length=1, max_length=24)]
     """Name of the robot whose log it was; that of another robot is refused."""
-    verdict: Literal["accepted", "rejected"]
-    """Whether the numbers foretold stretches of the log that the fit had not seen."""
+    verdict: Literal["may be commanded against", "foretells", "rejected", "accepted"]
+    """What the numbers are good for, by stretches of the log that the fit had not seen; accepted: commanded against."""
     log_sha256: Annotated[str, Field(pattern="^([0-9a-f]{64})?$")] = ""
     """The executed log's sha256."""
     program: Annotated[str, Field(max_length=40)] = ""
@@ -342,7 +345,7 @@ def motion_of(table: MotionTable | None, robot: str, where: str) -> ControllerMo
             program=identified.program,
             override=identified.override_percent * PERCENT,
             held_out=None if identified.held_out_um is None else identified.held_out_um * UM,
-            accepted=identified.verdict == "accepted",
+            verdict=MotionVerdict.COMMANDABLE if identified.verdict == OLD else MotionVerdict(identified.verdict),
         )
     return ControllerMotion(
         space=table.space,

@@ -27,7 +27,7 @@ from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.pipelines.measure.identify_motion import identify_motion
 from compgen.program.frames import default_frames
-from compgen.robot.motion import ControllerMotion
+from compgen.robot.motion import ControllerMotion, MotionVerdict
 from compgen.verification.executed.position_log import read_position_log
 from compgen.verification.twin.controller.smoothing import settling_time
 
@@ -149,7 +149,7 @@ def one_controller(seed, situation, course, text):
     right = not wrong and kind.space == motion.space and kind.filters == ("means" if means else "lags")
     return {
         "wrong": wrong,
-        "accepted": identified.accepted,
+        "accepted": identified.verdict is MotionVerdict.COMMANDABLE,
         "right": right and kind.count == len(true),
         "errors": 1e3 * (np.array(times) - true) if right and kind.count == len(true) else np.zeros(0),
         "inside": [a <= t <= b for t, (a, b) in zip(true, identified.intervals, strict=False)] if right else [],

@@ -12,6 +12,7 @@ from shipped import ROOT
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
+from compgen.robot.motion import MotionVerdict
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 
@@ -25,7 +26,7 @@ def folder(tmp_path):
 
 def write(folder, robot, means=(), lags=(), text=None, **logger):
     course = course_of_text(text or logs.part(), robot, default_frames())
-    run_of = logs.Run(ramp=0.25, means=means, lags=lags)
+    run_of = logs.Run(ramp=0.0, means=means, lags=lags)
     time, places, turn, _ = logs.log_rows(course, run_of, logs.Logger(**{"noise": 2e-6, **logger}))
     (folder / "log.csv").write_text(logs.csv(time, places, turn))
 
@@ -43,7 +44,7 @@ def test_two_moving_means_are_written_into_a_copy_that_keeps_all_else(folder, ro
     np.testing.assert_allclose(data["motion"]["moving_average_ms"], [200, 100], atol=1.5)
     assert data["motion"]["space"] == "cartesian"
     assert data["motion"]["enabled"] is False
-    assert data["motion"]["identified"]["verdict"] == "accepted"
+    assert data["motion"]["identified"]["verdict"] == "may be commanded against"
     assert data["motion"]["identified"]["program"] == "PART"
     assert written.startswith(ROBOT.rstrip("\n"))
     motion = load_robot(str(folder / "new.toml")).motion
@@ -72,18 +73,41 @@ def test_a_log_of_the_path_itself_shows_no_smoothing_and_nothing_is_written(fold
 
 
 def test_one_constant_curvature_tells_only_the_sum_of_squares(folder, robot):
+    """Without its ramps: v^2 sigma^2 / (2 R) is all that a circle at one speed shows."""
     circle = logs.circle()
     (folder / "PART.LS").write_bytes(circle)
-    write(folder, robot, means=(0.2, 0.1), text=circle)
-    refused(identify(folder, "-o", "new.toml"), 1, "cannot tell", "sigma is 64", "ms")
-    assert not (folder / "new.toml").exists()
+    write(folder, robot, means=(0.2, 0.1), text=circle, start=0.3, end=0.7)
+    result = identify(folder, "-o", "new.toml")
+    assert result.returncode == 0, result.stderr
+    assert "sigma is 64" in result.stdout
+    motion = load_robot(str(folder / "new.toml")).motion
+    assert motion is not None
+    assert motion.evidence is not None
+    assert motion.evidence.verdict is MotionVerdict.FORETELLS
+    assert not motion.evidence.accepted
     low, high = json.loads((folder / "new.json").read_text())["motion"]["sigma_ms"]
     assert low - 0.5 < np.sqrt((200**2 + 100**2) / 12) < high + 0.5
 
 
-def test_a_controller_of_another_kind_is_rejected(folder, robot):
+def test_ramps_between_stops_tell_the_times_that_a_circle_does_not(folder, robot):
+    circle = logs.circle()
+    (folder / "PART.LS").write_bytes(circle)
+    write(folder, robot, means=(0.2, 0.1), text=circle)
+    assert identify(folder, "-o", "new.toml").returncode == 0
+    motion = tomllib.loads((folder / "new.toml").read_text())["motion"]
+    np.testing.assert_allclose(motion["moving_average_ms"], [200, 100], atol=2)
+
+
+def test_a_controller_of_another_kind_is_not_commanded_against_and_foretells(folder, robot):
     write(folder, robot, means=(0.1,), lags=(0.03,))
-    refused(identify(folder, "-o", "new.toml"), 1, "none of those tried")
+    result = identify(folder, "-o", "new.toml")
+    assert result.returncode == 0
+    assert "it foretells, and is not commanded against" in result.stdout
+    motion = tomllib.loads((folder / "new.toml").read_text())["motion"]
+    assert motion["identified"]["verdict"] == "foretells"
+    held = json.loads((folder / "new.json").read_text())["held_out"]
+    assert held["p99_um"] <= motion["identified"]["held_out_um"]
+    assert held["rms_um"] < 0.2 * held["plain_um"]
 
 
 def test_a_robot_file_that_is_there_is_not_replaced(folder, robot):

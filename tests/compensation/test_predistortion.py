@@ -12,10 +12,12 @@ from compgen.core.pose import IDENTITY
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.robot.motion import ControllerMotion, MotionEvidence
+from compgen.robot.motion import ControllerMotion, MotionEvidence, MotionVerdict
 from compgen.verification.twin.controller.smoothing import gain
 
-ACCEPTED = MotionEvidence(robot="m710ic50", log_sha256="", program="", override=1.0, held_out=None, accepted=True)
+ACCEPTED = MotionEvidence(
+    robot="m710ic50", log_sha256="", program="", override=1.0, held_out=None, verdict=MotionVerdict.COMMANDABLE
+)
 TWO_MEANS = ControllerMotion(moving_averages=(0.2, 0.1), enabled=True, evidence=ACCEPTED)
 LAG = ControllerMotion(first_orders=(0.05,), enabled=True, evidence=ACCEPTED)
 MODELS = pytest.mark.parametrize("motion", [TWO_MEANS, LAG], ids=["two means", "first order"])
@@ -90,7 +92,8 @@ def test_lines_and_what_is_not_asked_for_are_commanded_as_they_are(robot):
         None,
         replace(TWO_MEANS, enabled=False),
         replace(TWO_MEANS, evidence=None),
-        replace(TWO_MEANS, evidence=replace(ACCEPTED, accepted=False)),
+        replace(TWO_MEANS, evidence=replace(ACCEPTED, verdict=MotionVerdict.REJECTED)),
+        replace(TWO_MEANS, evidence=replace(ACCEPTED, verdict=MotionVerdict.FORETELLS)),
         ControllerMotion(lag=0.05, enabled=True, evidence=ACCEPTED),
     ):
         assert not predistortion(replace(robot, motion=motion), IDENTITY, commanded(on_circle(0.65)), 3e-3).any()

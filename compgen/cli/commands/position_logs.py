@@ -23,6 +23,7 @@ from compgen.core.exceptions import naming_file
 from compgen.core.files import file_hash
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
+from compgen.verification.executed.third_joint import J3
 
 if TYPE_CHECKING:
     from compgen.identification.motion.identify import IdentifiedMotion
@@ -86,6 +87,7 @@ def executed(
     robot: opt.ProgramRobot = None,
     tables: opt.ProgramTables,
     in_world: opt.InWorld = False,
+    j3: opt.JointThree = J3.HORIZONTAL,
     also: OtherPrograms = None,
     max_um: opt.MaxUm = None,
     output: Annotated[
@@ -112,7 +114,7 @@ def executed(
     check_folder(folder, own, record=RECORD, others=[PAGE, TABLE])
     place = page_place(folder, page, date)
     others = [(name, read_program(name)) for name in also or []]
-    run = judge_log(text, logged.course, read_position_log(logged.log), logged.situation, others, bound)
+    run = judge_log(text, logged.course, read_position_log(logged.log, j3), logged.situation, others, bound)
     summary = executed_summary(run, text, logged.situation.robot, bound)
     record, html = json_text(summary), executed_html(run, summary, logged.inputs(), place.options)
     files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
@@ -151,6 +153,7 @@ def identify_motion(
     ] = None,
     tables: opt.ProgramTables,
     in_world: opt.InWorld = False,
+    j3: opt.JointThree = J3.HORIZONTAL,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
     ] = None,
@@ -173,7 +176,7 @@ def identify_motion(
     arm = load_arm(logged.robot_file)
     default = Path("outputs") / "motion" / f"{arm.robot.name}.toml"
     target = robot_file_place(output, default, Command.IDENTIFY_MOTION, IDENTIFIED_MOTION, page, date)
-    positions = read_position_log(logged.log)
+    positions = read_position_log(logged.log, j3)
     with show_progress(quiet=screen.is_silent) as progress:
         run, identified = identify(
             logged.text, logged.course, positions, logged.situation, partial(progress, stages.MOTION)
@@ -187,11 +190,12 @@ def _publish_motion(
     """Write a copy of the robot file with the motion, unless the fit is refused, and the reports."""
     from compgen.pipelines.measure.identify_motion import motion_text
     from compgen.report.motion_report import motion_html, motion_sentences, motion_summary
+    from compgen.robot.motion import MotionVerdict
 
     robot, text = logged.situation.robot, logged.text
     summary = motion_summary(run, text, identified, robot)
     written = {}
-    if identified.accepted:
+    if identified.verdict is not MotionVerdict.REJECTED:
         written = {target.file.name: motion_text(robot_text, robot, run, text, identified).encode()}
     record = json_text(summary)
     words = target.put(written, record, motion_html(summary, logged.inputs(), target.place.options))

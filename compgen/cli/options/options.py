@@ -19,6 +19,7 @@ from compgen.cli.output_files import marker, publish
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.findings import beyond_text
 from compgen.core.units import HOUR, MINUTE, UM
+from compgen.verification.executed.third_joint import J3
 
 if TYPE_CHECKING:
     from compgen.core.arrays import Array
@@ -133,6 +134,10 @@ LogReference = Annotated[
 ]
 PositionLog = Annotated[
     str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
+]
+JointThree = Annotated[
+    J3,
+    typer.Option("--j3", help="Against what the log counts J3: the horizontal, as the pendant does, or link2."),
 ]
 InWorld = Annotated[
     bool, typer.Option("--in-world", help="The log's X to R are in World, not in the program's user frame.")

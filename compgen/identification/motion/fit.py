@@ -2,10 +2,11 @@ r"""Times of a controller's smoothing from a log, of each kind of controller tha
 
 Least squares on the distance of rows from the smoothed curve. Two times T_1, T_2 of one kind are fitted as
 
-    s = T_1^2 + T_2^2,      d = (T_1^2 - T_2^2) / s
+    s = T_1^2 + T_2^2,      q = ((T_1^2 - T_2^2) / s)^2
 
-s is what a steady circle shows, v^2 sigma^2 / (2 R) with sigma^2 = s / 12 of means and s of lags; d only shows where
-curvature changes. Their uncertainty is that of blocks of rows that scatter together.
+s is what a steady circle shows, v^2 sigma^2 / (2 R) with sigma^2 = s / 12 of means and s of lags; q only shows where
+curvature changes: T_1^4 + T_2^4 = s^2 (1 + q) / 2, so equal times, q = 0, are no special place of the fit. Their
+uncertainty is that of blocks of rows that scatter together.
 """
 
 from collections.abc import Callable
@@ -22,9 +23,9 @@ from compgen.robot.motion import ControllerMotion
 Residuals = Callable[[ControllerMotion], Array]
 
 LONGEST = {"means": 0.8, "lags": 0.25}  # [s] root of s
-STARTS = (0.03, 0.1, 0.25)  # of that, as shares, from which a fit begins
+STARTS = (0.03, 0.1, 0.25, 0.5)  # of that, as shares, from which a fit begins
 STEP = 1e-3  # of the two numbers, for slopes
-EVEN = 0.6  # d from which the fit of two times begins
+EVEN = 0.3  # q from which the fit of two times begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ class KindFit:
     """The best controller of a kind, on some blocks."""
 
     kind: Kind
-    numbers: Array  # (p,) s [s2] and, of two times, d
+    numbers: Array  # (p,) s [s2] and, of two times, q
     held_out: Array  # (B,) mean square of the residual in each block that was held out [m2]
 
     @property
@@ -89,7 +90,7 @@ def times_of(kind: Kind, numbers: Array) -> tuple[float, ...]:
     s = max(float(numbers[0]), 0.0)
     if kind.count == 1:
         return (float(np.sqrt(s)),)
-    d = min(abs(float(numbers[1])), 1.0)
+    d = float(np.sqrt(np.clip(numbers[1], 0.0, 1.0)))
     return float(np.sqrt(s * (1 + d) / 2)), float(np.sqrt(s * (1 - d) / 2))
 
 
@@ -105,7 +106,7 @@ def fit_kind(
 
     Args:
         kind: To fit.
-        residuals: Of a controller, (R, 3) [m].
+        residuals: Of a controller, (R, k) [m].
         fitted: Rows to fit, (R,).
         block: Of each row, (R,).
         start: Numbers to begin with; default several.
@@ -123,7 +124,7 @@ def fit_kind(
 
 
 def _solve(kind: Kind, residuals: Residuals, fitted: BoolArray, start: Array) -> Array:
-    """Least squares in the root of s and in d."""
+    """Least squares in the root of s and in q."""
     longest = LONGEST[kind.filters]
 
     def function(x: Array) -> Array:
@@ -153,7 +154,7 @@ def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv((A / scale).T @ (A / scale), rcond=1e-12)
     score = (A / scale) * base.ravel()[:, None]
-    _, which = np.unique(np.repeat(block, 3), return_inverse=True)
+    _, which = np.unique(np.repeat(block, base.shape[1]), return_inverse=True)
     sums = np.column_stack([np.bincount(which, column) for column in score.T])
     # blocks that are few scatter less than they would
     factor = len(sums) / max(len(sums) - len(fit.numbers), 1)

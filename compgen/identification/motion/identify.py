@@ -3,14 +3,18 @@
 Every third block of rows is held out. Of the kinds that foretell these as well as the best does, the plainest is taken;
 where another of them is not a richer form of it, the log cannot tell which it is, and only sigma is known: that of a
 filter's weights, by which a path is pulled inwards, v^2 sigma^2 / (2 R).
+
+What is fitted foretells, and how far it is off is a row of the band, unless it is no better than the plain program or
+two parts of the log disagree. It may be commanded against where its kind and its times are known besides, and where it
+leaves little of what it takes away.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, norm, rms
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
@@ -25,13 +29,19 @@ from compgen.identification.motion.fit import (
     times_of,
     variance_of,
 )
-from compgen.identification.motion.windows import Window, residuals
-from compgen.robot.motion import ControllerMotion
+from compgen.identification.motion.windows import Window, keeps_law, residuals
+from compgen.robot.motion import ControllerMotion, MotionVerdict
 from compgen.robot.robot import Robot
 
 HELD_OUT = 3  # one of so many blocks
-NOISE_MULTIPLE = 1.5  # of the log's noise, that may be left on blocks held out
+LEFT = 0.05  # of what it takes away: what may be left on blocks held out by what is commanded against (a fifth would
+# do for the program; a mean and a lag, which no kind here is, leaves an eighth)
+BETTER = 0.9  # of what the plain program leaves: what leaves more is no better
+NOISE_MULTIPLE = 1.5  # of the log's noise, that is left without fault
 FLOOR = 0.5e-6  # [m] beside: straight lines between samples of a smoothed motion
+MOST_SLOWED = 0.6  # of the rows: where more seem slowed down, the law is not this one, and none is left out
+LEAST_TIME = 2.0  # periods, below which one of two means is none
+FIRST = Kind("cartesian", "means", 2)  # by which it is seen where a motion is slowed down
 SAME = 0.02  # of the mean square: kinds that leave as much foretell as well
 SURE = 3.0  # standard errors, beyond which one kind foretells better
 UNSURE = 0.15  # of the mean square, beyond which it does too: few blocks may tell all
@@ -53,16 +63,27 @@ class IdentifiedMotion:
     tried: tuple[KindFit, ...]  # the best first
     alike: tuple[Kind, ...]  # that foretell as well as the best
     noise: float  # [m] of the log
-    limit: float  # [m] that blocks held out may leave
-    held_out: float  # [m] rms that they leave, of one coordinate
-    largest: float  # [m] that they leave at most
+    plain: float  # [m] rms of one coordinate that the plain program leaves on blocks held out
+    held_out: float  # [m] the same, by the controller
+    p99: float  # [m] distances there
+    largest: float  # [m]
+    ramps: tuple[float, float]  # [m] rms along the curve near stops, by the plain program and by the controller
     blocks: int
+    slowed: float  # share of the rows that are left out, where the motion was slowed down
     findings: tuple[Finding, ...]
 
     @property
-    def accepted(self) -> bool:
-        """Whether programs may be pre-distorted by it."""
-        return not any(f.level is Level.REFUSED for f in self.findings)
+    def limit(self) -> float:
+        """What blocks held out may leave for programs to be commanded against it [m]."""
+        return max(LEFT * (self.plain - self.held_out), NOISE_MULTIPLE * self.noise + FLOOR)
+
+    @property
+    def verdict(self) -> MotionVerdict:
+        """What it may be used for."""
+        levels = {f.level for f in self.findings}
+        if Level.REFUSED in levels:
+            return MotionVerdict.REJECTED
+        return MotionVerdict.FORETELLS if Level.WARNING in levels else MotionVerdict.COMMANDABLE
 
 
 def identify(
@@ -81,11 +102,13 @@ def identify(
         noise: Of the log's positions, of one coordinate [m].
         progress: Called with the share done.
     """
-    block = np.concatenate([w.block for w in windows])
+    whole = np.concatenate([w.block for w in windows])
+    kept = _kept_rows(windows, robot, tool, whole)
+    block = whole[kept]
     fitted = block % HELD_OUT != HELD_OUT - 1
 
     def function(motion: ControllerMotion) -> Array:
-        return residuals(windows, robot, tool, motion)
+        return residuals(windows, robot, tool, motion)[kept]
 
     spaces = ("cartesian", "joint") if all(w.theta is not None for w in windows) else ("cartesian",)
     kinds = [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
@@ -95,9 +118,10 @@ def identify(
         progress((k + 1) / (len(kinds) + 1))
     fits.sort(key=lambda fit: float(np.mean(fit.held_out)))
     alike = [fit for fit in fits if _as_well(fit, fits[0])]
-    plainest = min(alike, key=lambda fit: (fit.kind.count, float(np.mean(fit.held_out))))
+    plainest = _believed(alike, robot.controller.period)
     chosen, intervals, sigma = _refitted(plainest, alike, function, block)
-    left = function(plainest.motion)[~fitted]
+    left, plain = function(plainest.motion)[~fitted], function(ControllerMotion())[~fitted]
+    away = norm(left[:, :3])
     progress(1.0)
     identified = IdentifiedMotion(
         chosen=chosen,
@@ -107,13 +131,46 @@ def identify(
         tried=tuple(fits),
         alike=tuple(f.kind for f in alike),
         noise=noise,
-        limit=NOISE_MULTIPLE * max(noise, 1e-9) + FLOOR,
-        held_out=plainest.rms,
-        largest=float(np.sqrt((left**2).sum(axis=1).max(initial=0.0))),
+        plain=rms(plain[:, :3]) * np.sqrt(3 / 2),
+        held_out=rms(away) / np.sqrt(2),
+        p99=float(np.quantile(away, 0.99)) if len(away) else 0.0,
+        largest=float(away.max(initial=0.0)),
+        ramps=(rms(plain[:, 3]), rms(left[:, 3])),
         blocks=len(np.unique(block)),
+        slowed=1 - float(kept.mean()),
         findings=(),
     )
-    return replace(identified, findings=_verdict(identified, robot.controller.period))
+    apart = _disagreement(plainest, function, block)
+    return replace(identified, findings=_findings(identified, robot.controller.period, apart))
+
+
+def _kept_rows(windows: Sequence[Window], robot: Robot, tool: Pose, block: IntArray) -> BoolArray:
+    """Rows that were not slowed down, (R,), by a first fit to all of them; all where most seem to be."""
+    every = np.ones(len(block), dtype=bool)
+    first = fit_kind(FIRST, lambda motion: residuals(windows, robot, tool, motion), every, block)
+    kept = keeps_law(windows, robot, tool, first.motion)
+    return kept if kept.mean() > 1 - MOST_SLOWED else every
+
+
+def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:
+    """What each half of a log leaves of the other, as a share of what the plain program leaves: the larger share."""
+    later = block > np.median(block)
+    if not fit.kind.count or not later.any() or later.all():
+        return 0.0
+    shares = []
+    for half in (later, ~later):
+        other = fit_kind(fit.kind, function, half, block, fit.numbers)
+        left, plain = (rms(function(motion)[~half]) for motion in (other.motion, ControllerMotion()))
+        shares.append(left / max(plain, FLOOR))
+    return max(shares)
+
+
+def _believed(alike: Sequence[KindFit], period: float) -> KindFit:
+    """Of fits that foretell as well, that of the maker's motion code if its times are some; else the plainest."""
+    usual = next((fit for fit in alike if fit.kind == FIRST), None)
+    if usual is not None and min(times_of(FIRST, usual.numbers)) > LEAST_TIME * period:
+        return usual
+    return min(alike, key=lambda fit: (fit.kind.count, float(np.mean(fit.held_out))))
 
 
 def _as_well(fit: KindFit, best: KindFit) -> bool:
@@ -137,8 +194,8 @@ def _refitted(
         return chosen, intervals, np.array([0.0, _unseen(function, block)])
     for fit in alike:
         numbers = chosen.numbers if fit.kind == chosen.kind else fit.numbers
-        if fit.kind.includes(chosen.kind) and fit.kind != chosen.kind:
-            continue  # a richer form of the same
+        if fit.kind != chosen.kind and (fit.kind.includes(chosen.kind) or chosen.kind.includes(fit.kind)):
+            continue  # a richer or a plainer form of the same
         spread = covariance(KindFit(fit.kind, numbers, fit.held_out), function, block)
         draws = _draws(numbers, spread)
         roots = np.sqrt([variance_of(fit.kind, draw) for draw in draws])
@@ -173,59 +230,83 @@ def _draws(numbers: Array, spread: Array) -> Array:
     draws = numbers + unit * np.sqrt(np.clip(values, 0, None)) @ vectors.T
     draws[:, 0] = np.clip(draws[:, 0], 0, None)
     if draws.shape[1] > 1:
-        draws[:, 1] = np.clip(np.abs(draws[:, 1]), 0, 1)
+        draws[:, 1] = np.clip(draws[:, 1], 0, 1)
     return np.asarray(draws)
 
 
-def _verdict(identified: IdentifiedMotion, period: float) -> tuple[Finding, ...]:
-    """What speaks against a controller, and that a lag is not seen."""
-    findings, kind, limit = list[Finding](), identified.chosen.kind, identified.limit
+def _findings(identified: IdentifiedMotion, period: float, apart: float) -> tuple[Finding, ...]:
+    """What speaks against a controller, or against commanding by it, and that a lag is not seen."""
+    kind = identified.chosen.kind
     known = f"sigma is {identified.sigma[0] / MS:.1f} to {identified.sigma[1] / MS:.1f} ms"
-
-    def refuse(code: Code, message: str) -> None:
-        findings.append(Finding(Level.REFUSED, code, message))
-
-    if identified.blocks < LEAST_BLOCKS:
-        refuse(
-            Code.MOTION_SHORT,
-            f"{identified.blocks} blocks of rows away from stops are too few to hold some out; log a longer run",
+    findings = [
+        *_refusals(identified, known, apart),
+        *(_reserves(identified, known, period) if kind.count else ()),
+    ]
+    if identified.slowed > 0:
+        message = (
+            f"{100 * identified.slowed:.0f} % of the rows are left out: there the motion was slower than its words, by "
+            "the controller or by its operator"
         )
-    if identified.held_out > limit:
-        refuse(
-            Code.MOTION_HELD_OUT,
-            f"{kind.words} foretells stretches that it was not fitted to with {identified.held_out / UM:.2f} um rms, "
-            f"above {limit / UM:.2f} ({NOISE_MULTIPLE:g} times the noise and {FLOOR / UM:g}): it is none of those "
-            "tried",
-        )
-    elif not kind.count and identified.sigma[1] > BLIND:
-        refuse(
-            Code.MOTION_BLIND,
-            f"the path curves too little at its speed to show smoothing: {known}; log a program with corners at CNT100 "
-            "or curvature that changes, at full speed",
-        )
-    elif not kind.count:
-        refuse(
-            Code.MOTION_NONE,
-            "no smoothing seen: the log shows the programmed path itself; either the controller smooths nothing, or "
-            f"the log has commanded positions from before the smoothing; {known}",
-        )
-    else:
-        others = [other for other in identified.alike if not other.includes(kind)]
-        if others:
-            refuse(
-                Code.MOTION_ALIKE,
-                f"the log cannot tell {kind.words} from {others[0].words}: only the smoothing's {known}; log a "
-                "program with corners at CNT100 or curvature that changes, at full speed",
-            )
-        for time, (low, high) in zip(
-            times_of(kind, identified.chosen.numbers), identified.intervals.tolist(), strict=True
-        ):
-            if (high - low) / 2 > max(KNOWN * time, period):
-                refuse(
-                    Code.MOTION_UNSURE,
-                    f"a time of {time / MS:.0f} ms is known as {low / MS:.0f} to {high / MS:.0f} ms only; {known}; log "
-                    "a program with corners at CNT100 or curvature that changes, at full speed",
-                )
-                break
+        findings.append(Finding(Level.NOTE, Code.MOTION_SLOWED, message))
     message = "a lag of the whole motion only shifts the log's clock: this log does not show it, and it moves no path"
     return (*findings, Finding(Level.NOTE, Code.MOTION_LAG, message))
+
+
+def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterator[Finding]:
+    """Why a controller foretells nothing."""
+    kind = identified.chosen.kind
+    if identified.blocks < LEAST_BLOCKS:
+        message = f"{identified.blocks} blocks of rows are too few to hold some out; log a longer run"
+        yield Finding(Level.REFUSED, Code.MOTION_SHORT, message)
+    if not kind.count and identified.sigma[1] > BLIND:
+        message = (
+            f"the path curves too little at its speed to show smoothing: {known}; log a program with corners at CNT100 "
+            "or curvature that changes, at full speed"
+        )
+        yield Finding(Level.REFUSED, Code.MOTION_BLIND, message)
+    elif not kind.count:
+        message = (
+            "no smoothing seen: the log shows the programmed path itself; either the controller smooths nothing, or "
+            f"the log has commanded positions from before the smoothing; {known}"
+        )
+        yield Finding(Level.REFUSED, Code.MOTION_NONE, message)
+    elif _whole(identified, 1) > max(BETTER * _whole(identified, 0), NOISE_MULTIPLE * identified.noise + FLOOR):
+        message = (
+            f"{kind.words} foretells stretches that it was not fitted to with {identified.held_out / UM:.2f} um rms, "
+            f"the plain program with {identified.plain / UM:.2f}: it is none of those tried"
+        )
+        yield Finding(Level.REFUSED, Code.MOTION_HELD_OUT, message)
+    elif apart > 1:
+        message = (
+            f"two halves of the log disagree: what one tells leaves {100 * apart:.0f} % of what the plain program "
+            "leaves of the other; log one run of one program again"
+        )
+        yield Finding(Level.REFUSED, Code.MOTION_PARTS, message)
+
+
+def _whole(identified: IdentifiedMotion, which: int) -> float:
+    """What the plain program (0) or the controller (1) leaves, off the path and along it [m]."""
+    return float(np.hypot((identified.plain, identified.held_out)[which], identified.ramps[which]))
+
+
+def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterator[Finding]:
+    """Why a controller foretells, and may not be commanded against."""
+    kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
+    others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
+    if identified.held_out > identified.limit:
+        message = (
+            f"{kind.words} leaves {identified.held_out / UM:.2f} um rms of {identified.plain / UM:.2f} on stretches "
+            f"that it was not fitted to, above {identified.limit / UM:.2f}: it foretells, and is not commanded against"
+        )
+        yield Finding(Level.WARNING, Code.MOTION_MISFIT, message)
+    if others:
+        message = f"the log cannot tell {kind.words} from {others[0].words}: only the smoothing's {known}; {more}"
+        yield Finding(Level.WARNING, Code.MOTION_ALIKE, message)
+    times = zip(times_of(kind, identified.chosen.numbers), identified.intervals.tolist(), strict=True)
+    for time, (low, high) in times:
+        if (high - low) / 2 > max(KNOWN * time, period):
+            message = (
+                f"a time of {time / MS:.0f} ms is known as {low / MS:.0f} to {high / MS:.0f} ms only; {known}; {more}"
+            )
+            yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
+            return

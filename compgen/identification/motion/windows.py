@@ -1,20 +1,24 @@
 r"""Stretches of a run with what was commanded in them, and the rows of the log to compare.
 
-A window lies in one run between stops, at one override. In it the command moves along the course with
+A window lies in one run between stops, at one override. In it the command moves along the course, statement after
+statement, each at its written speed from the very beginning to the very end of its time (rounded up to whole periods
+where the log shows that), for smoothing alone makes the ramps at stops; behind CNT n < 100 it waits. It is sampled at
+the interpolation period from MEMORY before the window on, so that what a filter remembers is there.
 
-    c(t) = c_0 + law(t),       law: ramps from and to the stops, the written speed times the override between
+A row counts by its distance from the smoothed curve, wherever on it: no clock is compared. Near a stop it counts along
+the curve too, as far as neither a shift of the log's clock nor another speed explains it: with A(t) the smoothed way,
 
-sampled at the interpolation period, from MEMORY before the window on, so that what a filter remembers is there. Rows
-near stops are left out, for the ramps there are assumed. No clock is compared: a row counts by its distance from the
-smoothed curve, wherever on it.
+    s_k = k (A(t_k - t_0) - A_stop) + A_stop + e_k,       k and t_0 free at each stop.
+
+So a run to and fro on one line tells what its ramps are.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
@@ -25,82 +29,108 @@ from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.robot.turns import posture_indices
 from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, tangents_of
+from compgen.verification.executed.followed_log import row_noise
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.executed.tracking import nearest
-from compgen.verification.twin.controller.command import run_law
-from compgen.verification.twin.controller.smoothing import moments, smooth
+from compgen.verification.twin.controller.smoothing import smooth
 
 MEMORY = 1.5  # [s] of command before a window
 BEYOND = 1.5  # [s] of command behind it: smoothed motion comes late
 LONGEST = 10.0  # [s] of a window
-SHORTEST = 0.5  # s
-CLEAR = 0.3  # [s] beyond a ramp, until rows count
+SHORTEST = 0.3  # s
+RAMP = 1.2  # [s] from a stop, in which rows count along the curve
 WINDOWS = 40  # of a log: the rest of a long one is not needed
 SEEN = 200  # places of a window by which its bends are counted
 ROWS = 20_000  # of all windows
 BLOCK = 0.75  # [s] of rows that are held out, or fitted, together
+BLOCKS = 18  # of a short log: then they are shorter
+SHORTEST_BLOCK = 0.1  # s
+NEAR_RATE = 0.01  # of a rate that is whole percent but for the log's clock and for corners
+ALONG = 0.2  # of what is across: bends are what is commanded against, ramps tell where there are none
+LEAST_NOISE = 0.5e-6  # [m] that rows scatter by at least
+ROUNDS = 3  # of finding k and t_0
+AT_REST = 2e-6  # [m] from a stop, while the robot stands there
+LEAST_RAMP = 8  # rows
+SAME = 1e-6  # of a period
+SLOW = 0.1  # of the smoothing's length, by which a clock falls behind where a motion is slowed down
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Window:
     """K samples of the command and R rows of the log."""
 
-    position: Array  # (K, 3) [m] commanded TCP in World
+    position: Array  # (K, 3) [m] commanded TCP in World, as if nothing waited
     theta: Array | None  # (K, 6) [rad] commanded joints; None where they are not known
     arc: Array  # (K,) [m] along the course
+    time: Array  # (K,) [s] since the run began
+    corner: Array  # (P,) [s] since the run began, where it may wait
+    kept: Array  # (P,) n / 100 of the CNT n there
+    shown: Array  # (R,) [s] log's clock
     place: Array  # (R, 3) [m] logged TCP in World
     row_arc: Array  # (R,) [m]
     off: Array  # (R, 3) [m] from the programmed path
     block: IntArray  # (R,) rows of one number are held out, or fitted, together
+    ramp: IntArray  # (R,) 1 behind a stop, 2 before one, 3 between two, 0 elsewhere
+    weight: float  # of what is along the curve, against what is across it
 
     def __post_init__(self) -> None:
-        own(self, position=("K", 3), arc=("K",), place=("R", 3), row_arc=("R",), off=("R", 3), block=("R",))
+        own(self, position=("K", 3), arc=("K",), time=("K",), corner=("P",), kept=("P",))
+        own(self, shown=("R",), place=("R", 3), row_arc=("R",), off=("R", 3), block=("R",), ramp=("R",))
 
 
 def windows_of(run: ExecutedRun, robot: Robot) -> list[Window]:
     """The windows of a run.
 
     Raises:
-        InputError: The log has no steady motion long enough.
+        InputError: The log has no motion long enough at one override.
     """
-    course, clock, deviation = run.course, run.clock, run.deviation
-    written = course.periods if clock.rounded else course.cruise
-    spans = _spans(run, written)
+    course, deviation = run.course, run.deviation
+    spans = _spans(run)
     if not spans:
         raise InputError(
             f"{run.followed.log.table.source}: no run between two stops is logged at one override for {SHORTEST:g} s; "
             "log a longer run, its override left alone"
         )
-    spans = _telling(course, written, spans)
+    spans = _telling(course, run.clock.clock, spans)
     total = sum(int(((deviation.arc >= s.low) & (deviation.arc <= s.high)).sum()) for s in spans)
     every = max(1, total // ROWS)
-    posture = _posture(course, robot)
+    lasts = sum(s.last - s.first for s in spans)
+    length = float(np.clip(lasts / BLOCKS, SHORTEST_BLOCK, BLOCK))
+    posture, weight = _posture(course, robot), _weight_along(run)
     windows, block = list[Window](), 0
     for span in spans:
-        window = _window(run, robot, written, span, every, posture, block)
+        window = _window(run, robot, span, every, posture, weight)
         if window is not None:
-            windows.append(window)
-            block = int(window.block.max()) + 1
+            since = np.floor((window.shown - window.shown[0]) / length).astype(np.int64)
+            windows.append(replace(window, block=block + since))
+            block += int(since.max()) + 1
     return windows
+
+
+def _weight_along(run: ExecutedRun) -> float:
+    """How much less surely a row's place along its way is known than across it: the log's clock jitters."""
+    steady = np.isfinite(run.clock.late)
+    across = max(run.deviation.noise, LEAST_NOISE)
+    if not steady.any():
+        return ALONG
+    along = row_noise(run.clock.late[steady][:, None]) * float(np.median(run.deviation.speed[steady]))
+    return ALONG * across / max(along, across)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Span:
     """Part of a run between two stops."""
 
-    begin: float  # [s] clock at written speeds, of the run
-    duration: float  # [s] of the run with its ramps, as driven
-    at_speed: float  # [s] of the run's statements alone, as driven
+    stops: tuple[int, int]  # nodes
     rate: float
-    first: float  # [s] since the run began, where rows count
+    first: float  # [s] since the run began, as driven
     last: float
     low: float  # [m] arc lengths of these
     high: float
 
 
-def _spans(run: ExecutedRun, written: Array) -> list[_Span]:
-    course, spans = run.course, list[_Span]()
-    counted = course.periods if course.counted else course.cruise
+def _spans(run: ExecutedRun) -> list[_Span]:
+    course, clock, spans = run.course, run.clock.clock, list[_Span]()
     stops = np.flatnonzero(course.stop)
     first, last = run.covered
     held = [s.arc for s in run.clock.stands if not s.at_stop]
@@ -110,44 +140,30 @@ def _spans(run: ExecutedRun, written: Array) -> list[_Span]:
         if not course.judged[a:b].all() or course.arc[b] <= first or course.arc[a] >= last:
             continue
         begin, end = (float(np.interp(course.arc[k], arcs, times)) for k in (a, b))  # on the log's clock
-        inside = [s for s in run.clock.stretches if s.begin < end and s.end > begin]
+        inside = [s for s in run.clock.stretches if s.begin < end and s.end > begin] or list(run.clock.stretches[:1])
         if len(inside) != 1 or any(course.arc[a] < arc < course.arc[b] for arc in held):
             continue
-        rate = inside[0].rate
-        at_speed = float(written[b] - written[a]) / rate
-        ramps = max(float((course.planned - counted)[b] - (course.planned - counted)[a] - course.wait[a]), 0.0) / rate
-        duration = at_speed + ramps
-        low, high = ramps + CLEAR, duration - ramps - CLEAR
-        if high - low < SHORTEST:
+        rate, override = inside[0].rate, inside[0].override
+        rate = override if abs(rate / override - 1) < NEAR_RATE else rate
+        duration = float(clock[b] - clock[a]) / rate
+        if duration < SHORTEST:
             continue
-        parts = np.linspace(low, high, int(np.ceil((high - low) / LONGEST)) + 1)
+        parts = np.linspace(0.0, duration, int(np.ceil(duration / LONGEST)) + 1)
         for t, u in zip(parts[:-1].tolist(), parts[1:].tolist(), strict=True):
-            c = written[a] + rate * run_law(np.array([t, u]), np.full(2, duration), np.full(2, at_speed))
-            s = np.interp(c, written, course.arc)
-            if s[0] >= first and s[1] <= last:
-                spans.append(
-                    _Span(
-                        begin=float(written[a]),
-                        duration=duration,
-                        at_speed=at_speed,
-                        rate=rate,
-                        first=t,
-                        last=u,
-                        low=float(s[0]),
-                        high=float(s[1]),
-                    )
-                )
+            low, high = np.interp(clock[a] + rate * np.array([t, u]), clock, course.arc).tolist()
+            if high > first and low < last:
+                spans.append(_Span(stops=(a, b), rate=rate, first=t, last=u, low=low, high=high))
     return spans
 
 
-def _telling(course: ProgramCourse, written: Array, spans: list[_Span]) -> list[_Span]:
+def _telling(course: ProgramCourse, clock: Array, spans: list[_Span]) -> list[_Span]:
     """As many spans as are looked at: half of them those where smoothing shows most, the others evenly spread."""
     if len(spans) <= WINDOWS:
         return spans
     bends = []
     for span in spans:
-        first, last = np.interp([span.low, span.high], course.arc, written)
-        place = course.place(np.interp(np.linspace(first, last, SEEN), written, course.arc))
+        first, last = np.interp([span.low, span.high], course.arc, clock)
+        place = course.place(np.interp(np.linspace(first, last, SEEN), clock, course.arc))
         bends.append(float(np.abs(np.diff(place, n=2, axis=0)).sum()))
     most = np.argsort(bends)[::-1][: WINDOWS // 2]
     evenly = np.linspace(0, len(spans) - 1, WINDOWS - len(most)).astype(int)
@@ -163,40 +179,50 @@ def _posture(course: ProgramCourse, robot: Robot) -> int | None:
 
 
 def _window(
-    run: ExecutedRun, robot: Robot, written: Array, span: _Span, every: int, posture: int | None, block: int
+    run: ExecutedRun, robot: Robot, span: _Span, every: int, posture: int | None, weight: float
 ) -> Window | None:
-    course, deviation, period = run.course, run.deviation, robot.controller.period
-    begin, end = max(span.first - MEMORY, 0.0), span.last + BEYOND
-    time = np.arange(begin, end, period)
-    whole, alone = np.full(len(time), span.duration), np.full(len(time), span.at_speed)
-    done = run_law(np.minimum(time, whole), whole, alone)
-    arc = np.interp(span.begin + span.rate * done, written, course.arc)
-    rows = np.flatnonzero((deviation.arc >= span.low) & (deviation.arc <= span.high) & deviation.judged)[::every]
-    if len(rows) < 5:
+    course, deviation, clock = run.course, run.deviation, run.clock.clock
+    a, b = span.stops
+    duration = float(clock[b] - clock[a]) / span.rate
+    time = np.arange(max(span.first - MEMORY, 0.0), span.last + BEYOND, robot.controller.period)
+    arc = np.interp(clock[a] + span.rate * np.clip(time, 0.0, duration), clock, course.arc)
+    rest = max(AT_REST, 3 * deviation.noise)
+    low, high = max(span.low, course.arc[a] + rest), min(span.high, course.arc[b] - rest)
+    rows = np.flatnonzero((deviation.arc > low) & (deviation.arc < high) & deviation.judged)[::every]
+    if len(rows) < LEAST_RAMP:
         return None
-    position, theta = course.place(arc), None
-    if posture is not None:
-        k = course.way(arc)
-        share = (arc - course.arc[k]) / np.maximum(np.diff(course.arc)[k], 1e-12)
-        rotation = interpolate_rotation(course.rotation[k], course.rotation[k + 1], share)
-        joints, _ = solve_tool(robot, Pose(position, rotation), course.tool, ALL_POSTURES[posture])
-        near = course.theta[k] + share[:, None] * (course.theta[k + 1] - course.theta[k])
-        theta = nearest_turns(joints, near)
-    since = deviation.time[rows] - deviation.time[rows[0]]
+    within = np.flatnonzero((course.kept[a:b] < 1) & ~course.stop[a:b]) + a
     at = deviation.row[rows]
+    reach = RAMP if duration < RAMP else min(RAMP, duration / 2)  # a short run is one ramp
+    since = np.interp(deviation.arc[rows], course.arc, clock) / span.rate - clock[a] / span.rate
     return Window(
-        position=position,
-        theta=theta,
+        position=course.place(arc),
+        theta=None if posture is None else _joints(course, robot, arc, posture),
         arc=arc,
+        time=time,
+        corner=(clock[within] - clock[a]) / span.rate,
+        kept=course.kept[within],
+        shown=deviation.time[rows],
         place=run.followed.position[at],
         row_arc=deviation.arc[rows],
         off=run.followed.projection.off[at],
-        block=block + np.floor(since / BLOCK).astype(np.int64),
+        block=np.zeros(len(rows), dtype=np.int64),
+        ramp=(since < reach) + 2 * (since > duration - reach),
+        weight=weight,
     )
 
 
+def _joints(course: ProgramCourse, robot: Robot, arc: Array, posture: int) -> Array:
+    """Commanded joints at arc lengths, (K, 6) [rad]."""
+    k = course.way(arc)
+    share = (arc - course.arc[k]) / np.maximum(np.diff(course.arc)[k], 1e-12)
+    rotation = interpolate_rotation(course.rotation[k], course.rotation[k + 1], share)
+    joints, _ = solve_tool(robot, Pose(course.place(arc), rotation), course.tool, ALL_POSTURES[posture])
+    return nearest_turns(joints, course.theta[k] + share[:, None] * (course.theta[k + 1] - course.theta[k]))
+
+
 def residuals(windows: Sequence[Window], robot: Robot, tool: Pose, motion: ControllerMotion) -> Array:
-    """From the smoothed curve's nearest point to each row, (R, 3) [m], window after window.
+    """From the smoothed curve's nearest point to each row, and along the curve near stops, (R, 4) [m].
 
     Args:
         windows: Of a run.
@@ -204,22 +230,96 @@ def residuals(windows: Sequence[Window], robot: Robot, tool: Pose, motion: Contr
         tool: TCP in the flange.
         motion: What the controller does; its lag is of no consequence.
     """
-    if not motion.is_smooth:
-        return np.concatenate([window.off for window in windows])
-    period, parts = robot.controller.period, []
-    delay = moments(motion, period).delay / period
-    for window in windows:
-        curve = _smoothed(window, robot, tool, motion)
-        arc = arc_lengths_of(curve)
-        # where on the smoothed curve a row is expected: where the command was a delay before
-        late = np.interp(np.arange(len(curve)) - delay, np.arange(len(curve)), window.arc)
-        expected = np.interp(window.row_arc, late, arc)
-        parts.append(nearest(curve, arc, tangents_of(curve), window.place, expected)[2])
-    return np.concatenate(parts)
+    return np.concatenate([_fitted(window, robot, tool, motion)[0] for window in windows])
 
 
-def _smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> Array:
-    if motion.space == "joint" and window.theta is not None:
-        theta = smooth(window.theta, robot.controller.period, motion)
-        return (flange_pose(robot, theta) @ tool).position
-    return smooth(window.position, robot.controller.period, motion)
+def keeps_law(windows: Sequence[Window], robot: Robot, tool: Pose, motion: ControllerMotion) -> BoolArray:
+    """Rows that a controller's motion passes at its own speed, (R,): the others were slowed down."""
+    return np.concatenate([_in_time(window, _fitted(window, robot, tool, motion)[1], motion) for window in windows])
+
+
+def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArray:
+    """Rows (R,) of one window about which its clock keeps the law's: (R,) [s] is when the law's motion is there.
+
+    Over twice the smoothing's length a clock may fall behind by a tenth of it, as where two motions differ in their
+    means. A ramp counts as a whole, for one speed is fitted to it.
+    """
+    settling = sum(motion.moving_averages) + sum(motion.first_orders)
+    steady = (passed > settling) & (window.row_arc < window.arc[-1])
+    steady &= passed < window.time[np.searchsorted(window.arc, window.arc[-1])]
+    if steady.sum() < LEAST_RAMP:
+        return np.ones(len(passed), dtype=bool)
+    shown = window.shown
+    at, late = shown[steady], (shown - passed)[steady]
+    before, after = (np.interp(shown + side, at, late) for side in (-settling, settling))
+    kept = np.abs(after - before) <= SLOW * settling
+    for side in (1, 2):
+        ramp = window.ramp == side
+        kept[ramp] &= kept[ramp & steady].all()
+    return np.asarray(kept)
+
+
+def _fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
+    """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
+    period = robot.controller.period
+    time, commanded = _with_waits(window, motion, period)
+    curve = _smoothed(window, robot, tool, motion, commanded)
+    arc = arc_lengths_of(curve)
+    way = np.interp(commanded, window.time, window.arc)[:, None]
+    way = (smooth(way, period, motion) if motion.is_smooth else way)[:, 0]
+    at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc))
+    passed, along = np.interp(at, arc, time), np.zeros(len(at))
+    for side, stop in ((1, 0.0), (2, float(arc[-1])), (3, None)):
+        rows = window.ramp == side
+        if rows.sum() >= LEAST_RAMP:
+            moved = np.column_stack([time, arc, np.gradient(arc, time)])
+            along[rows] = _unexplained(moved, at[rows], window.shown[rows], passed[rows], stop)
+    return np.column_stack([off, window.weight * along]), passed
+
+
+def _unexplained(moved: Array, at: Array, shown: Array, passed: Array, stop: float | None) -> Array:
+    """What neither a shift of the clock nor another speed explains of places along a curve near a stop, (R,) [m].
+
+    Args:
+        moved: Time [s], way [m] and speed [m/s] of the smoothed motion, (K, 3).
+        at: Where rows are, (R,) [m].
+        shown: Log's clock, (R,) [s].
+        passed: When the motion is there, (R,) [s].
+        stop: Where it stops [m]; None between two stops, where no other speed is possible.
+    """
+    shift, factor, left = float(np.median(shown - passed)), 1.0, at
+    for _ in range(ROUNDS):
+        way, speed = (np.interp(shown - shift, moved[:, 0], column) for column in moved[:, 1:].T)
+        origin = 0.0 if stop is None else stop
+        left = at - (origin + factor * (way - origin))
+        slopes = np.column_stack([-factor * speed, way - origin])[:, : 1 if stop is None else 2]
+        change, *_ = np.linalg.lstsq(slopes, left, rcond=None)
+        left, shift = left - slopes @ change, shift + float(change[0])
+        factor += float(change[1]) if stop is not None else 0.0
+    return left
+
+
+def _with_waits(window: Window, motion: ControllerMotion, period: float) -> tuple[Array, Array]:
+    r"""Times (K',) [s], and what the command without waits shows there (K',) [s].
+
+    Behind CNT n it waits floor((N - 1) (1 - sqrt(n / 100))) periods, N those of both means: on a straight way the sum
+    of both speeds then never falls below n %. Measured on the maker's motion code at CNT25, 50 and 75.
+    """
+    periods = sum(motion.moving_averages) / period
+    wait = period * np.floor(np.maximum(periods - 1, 0.0) * (1 - np.sqrt(window.kept)) + SAME)
+    time = window.time[0] + period * np.arange(len(window.time) + round(wait.sum() / period), dtype=float)
+    commanded, before = time.copy(), 0.0
+    for corner, each in zip(window.corner.tolist(), wait.tolist(), strict=True):
+        commanded -= np.clip(time - corner - before, 0.0, each)
+        before += each
+    return time, commanded
+
+
+def _smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion, commanded: Array) -> Array:
+    """The smoothed TCP at times of a command, (K', 3) [m]."""
+    period, in_joints = robot.controller.period, motion.space == "joint" and window.theta is not None
+    rows = window.theta if in_joints and window.theta is not None else window.position
+    if len(window.corner):
+        rows = np.column_stack([np.interp(commanded, window.time, column) for column in rows.T])
+    smoothed = smooth(rows, period, motion) if motion.is_smooth else rows
+    return (flange_pose(robot, smoothed) @ tool).position if in_joints else smoothed

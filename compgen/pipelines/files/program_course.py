@@ -4,15 +4,18 @@ Motions are taken as listed. A joint motion, a motion whose target the file does
 sure where it comes from lead along a way that no log is judged on.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from compgen.core.arrays import Array, BoolArray, IntArray, step_lengths
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import IDENTITY, Pose
+from compgen.core.units import PERCENT
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.poses import Poses, require_frames
 from compgen.fanuc.analysis.program_context import ProgramContext
@@ -29,10 +32,11 @@ from compgen.program.registers import Register
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns
-from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, at_numbers, divided, speed_clock
+from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, at_numbers, clock_of, divided
 from compgen.verification.twin.timing import time_program
 
 SHORTEST = 1e-9  # m
+CNT = re.compile(r"CNT\s*(\d+)", re.IGNORECASE)
 
 
 def course_of_text(
@@ -92,29 +96,29 @@ def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Program
     planned = time_program(robot, in_world, length, theta).time
     S, N = len(length), len(planned)
     via = program.via
-    cruise, periods = speed_clock(length, program.speed, np.zeros(S), robot.controller.period, via[1:])
     nodes = {
         "position": pose.position,
         "judged": np.ones(S, dtype=bool),
-        "cruise": cruise,
-        "periods": periods,
+        "cruise": clock_of(length / program.speed),
         "planned": planned,
         "stop": program.fine,
+        "kept": np.where(program.fine, 0.0, 1.0),
         "wait": np.zeros(N),
         "number": np.arange(1, N + 1),
         "theta": theta,
     }
     numbers = program.uframe, program.utool
-    return _course(nodes, pose.rotation, via, frame, tool, numbers, counted=robot.controller.rounds_up_to_period)
+    return _course(nodes, pose.rotation, via, frame, tool, numbers, robot, counted=robot.controller.rounds_up_to_period)
 
 
-def _course(
+def _course(  # noqa: PLR0913 - what a course is made of
     nodes: dict[str, Any],
     rotation: Array,
     via: BoolArray,
     frame: Pose,
     tool: Pose,
     numbers: tuple[int, int],
+    robot: Robot,
     *,
     counted: bool = False,
 ) -> ProgramCourse:
@@ -124,17 +128,20 @@ def _course(
     columns: dict[str, Any] = {}
     for name in ("stop", "wait", "number"):
         columns[name] = np.where(number % 1 > 0, 0, nodes[name][base]).astype(nodes[name].dtype)
-    for name in ("cruise", "periods", "planned", "theta"):
+    for name in ("cruise", "planned", "theta"):
         columns[name] = at_numbers(nodes[name], number)
+    columns["kept"] = np.where(number % 1 > 0, 1.0, nodes["kept"][base])
     return ProgramCourse(
         position=position,
         rotation=rotation[nearest],
         arc=arc_lengths_of(position),
         judged=nodes["judged"][base[:-1]],
+        statement=(np.cumsum(~via) - 1)[base[:-1]],
         **columns,
         frame=frame,
         tool=tool,
         numbers=numbers,
+        period=robot.controller.period,
         counted=counted,
     )
 
@@ -169,16 +176,17 @@ def _listed_course(
     wait = np.append(np.where(follows, pause[at[1:]], 0.0), 0.0)
     length = np.maximum(step_lengths(poses.tcp.position[pose]), SHORTEST)
     length = np.where(np.isfinite(drive.length[at[1:]]) & follows, drive.length[at[1:]], length)
-    cruise, periods = _written_clocks(
-        program, robot, poses, drive=drive, at=at, length=length, total=total - wait[:-1], judged=judged, via=via
+    durations = _written_durations(
+        program, robot, poses, drive=drive, at=at, length=length, total=total - wait[:-1], judged=judged
     )
+    stop = drive.stop[at] | ~np.append(False, judged) | ~np.append(judged, False)
     nodes = {
         "position": poses.tcp.position[pose],
         "judged": judged,
-        "cruise": cruise,
-        "periods": periods,
+        "cruise": clock_of(durations),
         "planned": np.concatenate([[0.0], np.cumsum(total)]),
-        "stop": drive.stop[at] | ~np.append(False, judged) | ~np.append(judged, False),
+        "stop": stop,
+        "kept": np.where(stop, 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
         "wait": wait,
         "number": poses.number[pose].astype(np.int64),
         "theta": poses.theta[pose],
@@ -188,7 +196,14 @@ def _listed_course(
     numbers = int(max(p.uframe[row], 0)), int(max(p.utool[row], 0))
     frame = IDENTITY if base == NONE else poses.bases[base]
     tools = IDENTITY if tool == NONE else poses.tools[tool]
-    return _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers)
+    return _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
+
+
+def _kept_speed(termination: NDArray[np.str_]) -> Array:
+    """n / 100 of CNT n, (N,); 1 of words that are none."""
+    word, which = np.unique(termination, return_inverse=True)
+    digits = [match[1] if (match := CNT.fullmatch(text.strip())) else "100" for text in word.tolist()]
+    return np.asarray(np.array(digits, dtype=float) * PERCENT)[which]
 
 
 def _surely_driven(drive: DrivenProgram, station: IntArray) -> BoolArray:
@@ -197,7 +212,7 @@ def _surely_driven(drive: DrivenProgram, station: IntArray) -> BoolArray:
     return np.asarray(sure & ~drive.joint[station])
 
 
-def _written_clocks(  # noqa: PLR0913 - columns of the same stations
+def _written_durations(  # noqa: PLR0913 - columns of the same stations
     program: LsProgram,
     robot: Robot,
     poses: Poses,
@@ -206,9 +221,8 @@ def _written_clocks(  # noqa: PLR0913 - columns of the same stations
     length: Array,
     total: Array,
     judged: BoolArray,
-    via: BoolArray,
-) -> tuple[Array, Array]:
-    """The clocks ``cruise`` and ``periods`` of stations ``at``; of ways that are not judged the traversal's."""
+) -> Array:
+    """How long the ways between stations ``at`` take at written speeds; those not judged as traversed, (N - 1,) [s]."""
     value, unit = (column[drive.motion[at[1:]]] for column in parse_speeds(program.motions.speed))
     rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
     speed = np.where(np.isfinite(rate) & (value > 0), value * np.nan_to_num(rate), np.nan)
@@ -218,4 +232,4 @@ def _written_clocks(  # noqa: PLR0913 - columns of the same stations
     speed = np.where(stated, speed, np.inf)
     least = np.where(stated, fastest, np.where(unit == "", np.fmax(length / ASSUMED["L"], fastest), total))
     least = np.where(judged, least, total)
-    return speed_clock(length, speed, least, robot.controller.period, via[1:])
+    return np.fmax(length / speed, least)

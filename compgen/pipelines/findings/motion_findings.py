@@ -29,7 +29,7 @@ from compgen.job.bounds import Bounds
 from compgen.job.job import Job
 from compgen.planning.tables import MAX_LEAD
 from compgen.planning.toolpath import ToolPath
-from compgen.robot.motion import ControllerMotion
+from compgen.robot.motion import ControllerMotion, MotionVerdict
 from compgen.robot.robot import Robot
 from compgen.verification.motion_effect import HALF, MotionEffect
 from compgen.verification.twin.controller.smoothing import moments, settling_time
@@ -89,10 +89,10 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
             f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}"
         )
         return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
-    if effect.motion.enabled and effect.motion.evidence is not None:
-        why = "its [motion.identified] was rejected: log another run for cgen identify-motion"
-    elif effect.motion.evidence is None:
+    if effect.motion.evidence is None:
         why = "its numbers are not from a log: run cgen identify-motion, then set motion.enabled = true"
+    elif effect.motion.evidence.verdict is MotionVerdict.FORETELLS:
+        why = "its [motion.identified] foretells and no more: log another run for cgen identify-motion"
     elif not effect.motion.evidence.accepted:
         why = "its [motion.identified] was rejected: log another run for cgen identify-motion"
     else:

@@ -44,6 +44,8 @@ def identify_motion(
     if wrong is not None:
         raise InputError(f"{log.table.source}: {wrong.message}")
     windows = windows_of(run, situation.robot)
+    if not windows:
+        raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
     return run, identify(windows, situation.robot, run.course.tool, run.deviation.noise, progress)
 
 
@@ -68,7 +70,7 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
         "lag_ms": before.get("lag_ms", 0.0),
         "identified": {
             "robot": robot.name,
-            "verdict": "accepted" if identified.accepted else "rejected",
+            "verdict": identified.verdict.value,
             "log_sha256": sha256(read_regular(run.followed.log.table.source)).hexdigest(),
             "program": program.name,
             "override_percent": 100.0 if main is None else main.override / PERCENT,

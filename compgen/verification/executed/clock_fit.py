@@ -13,11 +13,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, norm, owns
+from compgen.core.units import PERCENT
 from compgen.verification.executed.course import ProgramCourse
-from compgen.verification.executed.rates import SAME_RATE, Stretch, badness, stretches_of, window_rates
+from compgen.verification.executed.rates import SAME_RATE, Stretch, Windows, badness, stretches_of, window_rates
 
-RAMP_TIME = 0.6  # [s] at both ends of a run that are left out, if its ramps take no more
+RAMP_TIME = 0.7  # [s] at both ends of a run that are left out, if its ramps take no more
 SETTLING = 0.3  # [s] beside a ramp, until a smoothed motion is steady
 FEW = 0.3  # of the rows
 NODE = 1e-9  # m; s: less than any two nodes are apart
@@ -30,6 +31,11 @@ NEAR_STOP = 1e-3  # [m] from a stop, where the robot stands at it
 AT_REST = 2e-5  # [m] from the first stop, while the robot still stands there
 PLAIN = 1e-3  # how near a rate is to whole percent where nothing but the override slows a program
 PRICE = 2.0  # that whole periods must explain rates better by, to be believed
+CORNER = 0.35  # [s] on each side of a corner, in which it is cut and the way looks slow
+STRAIGHT = 0.9995  # chord over way about a row, from which there is none
+MOST = 0.75  # of rates, below which those lie that corners slow down
+NEARER = 1 / 3  # of how far most rates are from whole percent, that whole periods leave
+SLOW_CLOCK = 1e-3  # that a log's clock may be off by
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +50,7 @@ class Stand:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-@owns(late=("M",))
+@owns(late=("M",), clock=("N",))
 class ClockFit:
     """The log's clock against the course's."""
 
@@ -55,6 +61,7 @@ class ClockFit:
     took: float  # [s] from the first steady row to the last, less what it stood beyond the plan
     expected: float  # [s] for the same by the plan, at overrides in whole percent
     rounded: bool  # lines take whole interpolation periods: that clock fits better
+    clock: Array  # (N,) [s] of the course's nodes, at full override, by which it is fitted
 
     @property
     def main(self) -> Stretch | None:
@@ -79,11 +86,14 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
     inside = _cruising(time, run, stands, *_planned_runs(course, edges))
-    stretches, spread = stretches_of(window_rates(time, course.at(course.cruise, arc), run, inside))
-    others, other_spread = stretches_of(window_rates(time, course.at(course.periods, arc), run, inside))
-    rounded = _takes_whole_periods(stretches, spread, others, other_spread)
-    clock = course.periods if rounded else course.cruise
-    stretches = others if rounded else stretches
+    straight = inside & _is_straight(course, arc)
+    inside = straight if straight.sum() > FEW * inside.sum() else inside
+    windows = window_rates(time, course.at(course.cruise, arc), run, inside)
+    counted = course.counted_clock(_override_in_whole_periods(course, windows, time, arc))
+    others = window_rates(time, course.at(counted, arc), run, inside)
+    rounded = _takes_whole_periods(windows, others)
+    clock = counted if rounded else course.cruise
+    stretches, _ = stretches_of(others if rounded else windows)
     if not stretches:
         return ClockFit(
             stretches=(),
@@ -93,6 +103,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
             took=0.0,
             expected=0.0,
             rounded=rounded,
+            clock=clock,
         )
     steady = _Steady(
         course=course, clock=clock, time=time, arc=arc, shown=course.at(clock, arc), run=run, inside=inside
@@ -115,24 +126,48 @@ class _Steady:
 
 def _planned_runs(course: ProgramCourse, edges: Array) -> tuple[Array, Array]:
     """Of runs between edges (R + 1,) [m]: time at written speeds, and with ramps, without waits, (R,) [s]."""
-    clock = course.periods if course.counted else course.cruise
+    clock = course.counted_clock() if course.counted else course.cruise
     waited = np.append(0.0, np.cumsum(course.wait))[np.searchsorted(course.arc, edges - NODE)]
     return np.diff(course.at(clock, edges)), np.diff(course.at(course.planned, edges)) - np.diff(waited)
 
 
-def _takes_whole_periods(
-    written: tuple[Stretch, ...], spread: float, counted: tuple[Stretch, ...], counted_spread: float
-) -> bool:
+def _is_straight(course: ProgramCourse, arc: Array) -> BoolArray:
+    """Rows with no corner near them, (M,)."""
+    clock = course.at(course.cruise, arc)
+    low, high = (np.interp(clock + side, course.cruise, course.arc) for side in (-CORNER, CORNER))
+    return np.asarray(norm(course.place(high) - course.place(low)) >= STRAIGHT * (high - low))
+
+
+def _override_in_whole_periods(course: ProgramCourse, windows: Windows, time: Array, arc: Array) -> float:
+    """The highest override, in whole percent, at which statements in whole periods are no faster than most of a log.
+
+    Lines that last 2.5 periods take 3 at 100 % and at 84 %: nothing but the highest is believed to be set.
+    """
+    if not len(windows.rate):
+        return 1.0
+    begins, ends = np.interp(windows.begin, time, arc), np.interp(windows.end, time, arc)
+    low, high = 0, 101
+    while high - low > 1:
+        percent = (low + high + 1) // 2
+        clock = course.counted_clock(percent * PERCENT) / (percent * PERCENT)
+        lasts = course.at(clock, ends) - course.at(clock, begins)
+        slower = float(np.quantile(lasts / (windows.end - windows.begin), MOST)) >= 1 - SLOW_CLOCK
+        low, high = (percent, high) if slower else (low, percent)
+    return max(low, 1) * PERCENT
+
+
+def _takes_whole_periods(written: Windows, counted: Windows) -> bool:
     """Whether lines that take whole interpolation periods explain the rates better than written speeds do.
 
-    Where all lines are equally long both are as even: then the one whose rate is a plain percentage is believed.
+    Where all lines are equally long both are as even: then the one whose rates are a plain percentage is believed.
     """
-    if not written or not counted:
+    if not len(written.rate) or not len(counted.rate):
         return False
-    if badness(counted, counted_spread) < badness(written, spread) - PRICE:
+    one, other = stretches_of(written), stretches_of(counted)
+    if badness(*other) < badness(*one) - PRICE:
         return True
-    off = [max(abs(s.rate - s.override) for s in stretches) for stretches in (written, counted)]
-    return len(counted) == len(written) and off[0] > PLAIN > 3 * off[1] and counted_spread < 2 * spread + PLAIN
+    off, other_off = (float(np.median(np.abs(r - np.round(np.median(r), 2)))) for r in (written.rate, counted.rate))
+    return off > PLAIN and other_off < NEARER * off and other[1] < 2 * one[1] + PLAIN
 
 
 def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
@@ -246,6 +281,7 @@ def _assessed(
         took=float(time[last] - time[first] - beyond[stood].sum()),
         expected=float((np.diff(marks) / nominal).sum() + between.ramps.sum() + between.waits.sum()),
         rounded=rounded,
+        clock=steady.clock,
     )
 
 
@@ -331,7 +367,7 @@ def _refined(time: Array, clock: Array, stretches: tuple[Stretch, ...]) -> Array
 def stop_costs(course: ProgramCourse) -> Array:
     """What each stop's ramps cost beyond the clock at written speed, (N,) [s]; half of a run's at each of its ends."""
     stops = np.flatnonzero(course.stop)
-    clock = course.periods if course.counted else course.cruise
+    clock = course.counted_clock() if course.counted else course.cruise
     cost = np.zeros(len(course.arc))
     if len(stops) > 1:
         half = np.maximum(np.diff((course.planned - clock)[stops]) - course.wait[stops[:-1]], 0.0) / 2

@@ -3,10 +3,10 @@
 N nodes with N - 1 ways between them. Three clocks run along it:
 
     cruise    every way at its written speed, nothing lost at stops
-    periods   the same, each line rounded up to whole interpolation periods
+    counted   the same, each statement rounded up to whole interpolation periods
     planned   with ramps at stops and with the program's own waits
 
-A log's override is the rate of ``cruise`` between stops; what a stop costs beside is planned - cruise.
+A log's override is the rate of a clock between stops; what a stop costs beside is planned less that clock.
 """
 
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from compgen.core.pose import Pose
 
 CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
 LONGEST_DIVISION = 4000  # nodes of one arc
+SAME_PERIOD = 1e-6  # of a period: what is no longer than that beyond whole ones takes no other
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -28,7 +29,8 @@ LONGEST_DIVISION = 4000  # nodes of one arc
     arc=("N",),
     judged=("S",),
     cruise=("N",),
-    periods=("N",),
+    statement=("S",),
+    kept=("N",),
     planned=("N",),
     stop=("N",),
     wait=("N",),
@@ -43,7 +45,8 @@ class ProgramCourse:
     arc: Array  # (N,) [m]
     judged: BoolArray  # (N - 1,) straight or circular, and surely driven: else any way may lead there
     cruise: Array  # (N,) [s]
-    periods: Array  # (N,) [s]
+    statement: IntArray  # (N - 1,) number of the motion that drives each way, rising
+    kept: Array  # (N,) n / 100 of CNT n, 0 where it stops
     planned: Array  # (N,) [s]
     stop: BoolArray  # (N,)
     wait: Array  # (N,) [s] that the program waits there
@@ -52,6 +55,7 @@ class ProgramCourse:
     frame: Pose  # the user frame in World
     tool: Pose  # the TCP in the flange
     numbers: tuple[int, int]  # of frame and tool on the controller
+    period: float  # [s] of interpolation
     counted: bool = False  # whether ``planned`` counts lines by whole periods
 
     @property
@@ -66,6 +70,13 @@ class ProgramCourse:
     def at(self, clock: Array, arc: Array) -> Array:
         """What a clock of the nodes shows at arc lengths, (M,) [s]."""
         return np.interp(arc, self.arc, clock)
+
+    def counted_clock(self, override: float = 1.0) -> Array:
+        """The clock of statements in whole periods, times the override that they are driven at, (N,) [s]."""
+        duration = np.diff(self.cruise)
+        whole = np.bincount(self.statement, duration)[self.statement] / override
+        counted = np.ceil(whole / self.period - SAME_PERIOD) * self.period
+        return clock_of(duration * np.where(whole > 0, counted / np.where(whole > 0, whole, 1.0), 1.0))
 
     def place(self, arc: Array) -> Array:
         """Positions at arc lengths, (M, 3) [m]."""
@@ -82,25 +93,8 @@ class ProgramCourse:
         return f"P[{self.number[at]}]"
 
 
-def speed_clock(length: Array, speed: Array, least: Array, period: float, joined: BoolArray) -> tuple[Array, Array]:
-    """The clocks ``cruise`` and ``periods`` of ways, (N,) [s] each.
-
-    Args:
-        length: Of the ways, (N - 1,) [m].
-        speed: Written, (N - 1,) [m/s].
-        least: What each way takes at least: turns of the joints, motions in seconds, (N - 1,) [s].
-        period: Of interpolation [s].
-        joined: Ways that one motion drives together with the next one: the first half of an arc, (N - 1,).
-    """
-    duration = np.fmax(length / speed, least)
-    whole = duration + np.where(np.append(False, joined[:-1]), np.append(0.0, duration[:-1]), 0.0)
-    counted = np.ceil(whole / period - 1e-6) * period
-    ratio = np.where(whole > 0, counted / np.where(whole > 0, whole, 1.0), 1.0)
-    ratio = np.where(joined, np.append(ratio[1:], 1.0), ratio)
-    return _clock(duration), _clock(duration * ratio)
-
-
-def _clock(duration: Array) -> Array:
+def clock_of(duration: Array) -> Array:
+    """A clock of ways that take durations (N - 1,) [s], (N,) [s]."""
     return np.concatenate([[0.0], np.cumsum(duration)])
 
 

@@ -119,11 +119,15 @@ def _readings(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: b
         def reached(pendant: Array) -> Array:
             return (flange_pose(robot, robot.to_theta(pendant)) @ course.tool).position
 
-        from_upper_arm = "J3 counted from J2, a DH angle; give the pendant's J3, against the horizontal"
+        from_link = "J3 counted against link 2; say --j3 link2, or give the pendant's, against the horizontal"
         return [
             Reading("", lambda: reached(log.numbers)),
             Reading("joints in radians; give j1_deg to j6_deg in degrees", lambda: reached(log.numbers / DEG)),
-            Reading(from_upper_arm, lambda: reached(log.numbers - log.numbers[:, 1:2] * np.eye(6)[2])),
+            Reading(from_link, lambda: reached(log.numbers - log.numbers[:, 1:2] * np.eye(6)[2])),
+            Reading(
+                "J3 counted against the horizontal; leave --j3 link2 out",
+                lambda: reached(log.numbers + log.numbers[:, 1:2] * np.eye(6)[2]),
+            ),
         ]
     number, tool = course.numbers
     inside, as_it_is = course.frame.act, np.asarray

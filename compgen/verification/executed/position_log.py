@@ -1,7 +1,8 @@
 """Logs of positions during a run: ``time_s`` and ``x_mm`` to ``r_deg``, or ``j1_deg`` to ``j6_deg``.
 
 One row every 2 to 100 ms, as a KAREL program or a controller's high-speed position output writes them. The clock is the
-log's own: it may begin anywhere and run a little fast. Rows may be missing; a row without a position is a gap.
+log's own: it may begin anywhere and run a little fast. Rows may be missing; a row without a position is a gap. Of two
+equal rows behind a missing one the second has the right time, and the first is left out.
 """
 
 from dataclasses import dataclass
@@ -9,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, frozen
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG, MM, MS
+from compgen.verification.executed.third_joint import J3
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 TURN = ("w_deg", "p_deg", "r_deg")
@@ -21,6 +23,8 @@ LEAST_ROWS = 10
 MOST_ROWS = 10_000_000
 LONGEST_STEP = 0.1  # s
 SHORTEST_STEP = 0.5e-3  # s
+CLOCKS = {"time_s": 1.0, "time_ms": MS}  # columns of a clock
+HELD_UP = 1.5  # usual steps, behind which a pair of equal rows stands
 SLACK = 1.05  # of a step: clocks jitter
 
 
@@ -55,25 +59,30 @@ class PositionLog:
         return self.table.location(int(self.row[m]), column)
 
 
-def read_position_log(source: str | Path) -> PositionLog:
+def read_position_log(source: str | Path, j3: J3 = J3.HORIZONTAL) -> PositionLog:
     """Read a log; other columns may stand beside those above.
+
+    Args:
+        source: The file.
+        j3: Against what it counts the third joint.
 
     Raises:
         InputError: Not readable, columns missing or without a number, a cell that is no number, fewer than ten rows,
             time that falls, rows more than 100 ms apart, or positions that never change.
     """
-    table = read_csv(source, ("time_s",), most_rows=MOST_ROWS)
-    columns = _columns(table)
-    values = np.column_stack([table.numbers(name, gaps=True) for name in ("time_s", *columns)])
+    table = read_csv(source, (), most_rows=MOST_ROWS)
+    clock, columns = _clock(table), _columns(table)
+    values = np.column_stack([table.numbers(name, gaps=True) for name in (clock, *columns)])
+    values[:, 0] *= CLOCKS[clock]
     filled = ~np.isnan(values)
-    for k, name in enumerate(("time_s", *columns)):
+    for k, name in enumerate((clock, *columns)):
         if not filled[:, k].any():
             raise InputError(f"{source}: column {name}: has no number at all; log it, or leave the column out")
     is_gap = ~filled[:, 1:].any(axis=1)
     partial = ~filled.all(axis=1) & ~(is_gap & filled[:, 0])
     if partial.any():
         m = int(np.argmax(partial))
-        name = ("time_s", *columns)[int(np.argmin(filled[m]))]
+        name = (clock, *columns)[int(np.argmin(filled[m]))]
         raise InputError(
             f"{table.location(m, name)}: empty or nan; fill it in, or leave all of the row's positions empty"
         )
@@ -82,10 +91,15 @@ def read_position_log(source: str | Path) -> PositionLog:
         raise InputError(
             f"{source}: {len(rows)} rows with a position; a run needs {LEAST_ROWS} at least: log one every 2 to 100 ms"
         )
+    _check_clock(table, clock, rows, values[rows, 0])
+    rows = rows[~_held(values[rows, 0], values[rows, 1:])]
     time, numbers = values[rows, 0], values[rows, 1:]
-    _check_clock(table, rows, time)
     if np.ptp(numbers, axis=0).max() == 0:
         raise InputError(f"{source}: all {len(rows)} rows have the same position; log while the program runs")
+    if j3 is J3.LINK2:
+        if columns != JOINTS:
+            raise InputError(f"{source}: --j3 {j3}: it has no joints, but {columns[0]} to {columns[-1]}; leave it out")
+        numbers = numbers - numbers[:, 1:2] * np.eye(6)[2]
     units = [DEG] * 6 if columns == JOINTS else [MM] * 3 + [DEG] * 3
     return PositionLog(
         table=table,
@@ -95,6 +109,17 @@ def read_position_log(source: str | Path) -> PositionLog:
         numbers=frozen(numbers * units),
         gaps=int(is_gap.sum()),
     )
+
+
+def _held(time: Array, numbers: Array) -> BoolArray:
+    """Rows that show the next one's position under too early a time, (M,): loggers that are held up write such pairs.
+
+    The first of a pair stands behind a step of two; its time is that of a row that was never read.
+    """
+    step = np.diff(time)
+    held = np.zeros(len(time), dtype=bool)
+    held[1:-1] = (step[:-1] > HELD_UP * float(np.median(step))) & (numbers[1:-1] == numbers[2:]).all(axis=1)
+    return held
 
 
 def _columns(table: CsvTable) -> tuple[str, ...]:
@@ -110,25 +135,37 @@ def _columns(table: CsvTable) -> tuple[str, ...]:
     )
 
 
-def _check_clock(table: CsvTable, rows: IntArray, time: Array) -> None:
+def _clock(table: CsvTable) -> str:
+    """The column of the clock, whose name says its unit."""
+    clock = next((name for name in CLOCKS if table.has(name)), None)
+    if clock is None:
+        named = ", ".join(table.header)
+        raise InputError(
+            f"{table.source}: no column {' or '.join(CLOCKS)}: has {named:.120}; name the clock's column so that it "
+            "says its unit"
+        )
+    return clock
+
+
+def _check_clock(table: CsvTable, clock: str, rows: IntArray, time: Array) -> None:
     """Raises InputError where a clock falls, or its rows are too far apart."""
     step = np.diff(time)
     falling = np.flatnonzero(step < 0)
     if len(falling):
         m = int(falling[0]) + 1
         raise InputError(
-            f"{table.location(int(rows[m]), 'time_s')}: {time[m]:.10g} after {time[m - 1]:.10g}: the clock steps back "
+            f"{table.location(int(rows[m]), clock)}: {time[m]:.10g} s after {time[m - 1]:.10g}: the clock steps back "
             f"by {time[m - 1] - time[m]:.3g} s; log with a clock that runs on, or cut the log there"
         )
     usual = float(np.median(step))
     if usual > LONGEST_STEP * SLACK:
         hint = "; are the times milliseconds? divide them by 1000" if 2 <= usual <= 1000 else ""
         raise InputError(
-            f"{table.source}: column time_s: rows are {usual:.3g} s apart; at most {LONGEST_STEP:g} s shows what a "
+            f"{table.source}: column {clock}: rows are {usual:.3g} s apart; at most {LONGEST_STEP:g} s shows what a "
             f"controller does between points: log every 2 to 100 ms{hint}"
         )
     if usual < SHORTEST_STEP:
         raise InputError(
-            f"{table.source}: column time_s: rows are {usual:.3g} s apart; no controller moves at such steps: give "
+            f"{table.source}: column {clock}: rows are {usual:.3g} s apart; no controller moves at such steps: give "
             "time_s in seconds"
         )
