@@ -73,7 +73,7 @@ def test_kinds_of_smoothing_stand_against_what_is_accepted(every_page):
     well, worse = figure["data"]
     assert well["marker"]["symbol"] != worse["marker"]["symbol"]
     assert max(well["x"]) < limit < min(worse["x"])
-    assert "Accepted." in words_of(page)
+    assert "May be commanded against." in words_of(page)
     assert words_of(page).count("✓") == 1
 
 
