@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, BoolArray, frozen, owns
 from compgen.verification.motion_effect import MotionEffect, motion_effect
 from compgen.verification.twin import PreparedProgram
@@ -71,15 +70,13 @@ def read_motion(
         use[1, joint] = share
     at_feed = float(prepared.at_word[program.speed >= feed * (1 - AT_FEED)].sum()) / float(length.sum())
     as_written = float(prepared.unrounded[-1])
-    statements = np.add.reduceat(np.diff(prepared.unrounded), np.flatnonzero(statement_starts(program.via)))
-    rounded_up = float(robot.controller.whole_periods(statements).sum() * robot.controller.period)
     effect = None if touching is None else motion_effect(prepared, touching)
     return WrittenMotion(
         time=frozen(prepared.time),
         at_feed=at_feed,
         use=frozen(use),
         as_written=as_written,
-        rounded_up=rounded_up,
+        rounded_up=prepared.rounded_up,
         hardest=hardest,
         effect=effect,
     )

@@ -27,6 +27,8 @@ from compgen.verification.twin.controller.command import Command, WrittenPath, s
 from compgen.verification.twin.controller.smoothing import smooth
 from compgen.verification.twin.timing import time_program
 
+PARTS = 4  # samples of the motion in each interpolation period: between two it is straight
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Logger:
@@ -74,7 +76,7 @@ def simulated_log(
     theta = apply_turns(robot, solve_tool(robot, pose, tool, program.posture).theta, program.turns)
     clock = time_program(robot, program, program.lengths(), theta)
     path = WrittenPath(program, sweeps(program), clock.unrounded, theta)
-    command = sample_command(robot, path, override)
+    command = sample_command(robot, path, override, PARTS)
     there = _driven(robot, tool, path, command, motion)
     if logger.joints:
         flange = flange_from_tool(there, tool)

@@ -176,9 +176,9 @@ class ShortLead(NamedTuple):
     caused: float  # [m] off the path on the part
 
 
-def reach_of(motion: ControllerMotion, period: float) -> Reach:
+def reach_of(motion: ControllerMotion) -> Reach:
     """Of a controller's smoothing; a lag, which delays all alike, has none."""
-    delay = moments(motion, period).delay - motion.lag
+    delay = moments(motion).delay - motion.lag
     return Reach(delay, settling_time(motion) - motion.lag - delay)
 
 
@@ -194,7 +194,7 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
     if effect is None:
         return []
     bounds, off = job.bounds, effect.off if error is None else error
-    reach = reach_of(effect.motion, job.robot.controller.period)
+    reach = reach_of(effect.motion)
     short = list(short_leads(path, off, job.feed * path.pace, reach))
     if not short:
         return []
@@ -206,8 +206,8 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
     raised = worst.needed <= MAX_LEAD * MM
     message = (
         f"{motion_words(effect.motion)}{leads} the tool {_um(caused)} um off on the part by a bend {worst.bend:.3f} m "
-        f"along: {worst.length / MM:.1f} mm lie between it and the edge, {np.ceil(worst.needed / MM):.0f} are needed "
-        f"at {worst.speed / MM:.4g} mm/s (such places: {len(short)}); "
+        f"along: {worst.length / MM:.1f} mm lie between it and the edge, {np.ceil(worst.needed / MM - 1e-6):.0f} are "
+        f"needed at {worst.speed / MM:.4g} mm/s (such places: {len(short)}); "
         f"{'raise path.lead_mm to that' if raised else 'lower process.feed_mm_s'}, or stop at the bend: "
         'path.turn = "square", or stop = 1 in points of your own'
     )

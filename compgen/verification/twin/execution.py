@@ -29,7 +29,7 @@ from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.heat import mode_states
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
 from compgen.verification.twin.real_arm import Twin, refuse_interference, refuse_wrong_inverse
-from compgen.verification.twin.timing import statement_times, time_program
+from compgen.verification.twin.timing import SAME_POSITION, statement_times, time_program, time_smoothed
 
 SPACING = 1e-3  # m between samples at most
 CHUNK = 16384  # segments at a time
@@ -69,6 +69,7 @@ class PreparedProgram:
     highest: Array  # (S,) [m/s] that is reached on it
     unrounded: Array  # (N,) [s] ``time`` where the controller does not round up
     at_word: Array  # (S,) [m] how much of it is driven at the written speed
+    rounded_up: float  # [s] how long all takes where the controller rounds up
     theta: Array  # (N, 6) [rad]
     turn: Array  # (S, 3) [rad] rotation vector over each segment, in the axes of its start
     samples_per_segment: IntArray  # (S,)
@@ -190,20 +191,24 @@ class PreparedProgram:
 
     def at_override(self, share: float) -> "PreparedProgram":
         """The program driven at a share of its speeds; its warmth is left to ``reheated``."""
-        unrounded, controller = self.unrounded / share, self.twin.robot.controller
-        time, factor = unrounded, np.full(len(self.driven), share)
-        if controller.rounds_up_to_period:
-            taken = statement_times(controller, np.diff(unrounded), self.program.via)
-            time, factor = np.concatenate([[0.0], np.cumsum(taken)]), np.diff(self.time) / taken
-        slower = replace(
-            self,
-            time=time,
-            unrounded=unrounded,
+        slower = replace(self, override=self.override * share)
+        robot, length = self.twin.robot, np.maximum(self.sweep.length, SAME_POSITION)
+        if robot.motion is not None and robot.motion.is_smooth:
+            timing = time_smoothed(robot.controller, robot.motion, self.program, length, slower.override)
+            return replace(slower, **timing._asdict(), led=slower.motion_deviation())
+        duration, controller = np.diff(self.unrounded) / share, robot.controller
+        whole = statement_times(controller, duration, self.program.via, rounds_up=True)
+        taken = whole if controller.rounds_up_to_period else duration
+        factor = np.diff(self.time) / taken
+        return replace(
+            slower,
+            time=np.concatenate([[0.0], np.cumsum(taken)]),
+            unrounded=self.unrounded / share,
+            rounded_up=float(whole.sum()),
             driven=self.driven * factor,
             highest=self.highest * factor,
-            override=self.override * share,
+            led=slower.motion_deviation(),
         )
-        return replace(slower, led=slower.motion_deviation())
 
     def motion_deviation(self) -> MotionDeviation | None:
         """Where the controller's motion leads the tool at this override."""

@@ -15,6 +15,9 @@ own share of it are one change. A change that is broken off, as in a run too sho
 reaches.
 
 A controller that rounds up takes a whole number of interpolation periods for every line.
+
+Where the robot's smoothing is known, it is the ramp: lines run at their words, one begins when the one before is over,
+and all between two stops lasts the sum of their times and the smoothing's settling. No joint's acceleration counts.
 """
 
 from typing import NamedTuple
@@ -24,7 +27,9 @@ import numpy as np
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.program.program import Program
+from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Controller, Robot
+from compgen.verification.twin.controller.passing import Settling, settling_of
 
 SAME_POSITION = 1e-9  # m; two positions whose texts are the same
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
@@ -41,6 +46,7 @@ class ProgramTiming(NamedTuple):
     highest: Array  # (N - 1,) [m/s] highest speed on each segment
     unrounded: Array  # (N,) [s] ``time`` on a controller that does not round up
     at_word: Array  # (N - 1,) [m] how much of each segment is driven at its written speed
+    rounded_up: float  # [s] how long all takes where the controller rounds up
 
 
 class _Lines(NamedTuple):
@@ -92,34 +98,95 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
     """When each position is passed, and the mean and the highest speed on each segment.
 
     Args:
-        robot: Its joint limits, and whether its controller rounds up.
+        robot: Its joint limits or the smoothing that is known, and whether its controller rounds up.
         program: With N positions, a stop at both ends.
         length: Of its segments, (N - 1,) [m].
         theta: Joints at its positions, (N, 6) [rad].
     """
-    robot, way = robot.at_acceleration(program.acc), np.maximum(length, SAME_POSITION)
+    way = np.maximum(length, SAME_POSITION)
+    if robot.motion is not None and robot.motion.is_smooth:
+        return time_smoothed(robot.controller, robot.motion, program, way)
+    robot = robot.at_acceleration(program.acc)
     a, j = _ramp_limits(robot, program, theta, way)
     lines = _Lines(word=program.speed, length=way, from_stop=program.fine[:-1], to_stop=program.fine[1:], a=a, j=j)
     driven = _drive(lines)
-    taken = statement_times(robot.controller, driven.duration, program.via)
-    unrounded = np.concatenate([[0.0], np.cumsum(driven.duration)])
-    time = np.concatenate([[0.0], np.cumsum(taken)]) if robot.controller.rounds_up_to_period else unrounded
-    return ProgramTiming(time, way / taken, driven.highest * (driven.duration / taken), unrounded, driven.at_word)
+    whole = statement_times(robot.controller, driven.duration, program.via, rounds_up=True)
+    taken = whole if robot.controller.rounds_up_to_period else driven.duration
+    return ProgramTiming(
+        time=np.concatenate([[0.0], np.cumsum(taken)]),
+        driven=way / taken,
+        highest=driven.highest * (driven.duration / taken),
+        unrounded=np.concatenate([[0.0], np.cumsum(driven.duration)]),
+        at_word=driven.at_word,
+        rounded_up=float(whole.sum()),
+    )
 
 
-def statement_times(controller: Controller, duration: Array, via: BoolArray) -> Array:
+def time_smoothed(
+    controller: Controller, motion: ControllerMotion, program: Program, length: Array, override: float = 1.0
+) -> ProgramTiming:
+    """The timing of a program whose controller smooths as is known, at an override, of segments (N - 1,) [m]."""
+    settling = settling_of(motion)
+    words = length / (program.speed * override)
+    whole = statement_times(controller, words, program.via, rounds_up=True)
+    taken = whole if controller.rounds_up_to_period else words
+    passed = _passed(settling, taken, program.fine)
+    unrounded = _passed(settling, words, program.fine) if controller.rounds_up_to_period else passed
+    return ProgramTiming(
+        time=passed.time,
+        driven=length / np.diff(passed.time),
+        highest=length / taken * passed.rate,
+        unrounded=unrounded.time,
+        at_word=length * unrounded.held,
+        rounded_up=float(whole.sum() + settling.time * (program.fine.sum() - 1)),
+    )
+
+
+class _Passed(NamedTuple):
+    """How a smoothed motion goes through S segments."""
+
+    time: Array  # (S + 1,) [s] when positions are passed
+    rate: Array  # (S,) highest speed, as a share of the word
+    held: Array  # (S,) of the segment's time at the word
+
+
+def _passed(settling: Settling, taken: Array, fine: BoolArray) -> _Passed:
+    """Segments from stop to stop, through the smoothing.
+
+    Args:
+        settling: Of the smoothing.
+        taken: At the words.
+        fine: Stops, (S + 1,), both ends among them.
+    """
+    stops = np.flatnonzero(fine)
+    run = np.cumsum(fine)[:-1] - 1
+    commanded = np.add.reduceat(taken, stops[:-1])
+    begin = np.concatenate([[0.0], np.cumsum(commanded + settling.time)])[run]
+    first = np.concatenate([[0.0], np.cumsum(commanded)])[run]
+    share = np.where(fine[1:], commanded[run], np.minimum(np.cumsum(taken) - first, commanded[run]))
+    after = settling.passed(share, commanded[run])
+    before = np.where(fine[:-1], 0.0, np.append(0.0, after[:-1]))
+    fastest = np.clip((commanded[run] + settling.time) / 2, before, after)
+    held = np.minimum(after, commanded[run]) - np.maximum(before, settling.time)
+    rate = settling.speed(fastest, commanded[run])
+    return _Passed(np.append(0.0, begin + after), rate, np.clip(held / taken, 0.0, 1.0))
+
+
+def statement_times(controller: Controller, duration: Array, via: BoolArray, *, rounds_up: bool) -> Array:
     """How long the controller takes for segments (S,) [s]; the two of an arc share its statement's time.
 
     Args:
-        controller: Which may round up.
+        controller: With its period.
         duration: Of the segments as they are, (S,) [s].
         via: Positions in the middle of an arc, (S + 1,).
+        rounds_up: Whether to whole periods.
     """
-    if not controller.rounds_up_to_period:
+    if not rounds_up:
         return duration
     starts = np.flatnonzero(statement_starts(via))
     together = np.add.reduceat(duration, starts)
-    return duration * np.repeat(controller.line_time(together) / together, np.diff(starts, append=len(duration)))
+    whole = controller.period * controller.whole_periods(together)
+    return duration * np.repeat(whole / together, np.diff(starts, append=len(duration)))
 
 
 def _drive(lines: _Lines) -> _Driven:

@@ -91,13 +91,44 @@ def test_statements_last_whole_periods_where_the_controller_rounds_up(robot):
     assert rounded == pytest.approx(499 * 3 * PERIOD)
 
 
-def test_a_stop_waits_until_the_smoothing_has_come_to_rest_and_cnt_waits_for_its_share(robot):
-    smoothing = replace(robot, motion=ControllerMotion(moving_averages=(0.2, 0.1)))
-    corner = program([[1, 0, 0], [1, 0.2, 0], [1.2, 0.2, 0]], 0.2, [True, False, True])
-    for settle, ends in ((0.0, 2.3), (0.5, 2.45), (1.0, 2.6)):
-        clock = command_clock(smoothing, path_of(corner, 0.0), settle=np.array([1.0, settle, 1.0]))
-        assert clock.end == pytest.approx(ends)
-        assert_allclose(clock.position_numbers(np.array([0.5, 1.0, 1.0 + settle * 0.3 + 0.5])), [0.5, 1.0, 1.5])
-    stopped = replace(corner, fine=np.ones(3, dtype=bool))
-    assert command_clock(smoothing, path_of(stopped, 0.0)).end == pytest.approx(2.6)
-    assert settling_time(smoothing.motion) == pytest.approx(0.3)
+SMOOTHED = ControllerMotion(moving_averages=(0.2, 0.1))
+CORNER = program([[1, 0, 0], [1, 0.2, 0], [1.2, 0.2, 0]], 0.2, [True, False, True])
+
+
+def test_a_stop_waits_until_the_smoothing_has_come_to_rest_and_nothing_more(robot):
+    """1 s and 1 s of statements, and 0.3 s at each stop behind one; the ramps of the unknown do not count."""
+    smoothing = replace(robot, motion=SMOOTHED)
+    assert settling_time(SMOOTHED) == pytest.approx(0.3)
+    clock = command_clock(smoothing, path_of(CORNER, 0.7))
+    assert clock.end == pytest.approx(2.3)
+    assert_allclose(clock.position_numbers(np.array([0.0, 0.25, 0.5, 1.0, 1.5, 1.9])), [0, 0.25, 0.5, 1.0, 1.5, 1.9])
+    stopped = replace(CORNER, fine=np.ones(3, dtype=bool))
+    assert command_clock(smoothing, path_of(stopped, 0.7)).end == pytest.approx(2.6)
+
+
+@pytest.mark.parametrize(("means", "n", "waited_ms"), [
+    ((0.296, 0.296), 75, 72), ((0.296, 0.296), 50, 168), ((0.296, 0.296), 25, 288), ((0.208, 0.288), 50, 136),
+    ((0.296, 0.296), 100, 0), ((0.296, 0.296), 0, 584),
+])  # fmt: skip
+def test_cnt_waits_as_in_logs_of_the_maker_s_motion_code(robot, means, n, waited_ms):
+    """Corners of an M-900iA/350 at 1000 mm/s, on the maker's virtual controller; CNT0 and CNT100 by the formula."""
+    smoothing = replace(robot, motion=ControllerMotion(moving_averages=means))
+    kept = np.array([1.0, n / 100, 1.0])
+    clock = command_clock(smoothing, path_of(CORNER, 0.0), kept=kept)
+    assert clock.leave[1] - clock.arrive[1] == pytest.approx(waited_ms / 1000)
+    assert clock.end == pytest.approx(2.0 + waited_ms / 1000 + sum(means))
+
+
+@pytest.mark.parametrize("n", [10, 25, 50, 75, 90])
+def test_cnt_n_never_falls_below_n_percent_on_a_straight_way(robot, n):
+    """Two jumps of speed, the second a wait after the first, through two means of plain numpy."""
+    one = round(0.296 / PERIOD)
+    smoothing = replace(robot, motion=ControllerMotion(moving_averages=(0.296, 0.296)))
+    straight = program([[1, 0, 0], [1, 0.4, 0], [1, 0.8, 0]], 0.2, [True, False, True])
+    clock = command_clock(smoothing, path_of(straight, 0.0), kept=np.array([1.0, n / 100, 1.0]))
+    waited = round((clock.leave[1] - clock.arrive[1]) / PERIOD)
+    speed = np.ones(600)
+    speed[250 : 250 + waited] = 0.0
+    for _ in range(2):
+        speed = np.convolve(speed, np.ones(one) / one, mode="valid")
+    assert n / 100 <= speed.min() < n / 100 + 0.03

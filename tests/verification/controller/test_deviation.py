@@ -72,7 +72,7 @@ def test_a_circle_is_pulled_to_its_centre_by_v2_sigma2_over_2r(robot, speed, ove
     place = np.interp(arc[middle], arc[::4], np.arange(len(text.position)))
     angle = 2 * np.pi * place / (len(text.position) - 1)
     pull = -(outward * np.column_stack([np.cos(angle), np.sin(angle)])).sum(axis=1)
-    variance = ((0.2 / 0.008) ** 2 - 1 + (0.1 / 0.008) ** 2 - 1) / 12 * 0.008**2
+    variance = (0.2**2 + 0.1**2) / 12
     assert_allclose(pull, (speed * override) ** 2 * variance / 0.6, rtol=3e-3, atol=0.3 * UM)
 
 
@@ -80,7 +80,7 @@ def test_a_straight_line_is_only_late(robot):
     text = program([[1.0, -0.3, 0.2], [1.1, 0.3, 0.3], [1.15, 0.6, 0.35]], 0.1)
     _, deviation = led(robot, TWO_MEANS, text)
     assert np.abs(deviation.across).max() < 1e-12
-    assert deviation.lag == pytest.approx(0.1 * (0.3 - 2 * 0.008) / 2, rel=0.01)
+    assert deviation.lag == pytest.approx(0.1 * 0.3 / 2, rel=1e-6)
     assert deviation.turn is None
 
 
@@ -159,7 +159,7 @@ def test_a_turning_tool_lags_no_further_than_its_way(robot, space):
     text = program(np.column_stack([np.full(N, 1.1), y, np.full(N, 0.2)]), 0.1, rotation=rotation)
     arc, deviation = led(robot, replace(TWO_MEANS, space=space), text)
     middle = (arc > 0.1) & (arc < arc[-1] - 0.1)
-    variance = ((0.2 / 0.008) ** 2 - 1 + (0.1 / 0.008) ** 2 - 1) / 12 * 0.008**2
+    variance = (0.2**2 + 0.1**2) / 12
     expected = 0.5 * variance * 0.4 / 0.09 * 0.1**2  # half of sigma^2 times the tool's angular acceleration
     bent = 0.05 if space == "cartesian" else 0.12  # what joints add that bend although their pose does not
     assert_allclose(deviation.turn[middle, 0], expected, rtol=bent)

@@ -1,15 +1,20 @@
 r"""What a controller commands while it drives a written program: samples in time, before anything smooths them.
 
 Each statement takes its length over its written speed, rounded up to whole interpolation periods where the controller
-does so. From and to a stop the command runs up and down by a smooth ramp, as long as the twin's clock says: with C the
-time of a run's statements and D the clock's, the ramps take T = D - C each, and the share c of the run's time is
+does so, and the next begins when it is over. Where the robot's smoothing is known the command has no ramps of its own:
+a start from a stop is a jump of speed, and the smoothing is the ramp. FINE waits until it has come to rest. CNT n waits
+
+    d = floor((N - 1) (1 - sqrt(n / 100))),     N = (T1 + T2) / period
+
+periods, so that on a straight way the speeds of both motions together never fall below n %; CNT100 never waits. Times,
+FINE and CNT are those of FANUC's motion code; see docs/motion.md.
+
+Where no smoothing is known the command itself runs up and down, as long as the twin's clock says: with C the time of a
+run's statements and D the clock's, the ramps take T = D - C each, and the share c of the run's time is
 
     dc/dt = 3 u^2 - 2 u^3,  u = t / T    on the ramp,      1 between,      c(D) = C
 
-A run too short for both ramps (T > D / 2) has T = D / 2 and reaches 2 C / D of its speed. A stop (FINE) waits until
-the smoothing has come to rest; CNT n < 100 waits for the share 1 - n / 100 of that, which rounds a corner the less the
-smaller n; CNT100 never waits, and only the smoothing rounds the corner. How CNT works inside a FANUC controller is not
-published: this is a model of it.
+A run too short for both ramps (T > D / 2) has T = D / 2 and reaches 2 C / D of its speed.
 """
 
 from dataclasses import dataclass
@@ -34,7 +39,7 @@ class WrittenPath:
 
     program: Program
     sweep: Sweeps  # of its N - 1 segments
-    time: Array  # (N,) [s] at full override, lines not rounded up
+    time: Array  # (N,) [s] at full override, lines not rounded up; counts where no smoothing is known
     theta: Array  # (N, 6) [rad]
     turn: Array | None = None  # (N - 1, 3) [rad] rotation vector over each segment, in the axes of its start
 
@@ -116,26 +121,26 @@ class CommandClock:
         return np.asarray(np.interp(done, knots, np.repeat(np.arange(len(self.arrive), dtype=float)[near], 2)))
 
 
-def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle: Array | None = None) -> CommandClock:
+def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, kept: Array | None = None) -> CommandClock:
     """When the controller commands what of a program.
 
     Args:
         robot: Its interpolation period and its motion.
         path: The program.
         override: Share of all written speeds that the operator has set.
-        settle: How much of the smoothing's settling it waits at each position, (N,): 0 for CNT100, 1 for FINE and
-            CNT0; default as the program says.
+        kept: n / 100 of CNT n at each position, (N,); default 1.
     """
     program, length, period = path.program, path.sweep.length, robot.controller.period
-    settle = program.fine.astype(float) if settle is None else settle
-    wait = settle * (settling_time(robot.motion) if robot.motion is not None else 0.0)
+    smoothed = robot.motion is not None and robot.motion.is_smooth
     statement = statement_times(
         length, program.speed * override, period, rounds_up=robot.controller.rounds_up_to_period, via=program.via
     )
+    kept = np.ones(len(length) + 1) if kept is None else kept
+    wait = np.where(program.fine, 0.0 if robot.motion is None else settling_time(robot.motion), 0.0)
+    inner = np.where(program.fine, 0.0, corner_wait(robot, kept))
     stops = np.flatnonzero(program.fine)
     exact = np.add.reduceat(statement_times(length, program.speed, period, rounds_up=False), stops[:-1])
-    ramps = np.maximum(np.diff(path.time[stops]) - exact, 0.0) / override
-    inner = np.where(program.fine, 0.0, wait)
+    ramps = 0.0 if smoothed else np.maximum(np.diff(path.time[stops]) - exact, 0.0) / override
     arrive = np.concatenate([[0.0], np.cumsum(statement + inner[:-1])])
     at_speed = np.diff(arrive[stops])
     duration = at_speed + ramps
@@ -151,15 +156,25 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle
     )
 
 
-def sample_command(robot: Robot, path: WrittenPath, override: float = 1.0) -> Command:
+def corner_wait(robot: Robot, kept: Array) -> Array:
+    """How long the next motion waits at CNT n when the one before is over, of n / 100 (K,), (K,) [s]."""
+    if robot.motion is None or not robot.motion.is_smooth:
+        return np.zeros(len(kept))
+    period = robot.controller.period
+    periods = (settling_time(robot.motion) - robot.motion.lag) / period
+    return np.asarray(period * np.floor((periods - 1) * (1 - np.sqrt(kept)) + SAME_PERIOD))
+
+
+def sample_command(robot: Robot, path: WrittenPath, override: float = 1.0, parts: int = 1) -> Command:
     """The commanded motion of a program, from its start until all has settled.
 
     Args:
         robot: Its interpolation period and its motion.
         path: The program; ``PreparedProgram.written_path()``.
         override: Share of all written speeds.
+        parts: Samples in each interpolation period.
     """
-    clock, step = command_clock(robot, path, override), robot.controller.period
+    clock, step = command_clock(robot, path, override), robot.controller.period / parts
     samples = step * np.arange(int(np.ceil(clock.end / step)) + 2, dtype=float)
     return command_at(path, path.arcs(), clock.position_numbers(samples), samples, step)
 

@@ -78,8 +78,8 @@ def motion_deviation(
     known, period = robot.motion, robot.controller.period
     if known is None or not known.is_smooth:
         return None
-    on_time = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
-    step, motion = (period, on_time) if has_corners(path) else coarser(on_time, period, SAMPLES)
+    motion = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
+    step = period if has_corners(path) else coarser(motion, period, SAMPLES)
     arc = path.arcs()
     turned = np.zeros((0, 3)) if places_only else path.turned()
     in_joints = motion.space == "joint"
@@ -103,7 +103,7 @@ def motion_deviation(
         ahead = path.directions(segment, fraction)
         along[rows] = np.einsum("ij,ij->i", d, ahead)
         across[rows] = d - along[rows, None] * ahead
-    lag = moments(known, period).delay * override * float(path.program.speed.max())
+    lag = moments(known).delay * override * float(path.program.speed.max())
     turns = np.abs(turn).max(initial=0.0) > TURNING
     return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turns else None, lag)
 

@@ -1,26 +1,24 @@
-r"""How a controller smooths samples of a commanded motion: moving means, first-order lags, a delay.
+r"""How a controller smooths a commanded motion: moving means, first-order lags, a delay, on samples of it.
 
-Rows x_k stand a step h apart; before the first row the motion stands at it. A moving mean of window T = n h, n >= 1,
+In continuous time, with the weights' mean (how late a steady motion comes) and variance sigma^2,
 
-    y_k = (x_k + ... + x_{k-m+1} + (n - m) x_{k-m}) / n,      m = floor(n)
+    moving mean of window T          y(t) = (1 / T) integral of x over [t - T, t]        T / 2    T^2 / 12
+    first-order lag of constant T    T dy/dt + y = x                                     T        T^2
 
-is two looks into one cumulative sum. A first-order lag of time constant T,
+Both are linear and keep a motion that stands; means and variances add up. A circle of radius R at speed v, turning at
+w = v / R, is drawn smaller by R (1 - |H(w)|) ~ v^2 sigma^2 / (2 R): ln |H(w)| = - w^2 sigma^2 / 2 + O(w^4).
 
-    y_k = r y_{k-1} + (1 - r) x_k,      r = exp(-h / T)
+Rows x_k stand a step h apart; before the first the motion stands at it. A mean over n = T / h of them is the integral
+by trapezoids, less what these have too much of a bend (after Euler and Maclaurin), with g_k = x_k - x_{k-1}:
 
-is summed by doubling, S_{2j}(k) = S_j(k) + r^j S_j(k - j): no loop over samples. Each is linear, keeps a motion that
-stands, and delays one that goes steadily by its mean. With the mean and the variance of the weights
+    y_k = (C_k - C_{k-n} - b (g_k - g_{k-n+1})) / n,    C_k = sum_{j<=k} (x_{j-1} + x_j) / 2,    b = n / (12 (n - 1))
 
-    moving mean       (n - 1) h / 2          (n^2 - 1) h^2 / 12  ~ T^2 / 12       (of whole n)
-    first-order lag   r h / (1 - r)          r h^2 / (1 - r)^2   ~ T^2
-
-variances add up to sigma^2, and a circle of radius R at speed v, turning at w = v / R, is drawn smaller by
-R (1 - |H(w)|) ~ v^2 sigma^2 / (2 R): ln |H(w)| = - w^2 sigma^2 / 2 + O(w^4).
-
-That controllers smooth so is an assumption that fits what is published of them; see docs/motion.md.
+and a lag is y_k = r y_{k-1} + (1 - r) (b x_k + (1 - b) x_{k-1}), b = 1 / (1 - r) - T / h, r = exp(-h / T') with
+T'^2 = T^2 - h^2 / 6, summed by doubling: S_{2j}(k) = S_j(k) + r^j S_j(k - j), no loop over samples. Mean and variance
+of these weights are those above for every step, so a coarser one smooths bends alike. FANUC's motion code has two means
+of whole periods: see docs/motion.md.
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +35,7 @@ def smooth(rows: Array, step: float, motion: ControllerMotion) -> Array:
 
     Args:
         rows: Commanded, (M, C), a step apart; the motion stands at the first row before it.
-        step: Between rows [s], the interpolation period or a multiple of it.
+        step: Between rows [s].
         motion: What the controller does.
 
     Returns:
@@ -51,26 +49,32 @@ def smooth(rows: Array, step: float, motion: ControllerMotion) -> Array:
 
 
 def moving_mean(rows: Array, n: float) -> Array:
-    """The mean of each row (M, C) and those before it, n in all; n need not be whole, one and fewer leave it."""
-    if n <= 1 or not len(rows):
+    """The mean of rows (M, C) over the n steps before each; n need not be whole, below one they are left."""
+    if n < 1 or not len(rows):
         return rows
     m, M = int(n), len(rows)
+    share, bent = n - m, n / (12 * n - 12) if n >= 2 else 0.0
     mean = np.empty_like(rows)
-    total = np.zeros(m + 2 + M)
+    x = np.zeros(m + 3 + M)
+    now, at, after = slice(m + 3, None), slice(3, 3 + M), slice(4, 4 + M)
     for column, out in zip(rows.T, mean.T, strict=True):
-        np.cumsum(column - column[0], out=total[m + 2 :])  # total[m + 1 + k] is the sum before row k
-        out[:] = total[m + 2 :] - (1 - (n - m)) * total[2 : 2 + M] - (n - m) * total[1 : 1 + M]
-        out /= n
-        out += column[0]
+        x[now] = column - column[0]
+        gap = np.diff(x, prepend=0.0, append=x[-1])
+        total = np.cumsum(x) - x / 2  # by trapezoids
+        first = total[at] - share * x[at] + (share**2 / 2) * gap[at]
+        first -= bent * ((1 - share) * gap[after] + share * gap[at])
+        out[:] = (total[now] - bent * gap[:-1][now] - first) / n + column[0]
     return mean
 
 
 def first_order(rows: Array, constant: float) -> Array:
-    """Rows (M, C) behind a first-order lag of a time constant in steps."""
-    if constant <= 0 or not len(rows):
+    """Rows (M, C) behind a first-order lag of a time constant in steps; of less than one they are left."""
+    if constant < 1 or not len(rows):
         return rows
-    ratio = float(np.exp(-1.0 / constant))
-    total = (1 - ratio) * (rows - rows[:1])
+    ratio = float(np.exp(-1 / np.sqrt(constant**2 - 1 / 6)))
+    own = 1 / (1 - ratio) - constant  # share of a row in what comes in, the one before has the rest
+    moved = rows - rows[:1]
+    total = (1 - ratio) * (own * moved + (1 - own) * np.concatenate([moved[:1], moved[:-1]]))
     reach = 1
     while reach < min(FADED * constant, len(rows)):
         total[reach:] = total[reach:] + ratio**reach * total[:-reach]
@@ -99,68 +103,14 @@ class Moments(NamedTuple):
     variance: float  # [s2] sigma^2
 
 
-def moments(motion: ControllerMotion, step: float) -> Moments:
+def moments(motion: ControllerMotion) -> Moments:
     """By how much a steady motion comes late, and sigma^2 of the pull v^2 sigma^2 / (2 R)."""
-    delay, variance = motion.lag, 0.0
-    for window in motion.moving_averages:
-        mean, spread = _moments_of_mean(window / step)
-        delay, variance = delay + mean * step, variance + spread * step**2
-    for constant in motion.first_orders:
-        if constant > 0:
-            ratio = float(np.exp(-step / constant))
-            delay, variance = delay + ratio * step / (1 - ratio), variance + ratio * step**2 / (1 - ratio) ** 2
-    return Moments(delay, variance)
+    means, lags = motion.moving_averages, motion.first_orders
+    delay = sum(means) / 2 + sum(lags) + motion.lag
+    return Moments(delay, sum(t * t for t in means) / 12 + sum(t * t for t in lags))
 
 
-def _moments_of_mean(n: float) -> tuple[float, float]:
-    """Mean and variance of the ages in a mean over n rows, in rows: (n - 1) / 2 and (n^2 - 1) / 12 of whole n."""
-    n = max(n, 1.0)
-    m = int(n)
-    first, second = m * (m - 1) / 2 + (n - m) * m, m * (m - 1) * (2 * m - 1) / 6 + (n - m) * m * m
-    return first / n, second / n - (first / n) ** 2
-
-
-def gain(motion: ControllerMotion, frequency: Array, step: float) -> Array:
-    r"""What the smoothing passes of a wave, \|H(w)\|, (F,), at frequencies w (F,) [rad/s]."""
-    passed = np.ones_like(frequency, dtype=float)
-    turn = np.exp(-1j * np.asarray(frequency) * step)
-    for window in motion.moving_averages:
-        n = max(window / step, 1.0)
-        m = int(n)
-        weights = np.append(np.ones(m), n - m) / n
-        passed = passed * np.abs(np.polyval(weights[::-1], turn))
-    for constant in motion.first_orders:
-        if constant > 0:
-            ratio = np.exp(-step / constant)
-            passed = passed * np.abs((1 - ratio) / (1 - ratio * turn))
-    return np.asarray(passed)
-
-
-def coarser(motion: ControllerMotion, period: float, samples: int) -> tuple[float, ControllerMotion]:
-    r"""A step as coarse as leaves so many samples in the shortest time, and the motion that smooths alike with it.
-
-    Its windows and time constants are those whose weights have the same variance a step h apart as the controller's
-    have a period p apart; of a time constant T' that is sinh(h / 2 T') / h = sinh(p / 2 T) / p. So the pull is the
-    same along a bend; a corner wants the controller's own step.
-    """
+def coarser(motion: ControllerMotion, period: float, samples: int) -> float:
+    """A step of whole periods [s] as coarse as leaves so many samples in the shortest time."""
     times = [t for t in (*motion.moving_averages, *motion.first_orders) if t > period]
-    ratio = max(1, int(min(times, default=period) / samples / period + 1e-9))
-    if ratio == 1:
-        return period, motion
-    step = period * ratio
-    windows = tuple(
-        step * _rows_of_variance(_moments_of_mean(t / period)[1] / ratio**2) for t in motion.moving_averages
-    )
-    constants = tuple(
-        float(step / (2 * np.arcsinh(ratio * np.sinh(period / (2 * t))))) if t > 0 else 0.0 for t in motion.first_orders
-    )
-    return step, replace(motion, moving_averages=windows, first_orders=constants)
-
-
-def _rows_of_variance(variance: float) -> float:
-    """Over how many rows a moving mean has this variance of ages, by bisection."""
-    low, high = 1.0, 2 + np.sqrt(1 + 12 * variance)
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (middle, high) if _moments_of_mean(middle)[1] < variance else (low, middle)
-    return float(high)
+    return period * max(1, int(min(times, default=period) / samples / period + 1e-9))
