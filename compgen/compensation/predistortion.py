@@ -1,28 +1,30 @@
 r"""Commanding a path off its targets so that the controller's smoothing leads the tool back onto them.
 
-Smoothing by weights of variance sigma^2 draws a bend inwards. Where s(t) is the way that the command has gone, E[.] the
-mean by the weights and k = d^2 r / d s^2 the curvature of what is smoothed (places, or joints),
+The command runs along the path by its words, from a stop to the next, at its place r(s(u)) at time u: from a stop at
+once at its speed, for the smoothing is the ramp. Where E is the mean by the smoothing's weights, the tool passes the
+way E[s] at
 
-    led = V k / 2,      V = E[s^2] - E[s]^2   (v^2 sigma^2 at a steady speed v)
+    d = E[r(s)] - r(E[s])        (k v^2 sigma^2 / 2 at a steady speed v on a curvature k)
 
-so p k / 2 is commanded against it, with S p = V, S the smoothing. Lines of length l between waypoints are themselves a
-smoothing, of variance l^2 / 6 of the way. A wave of the path that goes by at w is smoothed by H(w), and curvature is
-commanded through
+beside its path. So c is commanded beside the path with the least of
 
-    F(w) = L(w) (1 / H - 1) / (w^2 sigma^2 / 2),      L = 1 where H >= 0.97, fading to 0 where H = 0.9
+    int |E[c] + d|^2 dt + g^6 int |c'''|^2 dt,      g = RIGID sigma
 
-and no content is commanded that the smoothing passes by less than 0.9: the plain iteration c <- c + (target - S c)
-multiplies what is left by 1 - H each time, which exceeds 1 where H < 0. Curvature is taken run by run, mirrored at
-stops and corners: what a corner is rounded by stays, and is reported. All here is of continuous time, and nothing that
-proves it imports it.
+a banded problem in cubic splines of time, which at stops are zero. Of a wave that goes by at w and of which the
+smoothing passes H(w), it leaves (g w)^6 / (H^2 + (g w)^6): hardly anything of long waves, and never more than there is,
+where the plain iteration c <- c + (target - E c) multiplies what is left by 1 - H each time, which exceeds 1 where
+H < 0. Corners are left as they are, and so is what the tool does off the part. Lines of length l are themselves a
+smoothing, k l^2 / 12 to their inner side; as they are written half of their sag outwards, k l^2 / 48 of that is left.
+All here is of continuous time, and nothing that proves it imports it.
 """
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, CubicHermiteSpline
+from scipy.linalg import solveh_banded
 from scipy.signal import fftconvolve
+from scipy.sparse import csr_array, diags_array
 
 from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
 from compgen.core.pose import Pose
@@ -30,16 +32,18 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 
-PASSES, PASSES_FULLY = 0.9, 0.97  # share of a wave that the smoothing passes: inverted from, and fully from
+RIGID, RIGID_ARCS = 0.12, 0.6  # of c in sigma; an arc says no shorter wave than it is long
+STIFFER, STIFFEST = 1.4, 15.0  # until c is not so far off as waves that hardly pass would have it
+MOST = 3.0  # times as far as the tool is led
 CORNER = 0.1  # [rad] change of direction that no filter follows
 STRAIGHT = 1e-7  # [m] pull that is not worth a command
-SETTLING = 8.0  # time constants of a first-order lag that count
-FINE = 60  # samples in the smoothing's support, where V is not the steady one
-SPLINES, REACH = 50, 4.0  # of p on the way from a stop: how many, and supports beyond the ramp
-STIFFNESS, STIFFEST = 0.5, 4.0  # of p: weight of its third difference, raised until the joints can follow it
-JERK = 0.32  # share of a joint's jerk that p may ask for
-ROUNDS = 8  # of weighing what is left, for its largest to be small
-HELD = 1e3  # weight of p = 0 at the stop
+SETTLING = 14.0  # time constants of a first-order lag that count
+FINE = 120  # samples in the smoothing's support
+EVERY = 4  # of them counts
+BLOCK = 20_000  # of these at once
+KNOTS = 10  # of c in the support
+HELD = 1e3  # weight of c = 0 at a stop
+BESIDE = 1e-3  # weight of what is off the part
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -54,6 +58,21 @@ class Commanded:
     stop: BoolArray  # (N,)
     by_lines: bool = False  # straight from waypoint to waypoint, whose inner side the smoothing averages
     beside: BoolArray | None = None  # (N,) off the part; None: nowhere
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(weights=("W",))
+class _Kernel:
+    """A smoothing's weights about their mean, a step apart, an odd number."""
+
+    weights: Array  # (W,)
+    step: float  # [s]
+    support: float  # [s] how long they reach
+    rigid: float  # [s] RIGID sigma
+
+    def mean(self, rows: Array) -> Array:
+        """E of rows (M, C) a step apart, (M - W + 1, C)."""
+        return np.asarray(fftconvolve(rows, self.weights[:, None], mode="valid", axes=0))
 
 
 def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> Array:
@@ -72,23 +91,137 @@ def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> 
     if motion is None or not motion.may_predistort or len(path.arc) < 3:
         return np.zeros_like(path.position)
     rows = path.theta if motion.space == "joint" else path.position
-    curvature, bent = _smooth_curvature(motion, path, rows, _breaks(path))
-    weighted = _square_of_way(robot, motion, path, bent)[:, None] / 2 * curvature
+    shift = _shift(robot, motion, path, rows)
     if motion.space == "joint":
-        weighted = (flange_pose(robot, path.theta + weighted) @ tool).position - path.position
+        shift = (flange_pose(robot, path.theta + shift) @ tool).position - path.position
     ahead = _directions(path)
-    weighted -= np.einsum("ij,ij->i", weighted, ahead)[:, None] * ahead
-    return frozen(-weighted * np.minimum(1.0, largest / np.maximum(row_norms(weighted), 1e-12))[:, None])
+    shift -= np.einsum("ij,ij->i", shift, ahead)[:, None] * ahead
+    return frozen(shift * np.minimum(1.0, largest / np.maximum(row_norms(shift), 1e-12))[:, None])
 
 
-def _breaks(path: Commanded) -> BoolArray:
-    """Where no bend goes on: stops, and corners, (N,)."""
+def _shift(robot: Robot, motion: ControllerMotion, path: Commanded, rows: Array) -> Array:
+    """c at the waypoints, of rows (N, C) that are smoothed, (N, C)."""
+    kernel = _kernel(motion, RIGID if path.by_lines else RIGID_ARCS)
+    taken = np.diff(path.arc) / path.speed
+    clock = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(taken) if path.by_lines else taken)])
+    corner, shift = _corners(path), np.zeros_like(rows)
+    curvature = _curvature(path, rows)
+    speed = np.append(path.speed, path.speed[-1])
+    bent = row_norms(curvature) * speed**2 * variance(motion) / 2 > STRAIGHT
+    inner = np.zeros_like(rows)
+    if path.by_lines:
+        gap = np.diff(path.arc)
+        averaged = gap < path.speed * min(t for t in (*motion.moving_averages, *motion.first_orders) if t > 0)
+        inner[1:] = np.where(averaged, gap**2 / 48, 0.0)[:, None] * curvature[1:]
+    on_part = np.ones(len(rows), dtype=bool) if path.beside is None or path.beside.all() else ~path.beside
+    stops = np.flatnonzero(path.stop)
+    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
+        run = slice(first, last + 1)
+        if not (bent & on_part & ~corner)[run].any():
+            continue
+        time = clock[run] - clock[first]
+        at, led = _led(kernel, time, path.arc[run], rows[run], corner[run])
+        led += np.column_stack([np.interp(at, time, column) for column in inner[run].T])
+        near = _near(at, time[corner[run]], kernel.support)
+        on = np.interp(at, time, on_part[run].astype(float)) > 0
+        led = np.where(on[:, None], led * near[:, None], 0.0)
+        shift[run] = _least(kernel, at, led, on, time)
+        rigid = kernel.rigid
+        while np.abs(shift[run]).max() > MOST * np.abs(led).max() and rigid < STIFFEST * kernel.rigid:
+            rigid *= STIFFER
+            shift[run] = _least(replace(kernel, rigid=rigid), at, led, on, time)
+    return shift
+
+
+def _led(kernel: _Kernel, time: Array, arc: Array, rows: Array, corner: BoolArray) -> tuple[Array, Array]:
+    """When the tool is how far off a run, (M,) [s] and d (M, C), of n waypoints at times and arc lengths (n,)."""
+    half = len(kernel.weights) // 2
+    grid = kernel.step * np.arange(-2 * half, int(np.ceil(time[-1] / kernel.step)) + 2 * half + 1)
+    way = np.interp(grid, time, arc)
+    led = kernel.mean(_on_curve(arc, rows, corner, way))
+    return np.asarray(grid[half : len(grid) - half]), led - _on_curve(
+        arc, rows, corner, kernel.mean(way[:, None])[:, 0]
+    )
+
+
+def _on_curve(arc: Array, rows: Array, corner: BoolArray, way: Array) -> Array:
+    """Rows (n, C) between each other at arc lengths (M,), by cubics from corner to corner, (M, C)."""
+    edges = np.flatnonzero(np.concatenate([[True], corner[1:-1], [True]]))
+    piece = np.clip(np.searchsorted(arc[edges], way, side="right") - 1, 0, len(edges) - 2)
+    places = np.empty((len(way), rows.shape[1]))
+    for number in np.unique(piece).tolist():
+        of = slice(edges[number], edges[number + 1] + 1)
+        slope = np.gradient(rows[of], arc[of], axis=0, edge_order=2 if len(arc[of]) > 2 else 1)
+        places[piece == number] = CubicHermiteSpline(arc[of], rows[of], slope)(way[piece == number])
+    return places
+
+
+def _least(kernel: _Kernel, at: Array, led: Array, on: BoolArray, time: Array) -> Array:
+    """c at the waypoints of a run, (n, C).
+
+    Args:
+        kernel: Of the smoothing.
+        at: When the tool is led off (M,) [s].
+        led: d there, (M, C), where it shall be none.
+        on: Where that counts, (M,).
+        time: When the command passes the waypoints, (n,) [s].
+    """
+    count = max(int(np.ceil(time[-1] / kernel.support * KNOTS)), 4) + 3
+    apart = time[-1] / (count - 3)
+    knots = apart * np.arange(-3, count + 1)
+    knots[[3, -4]] = 0.0, time[-1]
+
+    def splines(u: Array) -> csr_array:
+        return csr_array(BSpline.design_matrix(np.clip(u, 0.0, time[-1]), knots, 3))
+
+    half, W = len(kernel.weights) // 2, len(kernel.weights)
+    rows = np.arange(0, len(at), EVERY)
+    normal, wanted = csr_array((count, count)), np.zeros((count, led.shape[1]))
+    for some in np.array_split(rows, len(rows) // BLOCK + 1):
+        u = kernel.step * np.arange(-half, some[-1] - some[0] + half + 1) + at[some[0]]
+        columns = (some - some[0])[:, None] + np.arange(W)
+        mean = csr_array((np.tile(kernel.weights, len(some)), columns.ravel(), W * np.arange(len(some) + 1)))
+        weight = np.where(on[some], 1.0, BESIDE)
+        smoothed = diags_array(weight) @ (mean @ splines(u))
+        normal = normal + smoothed.T @ smoothed
+        wanted -= smoothed.T @ (weight[:, None] * led[some])
+    spacing = EVERY * kernel.step
+    bend = np.sqrt(apart / spacing) * (kernel.rigid / apart) ** 3
+    third = bend * diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(count - 3, count))
+    ends = HELD * splines(time[[0, -1]])
+    weights = _solved(csr_array(normal + third.T @ third + ends.T @ ends), wanted)
+    shift = splines(time) @ weights
+    shift[[0, -1]] = 0.0
+    return np.asarray(shift)
+
+
+def _solved(normal: csr_array, wanted: Array) -> Array:
+    """Of a banded symmetric system."""
+    entries = normal.tocoo()
+    reach = int(np.abs(entries.row - entries.col).max())
+    bands = np.zeros((reach + 1, normal.shape[0]))
+    for k in range(reach + 1):
+        bands[reach - k, k:] = normal.diagonal(k)
+    return np.asarray(solveh_banded(bands, wanted))
+
+
+def _near(at: Array, corners: Array, support: float) -> Array:
+    """Share of what is led off that counts at times (M,), none within a support of corners, all beyond two."""
+    if not len(corners):
+        return np.ones(len(at))
+    edges = np.concatenate([[-np.inf], corners, [np.inf]])
+    after = np.searchsorted(corners, at) + 1
+    away = np.minimum(at - edges[after - 1], edges[after] - at)
+    return np.asarray(np.clip(away / support - 1, 0.0, 1.0))
+
+
+def _corners(path: Commanded) -> BoolArray:
+    """Where the path turns sharply without a stop, (N,)."""
     line = np.diff(path.position, axis=0)
     line /= np.maximum(row_norms(line), 1e-12)[:, None]
-    breaks = path.stop.copy()
-    breaks[[0, -1]] = True
-    breaks[1:-1] |= np.einsum("ij,ij->i", line[1:], line[:-1]) < np.cos(CORNER)
-    return breaks
+    sharp = np.zeros(len(path.arc), dtype=bool)
+    sharp[1:-1] = np.einsum("ij,ij->i", line[1:], line[:-1]) < np.cos(CORNER)
+    return sharp & ~path.stop
 
 
 def _directions(path: Commanded) -> Array:
@@ -99,160 +232,34 @@ def _directions(path: Commanded) -> Array:
     return np.asarray(ahead / np.maximum(row_norms(ahead), 1e-12)[:, None])
 
 
-def _smooth_curvature(
-    motion: ControllerMotion, path: Commanded, rows: Array, breaks: BoolArray
-) -> tuple[Array, BoolArray]:
-    """F applied to d^2 r / d s^2 of rows (N, C), between two breaks each for itself, (N, C); and where it is bent."""
-    curvature = _curvature(path, rows)
-    curvature[breaks] = 0.0
-    if path.beside is not None and not path.beside.all():
-        curvature = _no_sharper_beside(curvature, path.beside)
-    at_speed = np.concatenate([[0.0], np.cumsum(np.diff(path.arc) / path.speed)])
-    steady = np.append(path.speed, path.speed[-1]) ** 2 * variance(motion) / 2
-    bent = row_norms(curvature) * steady > STRAIGHT
-    step, kernel = _kernel(motion)
-    half, edges = len(kernel) // 2, np.flatnonzero(breaks)
-    through = np.zeros_like(rows)
-    for first, last in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        inner = slice(first + 1, last)
-        if last - first < 3 or not bent[inner].any():
-            continue
-        time = at_speed[first : last + 1] - at_speed[first]
-        grid = np.linspace(0.0, time[-1], max(2, int(np.ceil(time[-1] / step)) + 1))
-        on_grid = np.column_stack([np.interp(grid, time[1:-1], column) for column in curvature[inner].T])
-        mirrored = np.pad(on_grid, ((half, half), (0, 0)), mode="reflect")
-        smooth = fftconvolve(mirrored, kernel[:, None], mode="valid", axes=0)
-        through[first : last + 1] = np.column_stack([np.interp(time, grid, column) for column in smooth.T])
-    return through, bent
-
-
-def _no_sharper_beside(curvature: Array, beside: BoolArray) -> Array:
-    """Curvature (N, C) that off the part is no sharper than at the part's nearest waypoint, where it becomes that one.
-
-    The filter reaches farther than the smoothing: what a turn off the part is rounded by would be commanded on it.
-    """
-    on_part, rows = np.flatnonzero(~beside), np.arange(len(beside))
-    after = np.clip(np.searchsorted(on_part, rows), 1, len(on_part) - 1) if len(on_part) > 1 else np.zeros_like(rows)
-    before = np.maximum(after - 1, 0)
-    nearest = np.where(rows - on_part[before] < on_part[after] - rows, on_part[before], on_part[after])
-    held = curvature[nearest]
-    sharper = beside & (row_norms(curvature) > row_norms(held))
-    return np.where(sharper[:, None], held, curvature)
-
-
 def _curvature(path: Commanded, rows: Array) -> Array:
-    """d^2 r / d s^2 of rows (N, C) by central differences, (N, C); zero at both ends."""
+    """d^2 r / d s^2 of rows (N, C) by central differences, (N, C); zero at both ends and at corners and stops."""
     gap = np.maximum(np.diff(path.arc), 1e-12)[:, None]
     slope = np.diff(rows, axis=0) / gap
     curvature = np.zeros_like(rows)
     curvature[1:-1] = 2 * np.diff(slope, axis=0) / (gap[1:] + gap[:-1])
+    curvature[path.stop | _corners(path)] = 0.0
     return curvature
 
 
-def _kernel(motion: ControllerMotion) -> tuple[float, Array]:
-    """Step [s] and weights of F in time: (1 / pi) integral of F cos(w t) up to where F ends."""
-    full, last = band_edges(motion)
-    step = float(np.sqrt(variance(motion)))
-    half = int(np.ceil(2 * np.pi / (last - full) / step))
-    w = np.linspace(0.0, last, 400)
-    time = step * np.arange(-half, half + 1)
-    weights = np.trapezoid(inverted(motion, w) * np.cos(time[:, None] * w), w, axis=1)
-    return step, np.asarray(weights / weights.sum())
-
-
-def _square_of_way(robot: Robot, motion: ControllerMotion, path: Commanded, bent: BoolArray) -> Array:
-    """p of S p = V at the waypoints, (N,) [m2]: v^2 sigma^2, and near a stop beside a bend what a ramp makes of it."""
-    speed = np.maximum(np.append(path.speed[0], path.speed), np.append(path.speed, path.speed[-1]))
-    square = speed**2 * variance(motion)
-    bend = square[:, None] / 2 * np.abs(_curvature(path, path.theta))
-    if path.by_lines:
-        gap = np.diff(path.arc)
-        averaged = gap < path.speed * min(t for t in (*motion.moving_averages, *motion.first_orders) if t > 0)
-        square[1:] += np.where(averaged, gap**2 / 6, 0.0)
-    stops = np.flatnonzero(path.stop)
-    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
-        rows = slice(first, last + 1)
-        if not bent[rows].any():
-            continue
-        ramp = (_ramp(robot, path, first, first) + _ramp(robot, path, last, last - 1)) / 2
-        allowed = JERK * float((robot.jerk / np.maximum(bend[first + 1 : last].max(axis=0), 1e-12)).min())
-        stiffness = STIFFNESS
-        nodes, share, steepest = _from_rest(motion, round(ramp, 3), stiffness)
-        while steepest > allowed and stiffness < STIFFEST:
-            stiffness *= 1.25
-            nodes, share, steepest = _from_rest(motion, round(ramp, 3), stiffness)
-        for way in (path.arc[rows] - path.arc[first], path.arc[last] - path.arc[rows]):
-            square[rows] *= np.interp(way / speed[rows], nodes, share)
-    return np.asarray(square)
-
-
-def _ramp(robot: Robot, path: Commanded, stop: int, segment: int) -> float:
-    """How long a controller is taken to need from a stop to the speed of a segment beside it [s].
-
-    With a and j what 90 and 45 % of the joints' limits allow along the path, v / a + a / j, or 2 sqrt(v / j).
-    """
-    turn = np.abs(path.theta[segment + 1] - path.theta[segment])
-    slope = turn / max(float(path.arc[segment + 1] - path.arc[segment]), 1e-9) + 1e-12
-    a, j = 0.9 * float((robot.acceleration / slope).min()), 0.45 * float((robot.jerk / slope).min())
-    v = float(path.speed[segment])
-    return v / a + a / j if v > a * a / j else 2 * float(np.sqrt(v / j))
-
-
-@lru_cache(maxsize=64)
-def _from_rest(motion: ControllerMotion, ramp: float, stiffness: float) -> tuple[Array, Array, float]:
-    """p over v^2 sigma^2 on the way from a stop, over way / v [s]: nodes, values, and its largest third derivative.
-
-    Least squares of S p = V over cubic splines of the way, zero at the stop, with little third difference.
-    """
-    weights, step, support = _weights(motion)
-    end = ramp + REACH * support
-    time = step * np.arange(-2 * len(weights), int((end + support) / step))
-    u = np.clip(time / ramp, 0.0, 1.0)
-    done = np.where(time < ramp, ramp * u**3 * (1 - u / 2), time - ramp / 2)
-
-    def smooth(rows: Array) -> Array:
-        return np.asarray(np.apply_along_axis(np.convolve, 0, rows, weights, "valid"))
-
-    V = (smooth((done**2)[:, None]) - smooth(done[:, None]) ** 2)[:, 0] / variance(motion)
-    apart = end / (SPLINES - 3)
-    knots = apart * np.arange(-3, SPLINES + 1)
-    basis = BSpline.design_matrix(np.clip(done, 0.0, knots[SPLINES]), knots, 3).toarray()
-    basis[done <= 0] = 0.0
-    basis[:, -3:] = 0.0  # steady at the end: 1 and nothing else
-    rest = np.where(done <= 0, 0.0, 1.0)
-    bend = stiffness * np.diff(np.eye(SPLINES), 3, axis=0)
-    at_stop = HELD * BSpline.design_matrix(np.zeros(1), knots, 3).toarray()
-    rows = np.concatenate([smooth(basis), bend, at_stop])
-    wanted = np.concatenate([V - smooth(rest[:, None])[:, 0], np.zeros(len(bend)), [-HELD]])
-    share_of = np.ones(len(rows))
-    for _ in range(ROUNDS):
-        weight = np.linalg.lstsq(rows * share_of[:, None], wanted * share_of, rcond=None)[0]
-        left = np.abs(rows @ weight - wanted)[: len(V)]
-        share_of[: len(V)] *= np.sqrt(0.2 + left / left.max())
-        share_of[: len(V)] /= np.sqrt(np.mean(share_of[: len(V)] ** 2))
-    weight[-3:] = 0.0
-    nodes = np.linspace(0.0, end, 8 * SPLINES)
-    share = 1.0 + BSpline(knots, weight, 3)(nodes)
-    share[0] = 0.0
-    return nodes, share, float(np.abs(np.diff(weight, 3)).max() / apart**3)
-
-
-def _weights(motion: ControllerMotion) -> tuple[Array, float, float]:
-    """The smoothing's weights about their mean, a step apart, an odd number; the step, and how long they reach [s]."""
+def _kernel(motion: ControllerMotion, rigid: float) -> _Kernel:
+    """Its weights: boxes with the variance of their windows, and exponentials."""
     support = sum(motion.moving_averages) + SETTLING * sum(motion.first_orders)
     step = support / FINE
     weights = np.ones(1)
     for window in motion.moving_averages:
-        n = window / step
-        if n > 1:
-            weights = np.convolve(weights, np.append(np.ones(int(n)), n - int(n)) / n)
+        if window > step:
+            n = np.sqrt((window / step) ** 2 + 1)
+            m = 2 * int((n - 1) / 2) + 1
+            weights = np.convolve(weights, np.concatenate([[(n - m) / 2], np.ones(m), [(n - m) / 2]]) / n)
     for constant in motion.first_orders:
         if constant > 0:
             decay = np.exp(-step * np.arange(int(SETTLING * constant / step) + 1) / constant)
             weights = np.convolve(weights, decay / decay.sum())
     mean = round(float(np.arange(len(weights)) @ weights))
     half = max(mean, len(weights) - 1 - mean)
-    return np.pad(weights, (half - mean, half - (len(weights) - 1 - mean))), step, support
+    padded = np.pad(weights, (half - mean, half - (len(weights) - 1 - mean)))
+    return _Kernel(weights=padded, step=step, support=support, rigid=rigid * float(np.sqrt(variance(motion))))
 
 
 def variance(motion: ControllerMotion) -> float:
@@ -269,26 +276,3 @@ def passed(motion: ControllerMotion, w: Array) -> Array:
     for constant in motion.first_orders:
         gain = gain / np.sqrt(1 + (w * constant) ** 2)
     return gain
-
-
-def inverted(motion: ControllerMotion, w: Array) -> Array:
-    """F(w): by how much curvature of a wave is commanded against its pull, (F,); 0 where H < 0.9."""
-    w = np.maximum(np.abs(np.asarray(w, dtype=float)), 1e-9)
-    full, last = band_edges(motion)
-    fade = 0.5 + 0.5 * np.cos(np.pi * np.clip((w - full) / (last - full), 0.0, 1.0))
-    gain = np.maximum(passed(motion, np.minimum(w, last)), 0.5)
-    half = np.minimum(w, last) ** 2 * variance(motion) / 2
-    # below a thousandth the quotient has no digits left, and is 1
-    return np.asarray(fade * np.where(half < 1e-3, 1.0, (1 / gain - 1) / np.maximum(half, 1e-12)))
-
-
-def band_edges(motion: ControllerMotion) -> tuple[float, float]:
-    """Up to which frequency all is inverted, and from which on nothing [rad/s]: H = 0.97 and H = 0.9."""
-    edges = []
-    for share in (PASSES_FULLY, PASSES):
-        low, high = 0.0, 3.0 / np.sqrt(variance(motion))
-        for _ in range(60):
-            middle = (low + high) / 2
-            low, high = (middle, high) if passed(motion, np.array([middle]))[0] > share else (low, middle)
-        edges.append(low)
-    return edges[0], edges[1]

@@ -142,7 +142,8 @@ def generate(
     path = planned.path
     commanded = problem.commanded(solution.correction)
     solution = motion_predistortion.from_targets(solution, problem, path)
-    trajectory = arc_moves.time_corrected(planned, solution, progress)
+    as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
+    trajectory = arc_moves.time_corrected(planned, as_driven, progress)
     progress(stages.TEXT, 0.0)
     window = start_window(planned, solution.theta)
     driven = planned.driven(solution.theta, problem.direction_state)

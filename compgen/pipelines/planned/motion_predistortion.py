@@ -12,6 +12,8 @@ from compgen.core.pose import Pose
 from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
 from compgen.pipelines.planned.job_results import Planned
 from compgen.planning.toolpath import ToolPath
+from compgen.robot.inverse_kinematics import solve_tool
+from compgen.robot.joint_path import nearest_turns
 from compgen.verification.deviation import Deviation
 from compgen.verification.motion_effect import error_at_half_override
 from compgen.verification.twin import PreparedProgram
@@ -51,6 +53,15 @@ def from_targets(solution: Solution, problem: Problem, path: ToolPath) -> Soluti
     correction = np.array(solution.correction)
     correction[:, :3] += problem.target.position - path.target.position
     return replace(solution, correction=frozen(correction))
+
+
+def as_smoothed(solution: Solution, problem: Problem, planned: Planned) -> Solution:
+    """The solution with the joints that are driven: what is commanded against the smoothing never reaches them."""
+    if problem.target is planned.path.target:
+        return solution
+    shifted = solve_tool(problem.robot, problem.target, problem.tool, problem.posture).theta
+    apart = nearest_turns(shifted, planned.theta) - planned.theta
+    return replace(solution, theta=frozen(solution.theta - apart))
 
 
 def findings(

@@ -17,7 +17,7 @@ run's statements and D the clock's, the ramps take T = D - C each, and the share
 A run too short for both ramps (T > D / 2) has T = D / 2 and reaches 2 C / D of its speed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -107,6 +107,12 @@ class CommandClock:
     arrive: Array  # (N,) [s] at each position, had there been neither ramps nor stops
     leave: Array  # (N,) [s] after what CNT n < 100 waits there
     end: float  # [s] of the last run
+
+    def on_samples(self, step: float) -> "CommandClock":
+        """With every run begun on a sample [s], up to a step later: then the stop before it is seen at rest."""
+        gaps = step * np.ceil(np.diff(self.begin) / step - SAME_PERIOD)
+        begin = np.concatenate([[0.0], np.cumsum(gaps)])
+        return replace(self, begin=begin, end=float(begin[-1] + self.end - self.begin[-1]))
 
     def position_numbers(self, time: Array) -> Array:
         """Where the command is at rising times (M,) [s]: numbers of positions from 0, between two a share of the way.

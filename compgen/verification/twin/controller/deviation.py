@@ -29,7 +29,7 @@ from compgen.verification.twin.nominal_arm import LENGTHS, build_grown_pose
 
 BLOCK = 1 << 16  # samples in time that are smoothed at once
 TURNING = 2e-5  # [rad] of the tool's axes, as much as the third decimal of W P R: below, nothing is told
-SAMPLES = 5  # in the shortest window or time constant, at least
+SAMPLES = 10  # in the shortest window or time constant, at least
 SHARP = 0.1  # [rad] change of direction from one segment to the next: a corner
 EDGE = 3  # samples that a cubic needs beyond its own
 
@@ -84,7 +84,7 @@ def motion_deviation(
     turned = np.zeros((0, 3)) if places_only else path.turned()
     in_joints = motion.space == "joint"
     turning = in_joints or bool(turned.any())
-    clock = command_clock(robot, path, override)
+    clock = command_clock(robot, path, override).on_samples(step)
     first = np.concatenate([[0], np.cumsum(counts)])
     K = int(first[-1]) + 1
     across, along, turn = np.empty((K, 3)), np.empty(K), np.empty((K if turning else 0, 3))
