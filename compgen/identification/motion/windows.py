@@ -3,7 +3,7 @@ r"""Stretches of a run with what was commanded in them, and the rows of the log 
 A window lies in one run between stops, at one override. In it the command moves along the course, statement after
 statement, each at its written speed from the very beginning to the very end of its time (rounded up to whole periods
 where the log shows that), for smoothing alone makes the ramps at stops; behind CNT n < 100 it waits. It is sampled at
-the interpolation period from MEMORY before the window on, so that what a filter remembers is there.
+a part of the interpolation period from MEMORY before the window on, so that what a filter remembers is there.
 
 A row counts by its distance from the smoothed curve, wherever on it: no clock is compared. Near a stop it counts along
 the curve too, as far as neither a shift of the log's clock nor another speed explains it: with A(t) the smoothed way,
@@ -42,6 +42,7 @@ RAMP = 1.2  # [s] from a stop, in which rows count along the curve
 WINDOWS = 40  # of a log: the rest of a long one is not needed
 SEEN = 200  # places of a window by which its bends are counted
 ROWS = 20_000  # of all windows
+PARTS = 4  # samples in each interpolation period: rows count from chords between them
 BLOCK = 0.75  # [s] of rows that are held out, or fitted, together
 BLOCKS = 18  # of a short log: then they are shorter
 SHORTEST_BLOCK = 0.1  # s
@@ -184,7 +185,7 @@ def _window(
     course, deviation, clock = run.course, run.deviation, run.clock.clock
     a, b = span.stops
     duration = float(clock[b] - clock[a]) / span.rate
-    time = np.arange(max(span.first - MEMORY, 0.0), span.last + BEYOND, robot.controller.period)
+    time = np.arange(max(span.first - MEMORY, 0.0), span.last + BEYOND, robot.controller.period / PARTS)
     arc = np.interp(clock[a] + span.rate * np.clip(time, 0.0, duration), clock, course.arc)
     rest = max(AT_REST, 3 * deviation.noise)
     low, high = max(span.low, course.arc[a] + rest), min(span.high, course.arc[b] - rest)
@@ -261,7 +262,7 @@ def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArr
 
 def _fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
-    period = robot.controller.period
+    period = robot.controller.period / PARTS
     time, commanded = _with_waits(window, motion, period)
     curve = _smoothed(window, robot, tool, motion, commanded)
     arc = arc_lengths_of(curve)
@@ -299,15 +300,16 @@ def _unexplained(moved: Array, at: Array, shown: Array, passed: Array, stop: flo
     return left
 
 
-def _with_waits(window: Window, motion: ControllerMotion, period: float) -> tuple[Array, Array]:
+def _with_waits(window: Window, motion: ControllerMotion, step: float) -> tuple[Array, Array]:
     r"""Times (K',) [s], and what the command without waits shows there (K',) [s].
 
     Behind CNT n it waits floor((N - 1) (1 - sqrt(n / 100))) periods, N those of both means: on a straight way the sum
     of both speeds then never falls below n %. Measured on the maker's motion code at CNT25, 50 and 75.
     """
+    period = PARTS * step
     periods = sum(motion.moving_averages) / period
     wait = period * np.floor(np.maximum(periods - 1, 0.0) * (1 - np.sqrt(window.kept)) + SAME)
-    time = window.time[0] + period * np.arange(len(window.time) + round(wait.sum() / period), dtype=float)
+    time = window.time[0] + step * np.arange(len(window.time) + round(wait.sum() / step), dtype=float)
     commanded, before = time.copy(), 0.0
     for corner, each in zip(window.corner.tolist(), wait.tolist(), strict=True):
         commanded -= np.clip(time - corner - before, 0.0, each)
@@ -317,7 +319,7 @@ def _with_waits(window: Window, motion: ControllerMotion, period: float) -> tupl
 
 def _smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion, commanded: Array) -> Array:
     """The smoothed TCP at times of a command, (K', 3) [m]."""
-    period, in_joints = robot.controller.period, motion.space == "joint" and window.theta is not None
+    period, in_joints = robot.controller.period / PARTS, motion.space == "joint" and window.theta is not None
     rows = window.theta if in_joints and window.theta is not None else window.position
     if len(window.corner):
         rows = np.column_stack([np.interp(commanded, window.time, column) for column in rows.T])
