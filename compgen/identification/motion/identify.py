@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, norm, rms
+from compgen.core.arrays import Array, IntArray, norm, rms
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
@@ -29,9 +29,10 @@ from compgen.identification.motion.fit import (
     times_of,
     variance_of,
 )
-from compgen.identification.motion.windows import Window, keeps_law, residuals
+from compgen.identification.motion.windows import BEFORE_STOP, Window, keeps_law, residuals, retimed, windows_of
 from compgen.robot.motion import ControllerMotion, MotionVerdict
 from compgen.robot.robot import Robot
+from compgen.verification.executed.judgement import ExecutedRun
 
 HELD_OUT = 3  # one of so many blocks
 LEFT = 0.05  # of what it takes away: what may be left on blocks held out by what is commanded against (a fifth would
@@ -40,6 +41,8 @@ BETTER = 0.9  # of what the plain program leaves: what leaves more is no better
 NOISE_MULTIPLE = 1.5  # of the log's noise, that is left without fault
 FLOOR = 0.5e-6  # [m] beside: straight lines between samples of a smoothed motion
 MOST_SLOWED = 0.6  # of the rows: where more seem slowed down, the law is not this one, and none is left out
+RETIMINGS = 4  # rounds of taking statements to be as long as a log says
+RETIMED = 0.7  # of what is left before: what must be left at most for that to be believed
 LEAST_TIME = 2.0  # periods, below which one of two means is none
 FIRST = Kind("cartesian", "means", 2)  # by which it is seen where a motion is slowed down
 SAME = 0.02  # of the mean square: kinds that leave as much foretell as well
@@ -103,7 +106,8 @@ def identify(
         progress: Called with the share done.
     """
     whole = np.concatenate([w.block for w in windows])
-    kept = _kept_rows(windows, robot, tool, whole)
+    kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool))
+    kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]
     fitted = block % HELD_OUT != HELD_OUT - 1
 
@@ -144,12 +148,30 @@ def identify(
     return replace(identified, findings=_findings(identified, robot.controller.period, apart))
 
 
-def _kept_rows(windows: Sequence[Window], robot: Robot, tool: Pose, block: IntArray) -> BoolArray:
-    """Rows that were not slowed down, (R,), by a first fit to all of them; all where most seem to be."""
-    every = np.ones(len(block), dtype=bool)
-    first = fit_kind(FIRST, lambda motion: residuals(windows, robot, tool, motion), every, block)
-    kept = keeps_law(windows, robot, tool, first.motion)
-    return kept if kept.mean() > 1 - MOST_SLOWED else every
+def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
+    """The windows of a run, its statements as long as its log says where that explains the log a lot better.
+
+    Raises:
+        InputError: The log has no motion long enough at one override.
+    """
+    tool, windows = run.course.tool, windows_of(run, robot)
+    for _ in range(RETIMINGS if windows else 0):
+        motion = first_motion(windows, robot, tool)
+        left = rms(residuals(windows, robot, tool, motion))
+        other = retimed(run, windows, robot, tool, motion)
+        timed = windows_of(other, robot)
+        if rms(residuals(timed, robot, tool, first_motion(timed, robot, tool))) > RETIMED * left:
+            break
+        run, windows = other, timed
+    return windows
+
+
+def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose) -> ControllerMotion:
+    """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time."""
+    block = np.concatenate([w.block for w in windows])
+    clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
+    clear = clear if clear.any() else np.ones_like(clear)
+    return fit_kind(FIRST, lambda motion: residuals(windows, robot, tool, motion), clear, block).motion
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:
@@ -293,7 +315,12 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     """Why a controller foretells, and may not be commanded against."""
     kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
-    if identified.held_out > identified.limit:
+    if identified.plain <= NOISE_MULTIPLE * identified.noise + FLOOR:
+        message = (
+            f"only its ramps at stops show smoothing, and no bend: it foretells, and is not commanded against; {more}"
+        )
+        yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
+    elif identified.held_out > identified.limit:
         message = (
             f"{kind.words} leaves {identified.held_out / UM:.2f} um rms of {identified.plain / UM:.2f} on stretches "
             f"that it was not fitted to, above {identified.limit / UM:.2f}: it foretells, and is not commanded against"

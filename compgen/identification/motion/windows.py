@@ -51,8 +51,10 @@ ALONG = 0.2  # of what is across: bends are what is commanded against, ramps tel
 LEAST_NOISE = 0.5e-6  # [m] that rows scatter by at least
 ROUNDS = 3  # of finding k and t_0
 AT_REST = 2e-6  # [m] from a stop, while the robot stands there
+AFTER_STOP, BEFORE_STOP = 1, 2
 LEAST_RAMP = 8  # rows
 SAME = 1e-6  # of a period
+SURE_SHIFT = 0.55  # periods, from which a statement is believed to have taken another number of them
 SLOW = 0.1  # of the smoothing's length, by which a clock falls behind where a motion is slowed down
 
 
@@ -71,8 +73,11 @@ class Window:
     row_arc: Array  # (R,) [m]
     off: Array  # (R, 3) [m] from the programmed path
     block: IntArray  # (R,) rows of one number are held out, or fitted, together
-    ramp: IntArray  # (R,) 1 behind a stop, 2 before one, 3 between two, 0 elsewhere
+    ramp: IntArray  # (R,) AFTER_STOP, BEFORE_STOP, their sum between two, 0 elsewhere
     weight: float  # of what is along the curve, against what is across it
+    run: tuple[int, int]  # nodes of the stops that it lies between
+    rate: float  # of the written speeds
+    is_whole: bool  # from stop to stop
 
     def __post_init__(self) -> None:
         own(self, position=("K", 3), arc=("K",), time=("K",), corner=("P",), kept=("P",))
@@ -208,8 +213,11 @@ def _window(
         row_arc=deviation.arc[rows],
         off=run.followed.projection.off[at],
         block=np.zeros(len(rows), dtype=np.int64),
-        ramp=(since < reach) + 2 * (since > duration - reach),
+        ramp=AFTER_STOP * (since < reach) + BEFORE_STOP * (since > duration - reach),
         weight=weight,
+        run=span.stops,
+        rate=span.rate,
+        is_whole=span.first == 0 and span.last == duration,
     )
 
 
@@ -239,6 +247,40 @@ def keeps_law(windows: Sequence[Window], robot: Robot, tool: Pose, motion: Contr
     return np.concatenate([_in_time(window, _fitted(window, robot, tool, motion)[1], motion) for window in windows])
 
 
+def retimed(
+    run: ExecutedRun, windows: Sequence[Window], robot: Robot, tool: Pose, motion: ControllerMotion
+) -> ExecutedRun:
+    """A run whose statements took as long as a log says: whole periods more, or less, than their words.
+
+    A controller slows down where its joints would be too fast, and a speed that was read from a log is a little off.
+    What passes late by a delay after a position was commanded, was commanded late.
+    """
+    clock, period = run.clock.clock.copy(), robot.controller.period
+    delay = sum(motion.moving_averages) / 2 + sum(motion.first_orders)
+    for window in (w for w in windows if w.is_whole and not len(w.corner)):
+        a, b = window.run
+        passed = _fitted(window, robot, tool, motion)[1]
+        steady = _steady(window, passed, motion, delay)  # half of the last ramp tells how long the last one took
+        if steady.sum() < LEAST_RAMP:
+            continue
+        commanded = (run.clock.clock[a + 1 : b + 1] - run.clock.clock[a]) / window.rate
+        late = np.interp(commanded + delay, passed[steady], (window.shown - passed)[steady])
+        shift, shifts = 0.0, np.empty(len(late))
+        for k, each in enumerate((late - (window.shown - passed)[steady][0]).tolist()):
+            shift = shift if abs(each - shift) < SURE_SHIFT * period else period * round(each / period)
+            shifts[k] = shift
+        clock[a + 1 : b + 1] += window.rate * shifts
+        clock[b + 1 :] += window.rate * shift
+    return replace(run, clock=replace(run.clock, clock=np.maximum.accumulate(clock)))
+
+
+def _steady(window: Window, passed: Array, motion: ControllerMotion, later: float = 0.0) -> BoolArray:
+    """Rows (R,) that a motion passes at speed: after its run has come up, before it goes down or ``later`` [s]."""
+    settling = sum(motion.moving_averages) + sum(motion.first_orders)
+    ends = window.time[np.searchsorted(window.arc, window.arc[-1])]
+    return np.asarray((passed > settling) & (passed < ends + later))
+
+
 def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArray:
     """Rows (R,) of one window about which its clock keeps the law's: (R,) [s] is when the law's motion is there.
 
@@ -246,15 +288,14 @@ def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArr
     means. A ramp counts as a whole, for one speed is fitted to it.
     """
     settling = sum(motion.moving_averages) + sum(motion.first_orders)
-    steady = (passed > settling) & (window.row_arc < window.arc[-1])
-    steady &= passed < window.time[np.searchsorted(window.arc, window.arc[-1])]
+    steady = _steady(window, passed, motion)
     if steady.sum() < LEAST_RAMP:
         return np.ones(len(passed), dtype=bool)
     shown = window.shown
     at, late = shown[steady], (shown - passed)[steady]
     before, after = (np.interp(shown + side, at, late) for side in (-settling, settling))
     kept = np.abs(after - before) <= SLOW * settling
-    for side in (1, 2):
+    for side in (AFTER_STOP, BEFORE_STOP):
         ramp = window.ramp == side
         kept[ramp] &= kept[ramp & steady].all()
     return np.asarray(kept)
@@ -270,7 +311,7 @@ def _fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) 
     way = (smooth(way, period, motion) if motion.is_smooth else way)[:, 0]
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc))
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
-    for side, stop in ((1, 0.0), (2, float(arc[-1])), (3, None)):
+    for side, stop in ((AFTER_STOP, 0.0), (BEFORE_STOP, float(arc[-1])), (AFTER_STOP + BEFORE_STOP, None)):
         rows = window.ramp == side
         if rows.sum() >= LEAST_RAMP:
             moved = np.column_stack([time, arc, np.gradient(arc, time)])

@@ -10,8 +10,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
-from compgen.identification.motion.identify import IdentifiedMotion, identify
-from compgen.identification.motion.windows import windows_of
+from compgen.identification.motion.identify import IdentifiedMotion, identify, timed_windows
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse
@@ -43,7 +42,7 @@ def identify_motion(
     wrong = next((f for f in run.findings if f.code in another), None)
     if wrong is not None:
         raise InputError(f"{log.table.source}: {wrong.message}")
-    windows = windows_of(run, situation.robot)
+    windows = timed_windows(run, situation.robot)
     if not windows:
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
     return run, identify(windows, situation.robot, run.course.tool, run.deviation.noise, progress)

@@ -1,0 +1,156 @@
+"""Logs as the maker's motion code writes them: rect(T) smoothed by two means, with held and missing rows.
+
+Written out here by the formula, with nothing of the package: each leg is its third-order spline, summed over legs.
+"""
+
+import json
+import tomllib
+
+import ls_text
+import numpy as np
+import pytest
+from command_line import refused, run
+from shipped import ROOT
+
+PERIOD = 0.008
+DOWN = (180.0, 0.0, 0.0)
+
+
+def leg(time, lasts, one, other):
+    """Share of a leg that is done at times: the integral of rect(T) * mean * mean."""
+    total = np.zeros_like(time)
+    for a, x in ((0, 1), (lasts, -1)):
+        for b, y in ((0, 1), (one, -1)):
+            for c, z in ((0, 1), (other, -1)):
+                total += x * y * z * np.clip(time - a - b - c, 0, None) ** 3 / 6
+    return total / (lasts * one * other)
+
+
+def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, after=1.0):
+    """Time (M,) [s] and positions (M, 3) [mm] of a run at CNT100, at FINE where it says so."""
+    points = np.array(points, dtype=float)
+    lasts = np.ceil(np.linalg.norm(np.diff(points, axis=0), axis=1) / speed / PERIOD - 1e-6)
+    lasts = PERIOD * (lasts + (0 if slower is None else np.asarray(slower)))
+    begins = np.concatenate([[0.0], np.cumsum(lasts + sum(means) * np.array(fine[1:]))])
+    time = PERIOD * np.arange(round((begins[-1] + sum(means) + before + after) / PERIOD)) - before
+    place = np.tile(points[0], (len(time), 1))
+    for k, step in enumerate(np.diff(points, axis=0)):
+        place += leg(time - begins[k], lasts[k], *means)[:, None] * step
+    return time + before, place
+
+
+def program(points, speed, fine):
+    words = ["UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE"]
+    words += [f"L P[{n}] {speed}mm/sec {'FINE' if stops else 'CNT100'}" for n, stops in enumerate(fine[1:], 2)]
+    return ls_text.program(words, [ls_text.cartesian(n, (*p, *DOWN)) for n, p in enumerate(points, 1)], name="RUN")
+
+
+def write(folder, time, place, text, digits=3, pairs=False, lost=16):
+    """Every 16th row is missing; with pairs the row behind it shows the position of the next one."""
+    if pairs:
+        at = np.arange(1, len(time) - 1) % lost == 0
+        place = place.copy()
+        place[1:-1][at] = place[2:][at]
+    keep = np.ones(len(time), dtype=bool)
+    keep[lost - 1 :: lost] = False
+    rows = [
+        f"{1e3 * t:.0f},{','.join(f'{v:.{digits}f}' for v in p)},180,0,0"
+        for t, p in zip(time[keep], place[keep], strict=True)
+    ]
+    (folder / "log.csv").write_text("\n".join(["time_ms,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg", *rows, ""]))
+    (folder / "RUN.LS").write_bytes(text)
+    (folder / "mine.toml").write_text((ROOT / "robots" / "m710ic50.toml").read_text())
+
+
+def executed(folder, *more):
+    result = run("executed", "RUN.LS", "--log", "log.csv", "--robot", "mine.toml", "-o", "out", *more, cwd=folder)
+    return result, json.loads((folder / "out" / "executed.json").read_text())
+
+
+def identify(folder):
+    result = run("identify-motion", "RUN.LS", "--log", "log.csv", "--robot", "mine.toml", "-o", "new.toml", cwd=folder)
+    motion = tomllib.loads((folder / "new.toml").read_text())["motion"] if (folder / "new.toml").exists() else {}
+    return result, motion
+
+
+TO_AND_FRO = [(1300, 0, 100), (900, 0, 100), (1300, 0, 100), (900, 0, 100), (1300, 0, 100)]
+
+
+def test_a_run_to_and_fro_on_one_line_after_standing_tells_override_time_and_means(tmp_path):
+    """Nothing but its ramps shows the smoothing: 200 mm/s between stops, 8 s of standing before."""
+    fine = [True] * 5
+    time, place = driven(TO_AND_FRO, 200, fine, before=8.4, after=2.0)
+    write(tmp_path, time, place, program(TO_AND_FRO, 200, fine))
+    result, report = executed(tmp_path)
+    assert [s["percent"] for s in report["override"]] == [100]
+    assert report["verdict"] == "inside"
+    assert not {"executed.held", "executed.waited"} & {f["code"] for f in report["findings"]}
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0
+    assert sum(motion["moving_average_ms"]) == pytest.approx(208, abs=1)
+    assert motion["identified"]["verdict"] == "foretells"  # no bend was seen
+
+
+ANGLE = np.radians(np.arange(0, 361, 6))
+CURVE = [
+    (1100 + 200 * np.cos(a), 200 * np.sin(a), 100 + 40 * np.sin(2 * a)) for a in ANGLE
+]  # lines of 21 to 23 mm, some 13 to 15 periods at 200 mm/s
+SMOOTH = [True] + [False] * (len(CURVE) - 2) + [True]
+
+
+def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_against(tmp_path):
+    """176 + 168 ms; the last seven lines are a period slower than their words, as a controller near its limits is."""
+    slower = [0] * (len(CURVE) - 8) + [1] * 7
+    time, place = driven(CURVE, 200, SMOOTH, means=(0.176, 0.168), slower=slower)
+    write(tmp_path, time, place, program(CURVE, 200, SMOOTH), pairs=True)
+    result, report = executed(tmp_path)
+    assert [s["percent"] for s in report["override"]] == [100]
+    assert "executed.periods" in {f["code"] for f in report["findings"]}
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0
+    assert motion["identified"]["verdict"] == "may be commanded against"
+    np.testing.assert_allclose(motion["moving_average_ms"], [176, 168], atol=2)
+    held = json.loads((tmp_path / "new.json").read_text())["held_out"]
+    assert held["rms_um"] < 2
+    assert held["plain_um"] > 100
+
+
+def test_the_same_at_half_override_is_one_override(tmp_path):
+    time, place = driven(CURVE, 100, SMOOTH)
+    write(tmp_path, time, place, program(CURVE, 200, SMOOTH))
+    _, report = executed(tmp_path)
+    assert [s["percent"] for s in report["override"]] == [50]
+
+
+def test_a_corner_cut_by_eighteen_millimetres_is_no_other_program(tmp_path):
+    square = [(1000, -100, 100), (1300, -100, 100), (1300, 100, 100), (1000, 100, 100), (1000, -100, 100)]
+    fine = [True, False, False, False, True]
+    time, place = driven(square, 500, fine, means=(0.3, 0.3))
+    write(tmp_path, time, place, program(square, 500, fine))
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0
+    np.testing.assert_allclose(motion["moving_average_ms"], [300, 300], atol=5)
+
+
+@pytest.mark.parametrize(("head", "words"), [
+    ("timestamp,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", ["no column time_s or time_ms", "timestamp"]),
+    ("time_ms,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", ["--j3 link2"]),
+])  # fmt: skip
+def test_a_clock_without_unit_and_joints_with_the_other_j3_are_refused_in_one_line(tmp_path, robot, head, words):
+    from compgen.core.pose import Pose
+    from compgen.core.rotations import from_wpr
+    from compgen.robot.inverse_kinematics import Posture, solve_flange
+
+    fine = [True] * 5
+    time, place = driven(TO_AND_FRO, 200, fine)
+    write(tmp_path, time, place, program(TO_AND_FRO, 200, fine))
+    rotation = np.tile(from_wpr(*np.radians(DOWN)), (len(place), 1, 1))
+    joints = np.degrees(robot.to_pendant(solve_flange(robot, Pose(place * 1e-3, rotation), Posture()).theta))
+    joints[:, 2] += joints[:, 1]  # against link 2
+    rows = [",".join(f"{v:.4f}" for v in row) for row in np.column_stack([1e3 * time, joints]).tolist()]
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows, ""]))
+    result = run("executed", "RUN.LS", "--log", "log.csv", "--robot", "mine.toml", "-o", "out", cwd=tmp_path)
+    refused(result, 2, *words)
+    if "--j3 link2" in words:
+        result, report = executed(tmp_path, "--j3", "link2")
+        assert report["verdict"] == "inside"
