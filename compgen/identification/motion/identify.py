@@ -40,6 +40,7 @@ LEFT = 0.05  # of what it takes away: what may be left on blocks held out by wha
 BETTER = 0.9  # of what the plain program leaves: what leaves more is no better
 NOISE_MULTIPLE = 1.5  # of the log's noise, that is left without fault
 FLOOR = 0.5e-6  # [m] beside: straight lines between samples of a smoothed motion
+APART = 1.1  # of what the plain program leaves of one half of a log: what the other half may leave of it
 MOST_SLOWED = 0.6  # of the rows: where more seem slowed down, the law is not this one, and none is left out
 RETIMINGS = 4  # rounds of taking statements to be as long as a log says
 RETIMED = 0.7  # of what is left before: what must be left at most for that to be believed
@@ -298,7 +299,7 @@ def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterato
             f"the plain program with {identified.plain / UM:.2f}: it is none of those tried"
         )
         yield Finding(Level.REFUSED, Code.MOTION_HELD_OUT, message)
-    elif apart > 1:
+    elif apart > APART:
         message = (
             f"two halves of the log disagree: what one tells leaves {100 * apart:.0f} % of what the plain program "
             "leaves of the other; log one run of one program again"
