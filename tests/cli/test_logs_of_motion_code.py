@@ -114,6 +114,7 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
     held = json.loads((tmp_path / "new.json").read_text())["held_out"]
     assert held["rms_um"] < 0.02 * held["plain_um"]
     assert held["plain_um"] > 100
+    assert held["slowed_share"] == 0  # those seven lines are taken as long as they took
 
 
 def test_the_same_at_half_override_is_one_override(tmp_path):
