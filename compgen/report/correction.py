@@ -85,7 +85,7 @@ def band_of_correction(result: Correction) -> dict[str, Any] | None:
     """What the robot file leaves open at the corrected stations; None where nothing is corrected."""
     if result.band is None:
         return None
-    return band_record(result.band, with_motion(not_known(result.cell, result.band), None), result.draws)
+    return band_record(result.band, with_motion(not_known(result.cell, result.band), result.motion), result.draws)
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:

@@ -4,12 +4,15 @@ Where it is not known, the program is flown with what is expected of such an arm
 what was seen. Each is flown: a bend's pull goes with sigma^2 alone only where the bend is longer than the smoothing.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, row_norms
 from compgen.robot.motion import ControllerMotion, ExpectedMotion
+from compgen.robot.robot import Robot
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.controller.deviation import MotionDeviation, motion_deviation
 
@@ -31,6 +34,7 @@ class MotionEffect:
     along: float  # [m] farthest from the nearest place along the way: what a way out and back is cut short by
     lag: float  # [m] behind the command at the highest speed
     off: Array  # (S,) [m] off each segment, on the part or not
+    near: str = ""  # the position there, of a program that exists
 
     @property
     def known(self) -> bool:
@@ -49,22 +53,22 @@ def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffec
         prepared: The program, of N positions.
         touching: The segments on the part, (N - 1,); of none all count.
     """
-    robot = prepared.twin.robot
+    return expected_effect(prepared.twin.robot, partial(_effect, prepared, touching))
+
+
+def expected_effect(robot: Robot, effect_of: Callable[[ControllerMotion], MotionEffect]) -> MotionEffect:
+    """The effect of a robot's motion where it is known, else of what is expected of such an arm, with its spread."""
     if robot.motion is not None:
-        return _effect(prepared, touching, robot.motion, prepared.led)
+        return effect_of(robot.motion)
     seen = robot.expected_motion
-    lowest, effect, highest = (
-        _effect(prepared, touching, motion, _led(prepared, motion))
-        for motion in (seen.lowest, seen.expected, seen.highest)
-    )
+    lowest, effect, highest = (effect_of(motion) for motion in (seen.lowest, seen.expected, seen.highest))
     sizes = lowest.largest, effect.largest, highest.largest
     return replace(effect, expected=seen, lowest=min(sizes), highest=max(sizes))
 
 
-def _effect(
-    prepared: PreparedProgram, touching: BoolArray, motion: ControllerMotion, led: MotionDeviation | None
-) -> MotionEffect:
-    """Of one motion, with where it leads the tool; None: nowhere."""
+def _effect(prepared: PreparedProgram, touching: BoolArray, motion: ControllerMotion) -> MotionEffect:
+    """Of one motion."""
+    led = prepared.led if motion is prepared.twin.robot.motion else _led(prepared, motion)
     counts = prepared.samples_per_segment
     segment = np.append(np.repeat(np.arange(len(counts)), counts), len(counts) - 1)
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)

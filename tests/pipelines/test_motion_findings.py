@@ -7,6 +7,7 @@ import pytest
 from shipped import path_file, quiet
 
 from compgen.core.codes import Level
+from compgen.job.bounds import Bounds
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.pipelines.findings.motion_findings import WHAT, motion_of_a_listing
@@ -59,7 +60,8 @@ def test_unknown_motion_has_its_size_on_this_path_and_changes_no_verdict():
 
 
 def test_a_robot_whose_file_says_nothing_is_expected_to_move_as_any_arm():
-    message = motion_of_a_listing(replace(load_robot("m710ic50"), expected_motion=ANY_ARM)).message
+    (finding,) = motion_of_a_listing(replace(load_robot("m710ic50"), expected_motion=ANY_ARM), None, Bounds())
+    message = finding.message
     expected, lowest, highest = (f"{pull_um(window, window):.0f}" for window in (200, 104, 320))
     assert f"by an expected {expected} um ({lowest} to {highest}), by logs and motion code of other arms" in message
 
@@ -98,9 +100,9 @@ def test_a_program_made_against_the_motion_says_for_which_override():
 
 def test_a_program_that_exists_is_told_that_its_motion_is_not_looked_at():
     robot = load_robot("m710ic50")
-    assert motion_of_a_listing(robot).code == "motion.unknown"
-    known = replace(robot, motion=ControllerMotion(moving_averages=(0.2, 0.1)))
-    assert "200 and 100 ms" in motion_of_a_listing(known).message
+    assert motion_of_a_listing(robot, None, Bounds())[0].code == "motion.unknown"
+    known = replace(robot, motion=ControllerMotion(space="joint", moving_averages=(0.2, 0.1)))
+    assert "200 and 100 ms" in motion_of_a_listing(known, None, Bounds())[0].message
 
 
 @pytest.mark.parametrize("name", ["line_x", "circle_1300"])

@@ -47,6 +47,7 @@ from compgen.pipelines.correct.proof import ServedStarts, residue_of, unexplaine
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options, corrected_stations
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
+from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.planned.dry_run import raised_findings
 from compgen.pipelines.planned.program_text import running_override
@@ -56,7 +57,9 @@ from compgen.program.registers import Register
 from compgen.program.sample_lengths import sample_lengths
 from compgen.program.ways import interpolate_poses, straight_lines
 from compgen.thermal import Duty
+from compgen.verification.course_motion import course_motion
 from compgen.verification.flight import Flight, fly, pose_errors
+from compgen.verification.motion_effect import MotionEffect
 
 NEGLIGIBLE = 1e-9  # [m], [rad] a correction below this is none
 MAX_PIECES = 1000  # of one straight way
@@ -100,7 +103,14 @@ def correct(  # noqa: PLR0913  what a program is corrected with, each by its nam
     cell = replace(cell, input_findings=(*cell.input_findings, *frames.input_findings))
     program = loads(data)
     around = ProgramContext(frames, registers or {}, called_programs(program, find_program))
-    task = _Task(cell=cell, around=around, before=tuple(before), options=options, progress=progress)
+    task = _Task(
+        cell=cell,
+        around=around,
+        find_program=find_program,
+        before=tuple(before),
+        options=options,
+        progress=progress,
+    )
     if options.raised:
         _refuse_marked_before_lift(program, task)
         length = cell.robot.controller.name_length
@@ -117,6 +127,7 @@ class _Task:
 
     cell: Cell
     around: ProgramContext
+    find_program: Callable[[str], bytes | None]
     before: tuple[Duty, ...]
     options: Options
     progress: Progress
@@ -262,11 +273,22 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         served=flights.served,
         findings=(),
         band=station_band(cell, plan, task.before),
+        motion=_led_by_controller(written, task),
     )
     result = replace(result, draws=fly_draws(result, drives[1], target, partial(progress, stages.DRAWS)))
     findings = correction_findings(result, _midway_deviations(plan, cell))
     of_arcs = [*wide_arcs(*drives), *flat_arcs(drive, new_drive)]
     return replace(result, findings=(*findings, *of_arcs, *raised_findings(task.options.raised)))
+
+
+def _led_by_controller(written: LsProgram, task: _Task) -> MotionEffect | None:
+    """What the controller's motion does to a text; None where nothing in it can be followed."""
+    robot, around = task.cell.robot, task.around
+    try:
+        course = course_of_text(written.data, robot, around.frames, dict(around.registers), task.find_program)
+    except InputError:
+        return None
+    return course_motion(course, robot)
 
 
 class _Flights(NamedTuple):

@@ -15,6 +15,7 @@ from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
+from compgen.job.bounds import Bounds
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
@@ -324,7 +325,7 @@ def _timing_findings(result: Correction) -> list[Finding]:
 
 def _controller_findings(result: Correction) -> list[Finding]:
     controller = result.cell.robot.controller
-    findings = [motion_of_a_listing(result.cell.robot)]
+    findings = motion_of_a_listing(result.cell.robot, result.motion, Bounds(max=result.options.bound))
     if controller.compensation == "signature":
         message = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
         findings.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, message))

@@ -25,6 +25,7 @@ from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors
+from compgen.verification.motion_effect import MotionEffect
 from compgen.verification.verdict import Verdict, verdict_of
 
 
@@ -125,6 +126,7 @@ class Correction:
     served: ServedStarts | None  # what it leaves over its starts, where these are several
     findings: tuple[Finding, ...]
     band: Band | None = None  # what the robot file leaves open at corrected stations; None: there are none
+    motion: MotionEffect | None = None  # of the controller on the written text; None: not looked at
     draws: FlownDraws | None = None  # what the bounds with a probability are judged by; None: there are none
 
     @property

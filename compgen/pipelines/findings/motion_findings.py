@@ -66,7 +66,7 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         return []
     given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
     size = _um(effect.largest)
-    place = f"{effect.where:.3f} m along, at {effect.speed / MM:.4g} mm/s"
+    place = _place(effect)
     beyond = bool(given) and effect.highest > min(given)
     level = Level.WARNING if beyond else Level.NOTE
     if effect.expected is not None:
@@ -76,8 +76,8 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         message = (
             f"the controller is expected to lead the tool {size} um off this path ({_um(effect.lowest)} to "
             f"{_um(effect.highest)}; {place}), by {BASIS[effect.expected.evidence]}; nothing is corrected for it; a "
-            f"quarter of it at {HALF / PERCENT:.0f} % override; log a run for cgen identify-motion, or lower "
-            "process.feed_mm_s"
+            f"quarter of it at {HALF / PERCENT:.0f} % override; log a run for cgen identify-motion, or drive "
+            "slower"
         )
         return [Finding(level, Code.MOTION_UNKNOWN, message)]
     words = motion_words(effect.motion)
@@ -104,8 +104,33 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
     return [Finding(level, Code.MOTION_KNOWN, message)]
 
 
-def motion_of_a_listing(robot: Robot) -> Finding:
-    """That the motion through a program that exists is neither predicted nor commanded against."""
+def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bounds) -> list[Finding]:
+    """What the controller's motion does to a program that exists: nothing is commanded against it.
+
+    Args:
+        robot: Its motion, or what is expected of it.
+        effect: On the written text; None: not looked at.
+        bounds: Beyond the smallest the finding is a warning.
+    """
+    if effect is None:
+        return [_not_looked_at(robot)]
+    if effect.expected is not None:
+        return motion_findings(effect, bounds)
+    beyond = bounds.max is not None and effect.largest > bounds.max
+    message = (
+        f"{WHAT} as [motion] has it ({motion_words(effect.motion)}) leads the tool up to {_um(effect.largest)} um off "
+        f"the written path ({_place(effect)}), beside the error after correction; nothing is commanded against it"
+    )
+    return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_KNOWN, message)]
+
+
+def _place(effect: MotionEffect) -> str:
+    near = f" near {effect.near}" if effect.near else ""
+    return f"{effect.where:.3f} m along{near}, at {effect.speed / MM:.4g} mm/s"
+
+
+def _not_looked_at(robot: Robot) -> Finding:
+    """That the motion through a program is not predicted, with what it is expected to be on a well-known path."""
     seen = robot.expected_motion
     if robot.motion is None:
         lowest, expected, highest = (

@@ -1,0 +1,91 @@
+r"""How far a controller's motion leads the tool off a program that exists: its course, commanded and smoothed.
+
+From stop to stop the statements are commanded back to back at their written speeds, in whole periods where the
+controller rounds up, with waits behind CNT n (``twin.controller.command``). With x the smoothed place, s the smoothed
+way and t the course's direction there,
+
+    d = x - p(s),      across = d - (d . t) t
+
+Ways that no straight line or arc surely leads along are left out, and so is what is smoothed in the joints.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from compgen.core.arrays import Array, frozen, row_norms
+from compgen.robot.motion import ControllerMotion
+from compgen.robot.robot import Robot
+from compgen.verification.executed.course import ProgramCourse
+from compgen.verification.motion_effect import MotionEffect, expected_effect
+from compgen.verification.twin.controller.command import corner_wait
+from compgen.verification.twin.controller.deviation import cubic
+from compgen.verification.twin.controller.smoothing import moments, settling_time, smooth
+
+
+def course_motion(course: ProgramCourse, robot: Robot) -> MotionEffect | None:
+    """What the controller's motion does to a program, or is expected to do; None where that is not looked at.
+
+    Args:
+        course: Of the program.
+        robot: Its controller, its motion, or what is expected of it.
+    """
+    if not course.judged.any() or (robot.motion is not None and robot.motion.space == "joint"):
+        return None
+    return expected_effect(robot, partial(_effect, course, robot))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Led:
+    """A run from stop to stop, at K samples."""
+
+    way: Array  # (K,) [m] smoothed
+    across: Array  # (K,) [m]
+    along: Array  # (K,) [m]
+
+
+def _effect(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> MotionEffect:
+    """Of one motion."""
+    clock = course.counted_clock() if robot.controller.rounds_up_to_period else course.cruise
+    off, along, worst, where = np.zeros(len(course.judged)), 0.0, 0.0, 0.0
+    stops = np.flatnonzero(course.stop)
+    for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
+        if not (course.judged[a:b].all() and motion.is_smooth):
+            continue
+        led = _led(course, robot, motion, clock, slice(a, b + 1))
+        np.maximum.at(off, course.way(led.way), led.across)
+        along = max(along, float(led.along.max()))
+        if led.across.max() > worst:
+            worst, where = float(led.across.max()), float(led.way[np.argmax(led.across)])
+    speed = np.diff(course.arc) / np.maximum(np.diff(course.cruise), 1e-12)
+    return MotionEffect(
+        motion=motion,
+        expected=None,
+        largest=worst,
+        lowest=worst,
+        highest=worst,
+        where=where,
+        near=course.point_name(where),
+        speed=float(speed[course.way(np.array([where]))[0]]),
+        along=along,
+        lag=moments(motion).delay * float(speed[course.judged].max()),
+        off=frozen(off),
+    )
+
+
+def _led(course: ProgramCourse, robot: Robot, motion: ControllerMotion, clock: Array, run: slice) -> _Led:
+    """The nodes of one run, commanded and smoothed; behind the last it rests until all has settled."""
+    wait = corner_wait(replace(robot, motion=motion), np.where(course.stop[run], 1.0, course.kept[run]))
+    arrive = clock[run] - clock[run.start] + np.cumsum(wait) - wait
+    period = robot.controller.period
+    time = period * np.arange(int(np.ceil((arrive[-1] + settling_time(motion)) / period)) + 1, dtype=float)
+    knots = np.column_stack([arrive, arrive + wait]).ravel()
+    command = np.interp(time, knots, np.repeat(course.arc[run], 2))
+    smoothed = smooth(np.column_stack([command, course.place(command)]), period, motion)
+    passed = np.clip(np.maximum.accumulate(smoothed[:, 0]), course.arc[run.start], course.arc[run.stop - 1])
+    way = np.union1d(passed, course.arc[run])  # a corner lies between two samples
+    place = cubic(smoothed[:, 1:], np.interp(way, passed, np.arange(len(passed), dtype=float)))
+    d, ahead = place - course.place(way), course.tangents()[course.way(way)]
+    along = np.einsum("ij,ij->i", d, ahead)
+    return _Led(way, row_norms(d - along[:, None] * ahead), np.abs(along))

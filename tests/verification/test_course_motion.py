@@ -1,0 +1,95 @@
+"""What a controller's motion does to a listing, against its statements laid out and averaged by plain numpy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.units import MM
+from compgen.pipelines.files.program_course import course_of_text
+from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import default_frames
+from compgen.robot.motion import ControllerMotion
+from compgen.verification.course_motion import course_motion
+
+ROBOT = load_robot("m710ic50")
+PERIOD = 0.008
+CORNERS = [(1300.0, 0.0, 0.0), (1300.0, 300.0, 0.0), (1500.0, 300.0, 0.0), (1500.0, 0.0, 100.0)]  # mm
+
+
+def listing(words, places=CORNERS, speed=200):
+    """A program of lines, by the format alone: a joint motion to the first place, lines to the others."""
+    head = '/PROG  BENDS\n/ATTR\nCOMMENT = "";\nDEFAULT_GROUP = 1,*,*,*,*;\n/MN\n'
+    lines = ["   1:J P[1] 10% FINE    ;"]
+    lines += [f"{n:4d}:L P[{n}] {speed}mm/sec {word}    ;" for n, word in enumerate(words, 2)]
+    body = [
+        f"P[{n}]{{\n   GP1:\n\tUF : 0, UT : 0,\t\tCONFIG : 'N U T, 0, 0, 0',\n"
+        f"\tX = {x:9.3f}  mm,\tY = {y:9.3f}  mm,\tZ = {z:9.3f}  mm,\n"
+        "\tW =   180.000 deg,\tP =     0.000 deg,\tR =     0.000 deg\n};"
+        for n, (x, y, z) in enumerate(places, 1)
+    ]
+    return (head + "\n".join(lines) + "\n/POS\n" + "\n".join(body) + "\n/END\n").encode()
+
+
+def farthest(places, waits, means, speed=200.0, period=PERIOD):
+    """Largest distance [mm] of the averaged motion from the polyline: statements of whole periods, 1 ms apart."""
+    places = np.array(places)
+    length = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    lasts = np.ceil(length / speed / period - 1e-9) * period
+    arrive = np.concatenate([[0.0], np.cumsum(lasts + np.append(waits, 0.0))])
+    leave = arrive.copy()
+    arrive[1:-1] -= waits
+    step = 1e-3
+    time = np.arange(-1.0, arrive[-1] + 1.0, step)
+    at = np.column_stack([arrive, leave]).ravel()
+    x = np.column_stack([np.interp(time, at, np.repeat(column, 2)) for column in places.T])
+    for mean in means:
+        count = round(mean / step)
+        x = np.column_stack(
+            [
+                np.convolve(np.pad(c, (count, 0), "edge"), np.ones(count) / count, "full")[count : count + len(c)]
+                for c in x.T
+            ]
+        )
+    away = np.full(len(x), np.inf)
+    for a, b in zip(places[:-1], places[1:], strict=True):
+        t = np.clip((x - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+        away = np.minimum(away, np.linalg.norm(x - a - t[:, None] * (b - a), axis=1))
+    return float(away[len(away) // 20 : -len(away) // 20].max())
+
+
+def effect_of(text, motion=None):
+    robot = replace(ROBOT, motion=motion)
+    return course_motion(course_of_text(text, robot, default_frames()), robot)
+
+
+@pytest.mark.parametrize("means", [(0.176, 0.168), (0.32, 0.32), (0.104,)])
+@pytest.mark.parametrize(("word", "waiting"), [("CNT100", 0.0), ("CNT50", 1 - np.sqrt(0.5))])
+def test_corners_are_cut_as_plain_numpy_says(means, word, waiting):
+    effect = effect_of(listing([word, word, "FINE"]), ControllerMotion(moving_averages=means))
+    wait = PERIOD * np.floor((round(sum(means) / PERIOD) - 1) * waiting)
+    expected = farthest(CORNERS, np.full(2, wait), means)
+    assert effect.largest / MM == pytest.approx(expected, rel=0.03)
+    assert effect.near in ("P[2]", "P[3]")
+    assert effect.speed == pytest.approx(0.2)
+
+
+def test_a_stop_at_each_corner_leaves_nothing():
+    assert effect_of(listing(["FINE"] * 3), ControllerMotion(moving_averages=(0.2, 0.1))).largest < 2e-7  # m: settled
+
+
+def test_what_is_not_known_has_its_spread():
+    seen = ROBOT.expected_motion
+    effect = effect_of(listing(["CNT100", "CNT100", "FINE"]))
+    sizes = [
+        effect_of(listing(["CNT100", "CNT100", "FINE"]), m).largest for m in (seen.lowest, seen.expected, seen.highest)
+    ]
+    assert_allclose([effect.lowest, effect.largest, effect.highest], sizes)
+    assert effect.expected is seen
+    assert sizes == sorted(sizes)
+
+
+def test_motion_in_the_joints_is_not_looked_at():
+    motion = ControllerMotion(space="joint", moving_averages=(0.2, 0.1))
+    assert effect_of(listing(["CNT100", "CNT100", "FINE"]), motion) is None
