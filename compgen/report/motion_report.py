@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 
 from compgen.core.commands import Command
-from compgen.core.units import MS, PERCENT, UM
+from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.core.version import __version__
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import IdentifiedMotion
 from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.curves import sentence
-from compgen.report.figure import COOL, GREY, LIMIT, Figure, axis, figure, trace, vertical_line
+from compgen.report.figure import COOL, GREY, LIMIT, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.inputs import Inputs
 from compgen.report.page import PLAIN, PageOptions, fixed, page
 from compgen.robot.robot import Robot
@@ -62,6 +62,17 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             }
             for fit in identified.tried
         ],
+        "speeds": [
+            {
+                "what": stretch.what,
+                "at": stretch.at,
+                "off_um": stretch.off / UM,
+                "time_s": np.round(stretch.time, 4).tolist(),
+                "logged_mm_s": np.round(stretch.logged / MM, 2).tolist(),
+                "modelled_mm_s": np.round(stretch.modelled / MM, 2).tolist(),
+            }
+            for stretch in identified.speeds
+        ],
         "program": {"file": text.file, "name": text.name, "sha256": text.sha256},
         "log": {"file": run.followed.log.table.source, "rows": len(run.followed.time)},
         "override_percent": None if main is None else main.override / PERCENT,
@@ -109,6 +120,36 @@ def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: 
             for fit in summary["tried"]
         ],
         drawn=_kinds(summary),
+        speeds=[(_lost(stretch), _speed(stretch)) for stretch in summary["speeds"]],
+    )
+
+
+def _lost(stretch: dict[str, Any]) -> str:
+    """What the program loses there, in words."""
+    logged, modelled = (min(stretch[key]) for key in ("logged_mm_s", "modelled_mm_s"))
+    if stretch["what"] == "stop":
+        return f"Speed before the stop at {stretch['at']}"
+    return (
+        f"Speed about the corner at {stretch['at']}: down to {logged:.0f} mm/s (by the fit {modelled:.0f}), up to "
+        f"{stretch['off_um']:.0f} µm off the programmed path"
+    )
+
+
+def _speed(stretch: dict[str, Any]) -> Figure:
+    """Speed over time as logged, and as the fit has it."""
+    time, logged, modelled = (np.array(stretch[key]) for key in ("time_s", "logged_mm_s", "modelled_mm_s"))
+    traces = [
+        trace("scatter", time, logged, name="logged", mode="lines", line={"color": WARM, "width": 1.6}),
+        trace(
+            "scatter", time, modelled, name="by the fit", mode="lines", line={"color": COOL, "width": 2, "dash": "dash"}
+        ),
+    ]
+    words = (
+        f"logged {logged.min():.0f} to {logged.max():.0f} mm/s, by the fit {modelled.min():.0f} to {modelled.max():.0f}"
+    )
+    alt = sentence(f"Speed over time at the {stretch['what']} at {stretch['at']}", [words])
+    return figure(
+        traces, 260, alt, yaxis=axis("speed [mm/s]", rangemode="tozero"), xaxis=axis(f"from {stretch['at']} on [s]")
     )
 
 
@@ -131,7 +172,7 @@ def _kinds(summary: dict[str, Any]) -> Figure:
     kinds = [str(fit["kind"]) for fit in summary["tried"]][::-1]
     order = {"categoryorder": "array", "categoryarray": kinds}
     in_two_lines = {"tickvals": kinds, "ticktext": [kind.replace(" in ", "<br>in ") for kind in kinds]}
-    label = {"text": f"commanded against up to {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
+    label = {"text": f"limit {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
     look = {"showarrow": False, "xanchor": "left", "yanchor": "top", "font": {"color": LIMIT, "size": 11}}
     return figure(
         traces,

@@ -29,6 +29,7 @@ from compgen.identification.motion.fit import (
     times_of,
     variance_of,
 )
+from compgen.identification.motion.speeds import SpeedStretch
 from compgen.identification.motion.windows import BEFORE_STOP, Window, keeps_law, residuals, retimed, windows_of
 from compgen.robot.motion import ControllerMotion, MotionVerdict
 from compgen.robot.robot import Robot
@@ -75,6 +76,7 @@ class IdentifiedMotion:
     blocks: int
     slowed: float  # share of the rows that are left out, where the motion was slowed down
     findings: tuple[Finding, ...]
+    speeds: tuple[SpeedStretch, ...] = ()  # at a corner and at a stop
 
     @property
     def limit(self) -> float:

@@ -32,6 +32,7 @@ from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, 
 from compgen.verification.executed.followed_log import row_noise
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.executed.tracking import nearest
+from compgen.verification.twin.controller.command import corner_wait
 from compgen.verification.twin.controller.smoothing import smooth
 
 MEMORY = 1.5  # [s] of command before a window
@@ -53,7 +54,6 @@ ROUNDS = 3  # of finding k and t_0
 AT_REST = 2e-6  # [m] from a stop, while the robot stands there
 AFTER_STOP, BEFORE_STOP = 1, 2
 LEAST_RAMP = 8  # rows
-SAME = 1e-6  # of a period
 SURE_SHIFT = 0.55  # periods, from which a statement is believed to have taken another number of them
 SLOW = 0.1  # of the smoothing's length, by which a clock falls behind where a motion is slowed down
 
@@ -239,12 +239,12 @@ def residuals(windows: Sequence[Window], robot: Robot, tool: Pose, motion: Contr
         tool: TCP in the flange.
         motion: What the controller does; its lag is of no consequence.
     """
-    return np.concatenate([_fitted(window, robot, tool, motion)[0] for window in windows])
+    return np.concatenate([fitted(window, robot, tool, motion)[0] for window in windows])
 
 
 def keeps_law(windows: Sequence[Window], robot: Robot, tool: Pose, motion: ControllerMotion) -> BoolArray:
     """Rows that a controller's motion passes at its own speed, (R,): the others were slowed down."""
-    return np.concatenate([_in_time(window, _fitted(window, robot, tool, motion)[1], motion) for window in windows])
+    return np.concatenate([_in_time(window, fitted(window, robot, tool, motion)[1], motion) for window in windows])
 
 
 def retimed(
@@ -259,7 +259,7 @@ def retimed(
     delay = sum(motion.moving_averages) / 2 + sum(motion.first_orders)
     for window in (w for w in windows if w.is_whole and not len(w.corner)):
         a, b = window.run
-        passed = _fitted(window, robot, tool, motion)[1]
+        passed = fitted(window, robot, tool, motion)[1]
         steady = _steady(window, passed, motion, delay)  # half of the last ramp tells how long the last one took
         if steady.sum() < LEAST_RAMP:
             continue
@@ -301,10 +301,10 @@ def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArr
     return np.asarray(kept)
 
 
-def _fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
+def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
     period = robot.controller.period / PARTS
-    time, commanded = _with_waits(window, motion, period)
+    time, commanded = _with_waits(window, replace(robot, motion=motion))
     curve = _smoothed(window, robot, tool, motion, commanded)
     arc = arc_lengths_of(curve)
     way = np.interp(commanded, window.time, window.arc)[:, None]
@@ -341,15 +341,15 @@ def _unexplained(moved: Array, at: Array, shown: Array, passed: Array, stop: flo
     return left
 
 
-def _with_waits(window: Window, motion: ControllerMotion, step: float) -> tuple[Array, Array]:
-    r"""Times (K',) [s], and what the command without waits shows there (K',) [s].
+def smoothed_way(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
+    """Times (K',) [s] since a window's run began, and the way that its smoothed motion has gone there, (K',) [m]."""
+    time, commanded = _with_waits(window, replace(robot, motion=motion))
+    return time, arc_lengths_of(_smoothed(window, robot, tool, motion, commanded))
 
-    Behind CNT n it waits floor((N - 1) (1 - sqrt(n / 100))) periods, N those of both means: on a straight way the sum
-    of both speeds then never falls below n %. Measured on the maker's motion code at CNT25, 50 and 75.
-    """
-    period = PARTS * step
-    periods = sum(motion.moving_averages) / period
-    wait = period * np.floor(np.maximum(periods - 1, 0.0) * (1 - np.sqrt(window.kept)) + SAME)
+
+def _with_waits(window: Window, robot: Robot) -> tuple[Array, Array]:
+    """Times (K',) [s], and what the command without waits shows there (K',) [s]; the robot's motion tells its waits."""
+    wait, step = corner_wait(robot, window.kept), robot.controller.period / PARTS
     time = window.time[0] + step * np.arange(len(window.time) + round(wait.sum() / step), dtype=float)
     commanded, before = time.copy(), 0.0
     for corner, each in zip(window.corner.tolist(), wait.tolist(), strict=True):

@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from hashlib import sha256
 from typing import Any
 
@@ -11,6 +12,7 @@ from compgen.core.files import read_regular
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.identify import IdentifiedMotion, identify, timed_windows
+from compgen.identification.motion.speeds import shown_speeds
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse
@@ -45,7 +47,9 @@ def identify_motion(
     windows = timed_windows(run, situation.robot)
     if not windows:
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
-    return run, identify(windows, situation.robot, run.course.tool, run.deviation.noise, progress)
+    robot, tool = situation.robot, run.course.tool
+    identified = identify(windows, robot, tool, run.deviation.noise, progress)
+    return run, replace(identified, speeds=shown_speeds(run.course, windows, robot, tool, identified.motion))
 
 
 def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText, identified: IdentifiedMotion) -> str:
