@@ -9,6 +9,7 @@ from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.core.version import __version__
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import IdentifiedMotion
+from compgen.identification.motion.speeds import SpeedStretch
 from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.curves import sentence
 from compgen.report.figure import COOL, GREY, LIMIT, WARM, Figure, axis, figure, trace, vertical_line
@@ -40,18 +41,7 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             "sigma_ms": (identified.sigma / MS).tolist(),
             "whole_periods": run.clock.rounded,
         },
-        "held_out": {
-            "rms_um": identified.held_out / UM,
-            "limit_um": identified.limit / UM,
-            "noise_um": identified.noise / UM,
-            "plain_um": identified.plain / UM,
-            "p99_um": identified.p99 / UM,
-            "along_um": identified.ramps[1] / UM,
-            "plain_along_um": identified.ramps[0] / UM,
-            "slowed_share": identified.slowed,
-            "max_um": identified.largest / UM,
-            "blocks": identified.blocks,
-        },
+        "held_out": _held_out(identified),
         "tried": [
             {
                 "kind": fit.kind.words,
@@ -62,21 +52,39 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             }
             for fit in identified.tried
         ],
-        "speeds": [
-            {
-                "what": stretch.what,
-                "at": stretch.at,
-                "off_um": stretch.off / UM,
-                "time_s": np.round(stretch.time, 4).tolist(),
-                "logged_mm_s": np.round(stretch.logged / MM, 2).tolist(),
-                "modelled_mm_s": np.round(stretch.modelled / MM, 2).tolist(),
-            }
-            for stretch in identified.speeds
-        ],
+        "speeds": [_speeds(stretch) for stretch in identified.speeds],
         "program": {"file": text.file, "name": text.name, "sha256": text.sha256},
         "log": {"file": run.followed.log.table.source, "rows": len(run.followed.time)},
         "override_percent": None if main is None else main.override / PERCENT,
         "provenance": {"compgen": __version__},
+    }
+
+
+def _held_out(identified: IdentifiedMotion) -> dict[str, Any]:
+    """What stretches that were not fitted to say."""
+    return {
+        "rms_um": identified.held_out / UM,
+        "limit_um": identified.limit / UM,
+        "noise_um": identified.noise / UM,
+        "plain_um": identified.plain / UM,
+        "p99_um": identified.p99 / UM,
+        "along_um": identified.ramps[1] / UM,
+        "plain_along_um": identified.ramps[0] / UM,
+        "slowed_share": identified.slowed,
+        "max_um": identified.largest / UM,
+        "blocks": identified.blocks,
+    }
+
+
+def _speeds(stretch: SpeedStretch) -> dict[str, Any]:
+    """Speed over time at one place."""
+    return {
+        "what": stretch.what,
+        "at": stretch.at,
+        "off_um": stretch.off / UM,
+        "time_s": np.round(stretch.time, 4).tolist(),
+        "logged_mm_s": np.round(stretch.logged / MM, 2).tolist(),
+        "modelled_mm_s": np.round(stretch.modelled / MM, 2).tolist(),
     }
 
 

@@ -1,7 +1,8 @@
 """The command that writes the program whose log tells how the controller smooths."""
 
 from functools import partial
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
@@ -56,31 +57,37 @@ def plan_motion_log(
     name = program_name(f"{arm.name}_motion", arm.controller.name_length)
     file = f"{name}.LS"
     check_folder(folder, run, headed=[Headed(program=file, header='= "motion log"')])
-    if size * MM < least_size(speed * MM):
+    least = least_size(speed * MM) / MM
+    if size < least:
         raise InputError(
             f"--size {size:g}: corners would run into each other at {speed:g} mm/s; give --size "
-            f"{np.ceil(least_size(speed * MM) / MM):.0f} or more, or a lower --speed"
+            f"{np.ceil(least):.0f} or more, or a lower --speed"
         )
-    front = SHARE * float(np.abs(arm.a).sum() + np.abs(arm.d).sum())
-    place = (
-        np.array([front, 0.0, 0.0]) if centre is None else opt.typed_numbers("--centre", centre, 3, FARTHEST_MM) * MM
-    )
+    place = np.array([SHARE * float(np.abs(arm.a).sum() + np.abs(arm.d).sum()), 0.0, 0.0])
+    if centre is not None:
+        place = opt.typed_numbers("--centre", centre, 3, FARTHEST_MM) * MM
     program = motion_log_program(arm, name, checked_date(date), place, size * MM, speed * MM)
     minutes = float((program.lengths() / program.speed).sum()) / MINUTE
     publish(folder, {file: fanuc.compose(program)}, {}, run=run)
-    x, y, z = (place / MM).tolist()
     record = {
         "command": Command.PLAN_MOTION_LOG,
         "positions": len(program.position),
-        "centre_mm": [round(v, 3) for v in (x, y, z)],
+        "size_mm": size,
+        "centre_mm": np.round(place / MM, 3).tolist(),
         "minutes": round(minutes, 1),
         "files": [file],
     }
-    lines = [
-        f"{len(program.position)} positions, some {minutes:.1f} minutes at 100 % override, {size:g} mm around "
-        f"X {x:.0f} Y {y:.0f} Z {z:.0f} mm in World, the flange down, tool 0: drive it slowly first",
+    return Outcome(record=record, show=partial(print_lines, _lines(record, folder / file, robot)))
+
+
+def _lines(record: dict[str, Any], program: Path, robot: str) -> list[str]:
+    """What was written, and what to do with it."""
+    x, y, z = record["centre_mm"]
+    return [
+        f"{record['positions']} positions, some {record['minutes']:.1f} minutes at 100 % override, "
+        f"{record['size_mm']:g} mm around X {x:.0f} Y {y:.0f} Z {z:.0f} mm in World, the flange down, tool 0: drive it "
+        "slowly first",
         "log positions every 8 ms while it runs at 100 %, then:",
-        f"  cgen identify-motion {folder / file} --log LOG.csv --robot {robot}",
-        f"wrote {file} to {folder}",
+        f"  cgen identify-motion {program} --log LOG.csv --robot {robot}",
+        f"wrote {program.name} to {program.parent}",
     ]
-    return Outcome(record=record, show=partial(print_lines, lines))

@@ -89,19 +89,24 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
             f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}"
         )
         return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
-    if effect.motion.evidence is None:
+    message = (
+        f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}; it "
+        f"is part of the errors, and not commanded against: {_why_not(effect.motion)}"
+    )
+    return [Finding(level, Code.MOTION_KNOWN, message)]
+
+
+def _why_not(motion: ControllerMotion) -> str:
+    """Why nothing is commanded against a known motion, with the mend."""
+    if motion.evidence is None:
         why = "its numbers are not from a log: run cgen identify-motion, then set motion.enabled = true"
-    elif effect.motion.evidence.verdict is MotionVerdict.FORETELLS:
+    elif motion.evidence.verdict is MotionVerdict.FORETELLS:
         why = "its [motion.identified] foretells and no more: log another run for cgen identify-motion"
-    elif not effect.motion.evidence.accepted:
+    elif not motion.evidence.accepted:
         why = "its [motion.identified] was rejected: log another run for cgen identify-motion"
     else:
         why = "motion.enabled is false"
-    message = (
-        f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}; it "
-        f"is part of the errors, and not commanded against: {why}"
-    )
-    return [Finding(level, Code.MOTION_KNOWN, message)]
+    return why
 
 
 def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bounds) -> list[Finding]:

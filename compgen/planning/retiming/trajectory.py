@@ -110,10 +110,9 @@ def retime(
     speed = _programmed_speeds(arc, time, blocks, partition)
     if lines:
         word = _in_one_period(speed, arc, feeds, blocks, partition, robot.controller)
-        taken = np.where(word > speed, length / word, np.diff(time))  # the text drives these by their words
-        speed, time = word, np.concatenate([[0.0], np.cumsum(taken)])
+        speed, time = word, _summed(np.where(word > speed, length / word, np.diff(time)))  # the text's are by words
     if robot.controller.rounds_up_to_period:
-        time = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(np.diff(time)))])
+        time = _summed(robot.controller.line_time(np.diff(time)))
     progress(1.0)
     return Trajectory(
         time=frozen(time),
@@ -123,6 +122,11 @@ def retime(
         utilisation=utilisation,
         at_feed=_length_at(phases, wanted) / float(arc[-1] - arc[0]),
     )
+
+
+def _summed(taken: Array) -> Array:
+    """Times (N,) [s] at waypoints of segments that take (N - 1,) [s]."""
+    return np.concatenate([[0.0], np.cumsum(taken)])
 
 
 def _check_motion(robot: Robot, length: Array) -> None:
