@@ -43,6 +43,7 @@ RAMP = 1.2  # [s] from a stop, in which rows count along the curve
 WINDOWS = 40  # of a log: the rest of a long one is not needed
 SEEN = 200  # places of a window by which its bends are counted
 ROWS = 20_000  # of all windows
+STEPS = 10  # to a row on the curve: a corner that is cut short is 20 mm and more away
 PARTS = 4  # samples in each interpolation period: rows count from chords between them
 BLOCK = 0.75  # [s] of rows that are held out, or fitted, together
 BLOCKS = 18  # of a short log: then they are shorter
@@ -54,7 +55,7 @@ ROUNDS = 3  # of finding k and t_0
 AT_REST = 2e-6  # [m] from a stop, while the robot stands there
 AFTER_STOP, BEFORE_STOP = 1, 2
 LEAST_RAMP = 8  # rows
-SURE_SHIFT = 0.55  # periods, from which a statement is believed to have taken another number of them
+SURE_SHIFT = 0.5  # periods, from which a statement is believed to have taken another number of them
 SLOW = 0.1  # of the smoothing's length, by which a clock falls behind where a motion is slowed down
 
 
@@ -309,7 +310,7 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
     arc = arc_lengths_of(curve)
     way = np.interp(commanded, window.time, window.arc)[:, None]
     way = (smooth(way, period, motion) if motion.is_smooth else way)[:, 0]
-    at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc))
+    at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
     for side, stop in ((AFTER_STOP, 0.0), (BEFORE_STOP, float(arc[-1])), (AFTER_STOP + BEFORE_STOP, None)):
         rows = window.ramp == side

@@ -241,7 +241,9 @@ def rising(x: Array, y: Array) -> tuple[Array, Array]:
     return x[keep], y[keep]
 
 
-def nearest(nodes: Array, arc_at: Array, tangent: Array, points: Array, arc: Array) -> tuple[Array, IntArray, Array]:
+def nearest(
+    nodes: Array, arc_at: Array, tangent: Array, points: Array, arc: Array, steps: int = STEPS
+) -> tuple[Array, IntArray, Array]:
     """Nearest points of a polyline to others, each looked for about an expected arc length.
 
     Args:
@@ -250,6 +252,7 @@ def nearest(nodes: Array, arc_at: Array, tangent: Array, points: Array, arc: Arr
         tangent: Of its ways, (N - 1, 3).
         points: (M, 3) [m].
         arc: Expected, (M,) [m].
+        steps: Of ``FARTHEST`` at most, from there.
 
     Returns:
         Arc length (M,), way (M,), and the vector from the nearest point (M, 3).
@@ -259,7 +262,7 @@ def nearest(nodes: Array, arc_at: Array, tangent: Array, points: Array, arc: Arr
     def way_of(arc: Array) -> IntArray:
         return np.asarray(np.clip(np.searchsorted(arc_at, arc, side="right") - 1, 0, last))
 
-    for _ in range(STEPS):
+    for _ in range(steps):
         k = way_of(arc)
         q = nodes[k] + (arc - arc_at[k])[:, None] * tangent[k]
         arc = np.clip(arc + np.clip(dot(points - q, tangent[k]), -FARTHEST, FARTHEST), 0.0, end)
