@@ -69,7 +69,8 @@ def test_kinds_of_smoothing_stand_against_what_is_accepted(every_page):
     page = every_page["identify-motion"]
     figure = figures_of_page(page.read_bytes())["kinds"]
     limit = figure["layout"]["shapes"][0]["x0"]
-    assert figure["layout"]["annotations"][0]["text"] == f"commanded against up to {limit:.2f} µm"
+    assert figure["layout"]["annotations"][0]["text"] == f"limit {limit:.2f} µm"
+    assert f"up to {limit:.3g} µm is commanded against" in figure["alt"]
     well, worse = figure["data"]
     assert well["marker"]["symbol"] != worse["marker"]["symbol"]
     assert max(well["x"]) < limit < min(worse["x"])
