@@ -5,8 +5,8 @@ import sys
 import numpy as np
 import pytest
 from shipped import ROOT
+from smoothing_gain import passed
 
-from compgen.compensation.predistortion import passed
 from compgen.robot.motion import ControllerMotion
 
 sys.path.insert(0, str(ROOT / "docs"))

@@ -107,7 +107,7 @@ def _shift(robot: Robot, motion: ControllerMotion, path: Commanded, rows: Array)
     corner, shift = _corners(path), np.zeros_like(rows)
     curvature = _curvature(path, rows)
     speed = np.append(path.speed, path.speed[-1])
-    bent = row_norms(curvature) * speed**2 * variance(motion) / 2 > STRAIGHT
+    bent = row_norms(curvature) * speed**2 * motion.variance / 2 > STRAIGHT
     inner = np.zeros_like(rows)
     if path.by_lines:
         gap = np.diff(path.arc)
@@ -259,20 +259,4 @@ def _kernel(motion: ControllerMotion, rigid: float) -> _Kernel:
     mean = round(float(np.arange(len(weights)) @ weights))
     half = max(mean, len(weights) - 1 - mean)
     padded = np.pad(weights, (half - mean, half - (len(weights) - 1 - mean)))
-    return _Kernel(weights=padded, step=step, support=support, rigid=rigid * float(np.sqrt(variance(motion))))
-
-
-def variance(motion: ControllerMotion) -> float:
-    """sigma^2 of the weights in continuous time [s2]: T^2 / 12 of each mean, T^2 of each lag."""
-    return sum(t * t for t in motion.moving_averages) / 12 + sum(t * t for t in motion.first_orders)
-
-
-def passed(motion: ControllerMotion, w: Array) -> Array:
-    r"""H(w) in continuous time, delays removed: prod sinc(w T / 2) prod 1 / sqrt(1 + w^2 T^2), (F,) of (F,) [rad/s]."""
-    w = np.asarray(w, dtype=float)
-    gain = np.ones_like(w)
-    for window in motion.moving_averages:
-        gain = gain * np.sinc(w * window / (2 * np.pi))
-    for constant in motion.first_orders:
-        gain = gain / np.sqrt(1 + (w * constant) ** 2)
-    return gain
+    return _Kernel(weights=padded, step=step, support=support, rigid=rigid * float(np.sqrt(motion.variance)))

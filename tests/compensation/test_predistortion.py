@@ -8,8 +8,9 @@ from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 from shipped import path_file, quiet
+from smoothing_gain import passed
 
-from compgen.compensation.predistortion import Commanded, passed, predistortion
+from compgen.compensation.predistortion import Commanded, predistortion
 from compgen.core.pose import IDENTITY
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job

@@ -312,10 +312,10 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
     way = (smooth(way, period, motion) if motion.is_smooth else way)[:, 0]
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
+    moved = np.column_stack([time, arc, np.gradient(arc, time)])
     for side, stop in ((AFTER_STOP, 0.0), (BEFORE_STOP, float(arc[-1])), (AFTER_STOP + BEFORE_STOP, None)):
         rows = window.ramp == side
         if rows.sum() >= LEAST_RAMP:
-            moved = np.column_stack([time, arc, np.gradient(arc, time)])
             along[rows] = _unexplained(moved, at[rows], window.shown[rows], passed[rows], stop)
     return np.column_stack([off, window.weight * along]), passed
 

@@ -18,7 +18,7 @@ from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.poses import require_frames
+from compgen.fanuc.analysis.poses import Poses, require_frames
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
@@ -47,7 +47,7 @@ from compgen.pipelines.correct.proof import ServedStarts, residue_of, unexplaine
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options, corrected_stations
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
-from compgen.pipelines.files.program_course import course_of_text
+from compgen.pipelines.files.program_course import course_of_driven
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.planned.dry_run import raised_findings
 from compgen.pipelines.planned.program_text import running_override
@@ -56,6 +56,7 @@ from compgen.program.frames import Frames
 from compgen.program.registers import Register
 from compgen.program.sample_lengths import sample_lengths
 from compgen.program.ways import interpolate_poses, straight_lines
+from compgen.robot.robot import Robot
 from compgen.thermal import Duty
 from compgen.verification.course_motion import course_motion
 from compgen.verification.flight import Flight, fly, pose_errors
@@ -103,14 +104,7 @@ def correct(  # noqa: PLR0913  what a program is corrected with, each by its nam
     cell = replace(cell, input_findings=(*cell.input_findings, *frames.input_findings))
     program = loads(data)
     around = ProgramContext(frames, registers or {}, called_programs(program, find_program))
-    task = _Task(
-        cell=cell,
-        around=around,
-        find_program=find_program,
-        before=tuple(before),
-        options=options,
-        progress=progress,
-    )
+    task = _Task(cell=cell, around=around, before=tuple(before), options=options, progress=progress)
     if options.raised:
         _refuse_marked_before_lift(program, task)
         length = cell.robot.controller.name_length
@@ -127,7 +121,6 @@ class _Task:
 
     cell: Cell
     around: ProgramContext
-    find_program: Callable[[str], bytes | None]
     before: tuple[Duty, ...]
     options: Options
     progress: Progress
@@ -244,7 +237,7 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
     shared = average_shared(plan.poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
     written, mark = _written(plan, shared, task)
     progress(stages.TWIN_BEFORE, 0.0)
-    _, new_drive = task.around.drive(written, cell.robot)
+    new_poses, new_drive = task.around.drive(written, cell.robot)
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
     arcs = drive.circular & new_drive.circular
     drives = replace(drive, beyond=beyond, circular=arcs), replace(new_drive, beyond=beyond, circular=arcs)
@@ -273,7 +266,7 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         served=flights.served,
         findings=(),
         band=station_band(cell, plan, task.before),
-        motion=_led_by_controller(written, task),
+        motion=_led_by_controller(written, cell.robot, new_poses, new_drive),
     )
     result = replace(result, draws=fly_draws(result, drives[1], target, partial(progress, stages.DRAWS)))
     findings = correction_findings(result, _midway_deviations(plan, cell))
@@ -281,11 +274,10 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
     return replace(result, findings=(*findings, *of_arcs, *raised_findings(task.options.raised)))
 
 
-def _led_by_controller(written: LsProgram, task: _Task) -> MotionEffect | None:
+def _led_by_controller(written: LsProgram, robot: Robot, poses: Poses, drive: DrivenProgram) -> MotionEffect | None:
     """What the controller's motion does to a text; None where nothing in it can be followed."""
-    robot, around = task.cell.robot, task.around
     try:
-        course = course_of_text(written.data, robot, around.frames, dict(around.registers), task.find_program)
+        course = course_of_driven(written, robot, poses, drive)
     except InputError:
         return None
     return course_motion(course, robot)

@@ -62,7 +62,11 @@ def course_of_text(
     program = canonical_program(data, find_program)
     if program is not None and len(program.position) > 1 and not SLOWER.search(data):
         return _canonical_course(program, robot, frames)
-    return _listed_course(loads(data), robot, frames, registers or {}, find_program)
+    listing = loads(data)
+    around = ProgramContext(frames, registers or {}, called_programs(listing, find_program))
+    poses = around.poses(listing, robot)
+    require_frames(listing, poses)
+    return course_of_driven(listing, robot, poses, read_traversal(listing, poses, robot, around.called.motionless))
 
 
 def canonical_program(data: bytes, find_program: Callable[[str], bytes | None]) -> Program | None:
@@ -147,18 +151,12 @@ def _course(  # noqa: PLR0913 - what a course is made of
     )
 
 
-def _listed_course(
-    program: LsProgram,
-    robot: Robot,
-    frames: Frames,
-    registers: dict[int, Register],
-    find_program: Callable[[str], bytes | None],
-) -> ProgramCourse:
-    """The course of anyone's program, its motions as listed."""
-    around = ProgramContext(frames, registers, called_programs(program, find_program))
-    poses = around.poses(program, robot)
-    require_frames(program, poses)
-    drive = read_traversal(program, poses, robot, around.called.motionless)
+def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: DrivenProgram) -> ProgramCourse:
+    """The course of anyone's program, its motions as listed, of its poses and as it is driven.
+
+    Raises:
+        InputError: Nothing in it that a log can be laid along.
+    """
     at = np.flatnonzero(drive.pose != NONE)
     at = at[np.isfinite(poses.tcp.position[drive.pose[at]]).all(axis=1)]
     if len(at) < 2:

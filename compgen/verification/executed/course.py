@@ -16,10 +16,10 @@ import numpy as np
 from compgen.core.arcs import Arcs, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths, unit
 from compgen.core.pose import Pose
+from compgen.robot.robot import SAME_PERIOD
 
 CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
 LONGEST_DIVISION = 4000  # nodes of one arc
-SAME_PERIOD = 1e-6  # of a period: what is no longer than that beyond whole ones takes no other
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
