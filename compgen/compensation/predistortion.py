@@ -23,7 +23,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import BSpline, CubicHermiteSpline
 from scipy.linalg import solveh_banded
-from scipy.signal import fftconvolve
 from scipy.sparse import csr_array, diags_array
 
 from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
@@ -72,7 +71,7 @@ class _Kernel:
 
     def mean(self, rows: Array) -> Array:
         """E of rows (M, C) a step apart, (M - W + 1, C)."""
-        return np.asarray(fftconvolve(rows, self.weights[:, None], mode="valid", axes=0))
+        return np.stack([np.convolve(column, self.weights, mode="valid") for column in rows.T], axis=1)
 
 
 def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> Array:
