@@ -105,7 +105,7 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
     write(tmp_path, time, place, program(CURVE, 200, SMOOTH), pairs=True)
     result, report = executed(tmp_path)
     assert [s["percent"] for s in report["override"]] == [100]
-    assert "executed.periods" in {f["code"] for f in report["findings"]}
+    assert "executed.periods" not in {f["code"] for f in report["findings"]}  # the robot file counts so
     result, motion = identify(tmp_path)
     assert result.returncode == 0
     assert motion["identified"]["verdict"] == "may be commanded against"
@@ -115,6 +115,27 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
     assert held["rms_um"] < 0.02 * held["plain_um"]
     assert held["plain_um"] > 100
     assert held["slowed_share"] == 0  # those seven lines are taken as long as they took
+
+
+def test_a_robot_file_that_counts_no_whole_periods_is_told_to_and_the_copy_does(tmp_path):
+    time, place = driven(CURVE, 200, SMOOTH)
+    write(tmp_path, time, place, program(CURVE, 200, SMOOTH))
+    counting = "rounds_up_to_period = true"
+    assert counting in (text := (tmp_path / "mine.toml").read_text())
+    (tmp_path / "mine.toml").write_text(text.replace(counting, "rounds_up_to_period = false"))
+    _, report = executed(tmp_path)
+    assert "executed.periods" in {f["code"] for f in report["findings"]}
+    identify(tmp_path)
+    assert tomllib.loads((tmp_path / "new.toml").read_text())["controller"]["rounds_up_to_period"] is True
+
+
+@pytest.mark.parametrize("part", [slice(0, 700), slice(600, None)])
+def test_a_part_of_a_log_is_refused_in_one_line(tmp_path, part):
+    time, place = driven(CURVE, 200, SMOOTH)
+    write(tmp_path, time[part] - time[part][0], place[part], program(CURVE, 200, SMOOTH))
+    result, motion = identify(tmp_path)
+    refused(result, 2, "log.csv", "a part of the program's path only", "log a whole run")
+    assert not motion
 
 
 def test_the_same_at_half_override_is_one_override(tmp_path):

@@ -37,13 +37,15 @@ def identify_motion(
         progress: Called with the share done.
 
     Raises:
-        InputError: Not a program, a log that is not of it, or one of a run with no steady motion.
+        InputError: Not a program, a log that is not of it or of a part of it, or one of a run with no steady motion.
     """
     run = judge_log(text, course, log, situation)
     another = (Code.EXECUTED_ANOTHER, Code.EXECUTED_OLDER, Code.EXECUTED_OFFSET)
     wrong = next((f for f in run.findings if f.code in another), None)
     if wrong is not None:
         raise InputError(f"{log.table.source}: {wrong.message}")
+    if any(f.code is Code.EXECUTED_PART for f in run.findings):
+        raise InputError(f"{log.table.source}: it has a part of the program's path only; log a whole run of it")
     windows = timed_windows(run, situation.robot)
     if not windows:
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")

@@ -109,7 +109,7 @@ def findings_of_run(
     """
     yield from _of_identity(course, followed, deviation, likenesses)
     yield from _of_extent(course, deviation)
-    yield from _of_override(clock)
+    yield from _of_override(clock, counted=course.counted)
     yield from _of_time(clock)
     yield from _of_stands(course, clock)
     yield from _of_bound(course, deviation, bound)
@@ -189,12 +189,12 @@ def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Find
         yield Finding(Level.OUTSIDE, Code.EXECUTED_PART, message)
 
 
-def _of_override(clock: ClockFit) -> Iterator[Finding]:
+def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
     if not clock.stretches:
         message = "no steady motion in it long enough: neither override nor time is known; log a longer run"
         yield Finding(Level.WARNING, Code.EXECUTED_NO_CLOCK, message)
         return
-    if clock.rounded:
+    if clock.rounded and not counted:
         message = (
             "lines take whole interpolation periods: that explains its speeds, written speeds do not; set "
             "controller.rounds_up_to_period = true in the robot file"
