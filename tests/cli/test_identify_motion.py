@@ -9,10 +9,14 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
+from compgen.identification.motion.identify import identify as motion_of_log
+from compgen.identification.motion.identify import timed_windows
+from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
 from compgen.robot.motion import MotionVerdict
+from compgen.verification.executed.position_log import read_position_log
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 
@@ -75,17 +79,19 @@ def test_a_log_of_the_path_itself_shows_no_smoothing_and_nothing_is_written(fold
 def test_one_constant_curvature_tells_only_the_sum_of_squares(folder, robot):
     """Without its ramps: v^2 sigma^2 / (2 R) is all that a circle at one speed shows."""
     circle = logs.circle()
-    (folder / "PART.LS").write_bytes(circle)
     write(folder, robot, means=(0.2, 0.1), text=circle, start=0.3, end=0.7)
-    result = identify(folder, "-o", "new.toml")
-    assert result.returncode == 0, result.stderr
-    assert "sigma is 64" in result.stdout
-    motion = load_robot(str(folder / "new.toml")).motion
-    assert motion is not None
-    assert motion.evidence is not None
-    assert motion.evidence.verdict is MotionVerdict.FORETELLS
-    assert not motion.evidence.accepted
-    low, high = json.loads((folder / "new.json").read_text())["motion"]["sigma_ms"]
+    (folder / "PART.LS").write_bytes(circle)
+    refused(identify(folder, "-o", "new.toml"), 2, "log.csv", "a part of the program's path only")
+    around = Situation(robot, default_frames(), {}, lambda name: None)
+    run = judge_log(
+        read_text(str(folder / "PART.LS"), circle),
+        around.course(circle),
+        read_position_log(folder / "log.csv"),
+        around,
+    )
+    known = motion_of_log(timed_windows(run, robot), robot, run.course.tool, run.deviation.noise)
+    assert known.verdict is MotionVerdict.FORETELLS
+    low, high = known.sigma * 1e3
     assert low - 0.5 < np.sqrt((200**2 + 100**2) / 12) < high + 0.5
 
 
