@@ -121,7 +121,8 @@ def test_a_robot_file_that_counts_no_whole_periods_is_told_to_and_the_copy_does(
     time, place = driven(CURVE, 200, SMOOTH)
     write(tmp_path, time, place, program(CURVE, 200, SMOOTH))
     counting = "rounds_up_to_period = true"
-    assert counting in (text := (tmp_path / "mine.toml").read_text())
+    text = (tmp_path / "mine.toml").read_text()
+    assert counting in text
     (tmp_path / "mine.toml").write_text(text.replace(counting, "rounds_up_to_period = false"))
     _, report = executed(tmp_path)
     assert "executed.periods" in {f["code"] for f in report["findings"]}
