@@ -139,6 +139,12 @@ def test_a_part_of_a_log_is_refused_in_one_line(tmp_path, part):
     assert not motion
 
 
+def test_a_log_whose_rows_are_in_another_order_is_refused_in_one_line(tmp_path):
+    time, place = driven(CURVE, 200, SMOOTH, before=0.0, after=0.0)
+    write(tmp_path, time, np.roll(place, len(place) // 3, axis=0), program(CURVE, 200, SMOOTH))
+    refused(identify(tmp_path)[0], 2, "log.csv", "another program", "not in the order of the program")
+
+
 def test_the_same_at_half_override_is_one_override(tmp_path):
     time, place = driven(CURVE, 100, SMOOTH)
     write(tmp_path, time, place, program(CURVE, 200, SMOOTH))

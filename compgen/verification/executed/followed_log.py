@@ -35,6 +35,7 @@ STRAIGHT = 1e-6  # of a shape's length: what is thinner is a straight line
 SHOWN_DIGITS = 6  # of an offset [m]: the micrometre
 SHOWN = 1e-3  # of the rows: an offset of which the path shows less is not known
 LEAST_WAY = 1e-3  # [m] that a robot has moved which runs a program
+WHOLLY = 0.995  # of a log on the path, that would be said as 100 %
 SEVERAL = 400  # rows that orientations and shapes are compared at
 
 
@@ -172,7 +173,9 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
         raise InputError(f"{source}: {motion_words(moved, course)}")
     track = follow(course, place, travelled)
     where = "no row is within 5 mm of it"
-    if track.on.any():
+    if track.share > WHOLLY:
+        where = "its rows are on the path, and not in the order of the program"
+    elif track.on.any():
         first = int(np.argmax(track.on))
         where = (
             f"only {100 * track.share:.0f} % of it follows the path within 5 mm, from line "
