@@ -140,9 +140,9 @@ def test_a_part_of_a_log_is_refused_in_one_line(tmp_path, part):
 
 
 def test_a_log_whose_rows_are_in_another_order_is_refused_in_one_line(tmp_path):
-    half = CURVE[:31], 200, [True] + [False] * 29 + [True]
+    half = CURVE[:40], 200, [True] + [False] * 38 + [True]
     time, place = driven(*half)
-    write(tmp_path, time, place[::-1], program(*half))
+    write(tmp_path, time, np.roll(place, len(place) // 3, axis=0), program(*half))
     refused(identify(tmp_path)[0], 2, "log.csv", "another program", "not in the order of the program")
 
 
