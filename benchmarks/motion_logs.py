@@ -19,6 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compgen.core.rotations import to_wpr
+from compgen.identification.motion.identify import timed_windows
+from compgen.identification.motion.windows import residuals
+from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import load_frames
+from compgen.robot.motion import ControllerMotion
+from compgen.verification.executed.position_log import read_position_log
+from compgen.verification.executed.third_joint import J3
 
 Array = NDArray[np.float64]
 
@@ -27,6 +35,7 @@ LENGTHS = {  # mm: height of J2, J1 to J2, J2 to J3, J3 to J4, J4 to J5, J5 to t
     "m900ia350": (950, 370, 1050, 200, 1250, 270),
 }
 AXES = ((2, 1), (1, 1), (1, -1), (0, -1), (1, -1), (0, -1))  # world axis and sense of each joint, all at zero
+SISTER, SHIPPED = "m710ic70", "m710ic50"  # an arm with logs, and the shipped robot file that expects as much of its own
 TOOL = np.array([493.301, 0.0, -75.0])  # mm in the flange, x out of it
 TOOL_TURN = np.radians(120)  # about the flange's y
 FEED = {"blade_0.5": 452, "blade_0.1": 499, "wood_0.5": 160}  # mm/s, read from the plateaus
@@ -207,6 +216,31 @@ def cgen(place: Path, command: str, *more: str) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
+def foretold(place: Path, motion: ControllerMotion) -> tuple[float, float]:
+    """What the plain program and a motion that the log was not asked for leave of a run, rms of distances [um]."""
+    robot = load_robot(str(place / "arm.toml"))
+    around = Situation(robot, load_frames(str(place / "frames.toml")), {}, lambda name: None)
+    content = (place / "RUN.LS").read_bytes()
+    log = read_position_log(place / "log.csv", J3.LINK2)
+    run = judge_log(read_text(str(place / "RUN.LS"), content), around.course(content), log, around)
+    windows = timed_windows(run, robot)
+    left = (residuals(windows, robot, run.course.tool, m)[:, :3] for m in (ControllerMotion(), motion))
+    plain, after = (1e6 * float(np.sqrt((rows**2).sum(axis=1).mean())) for rows in left)
+    return plain, after
+
+
+def show_foretold(places: dict[str, Path]) -> None:
+    """How much of each run the others' motions take away, and that of the shipped robot file of the sister arm."""
+    expected = load_robot(SHIPPED).expected_motion.expected
+    for name, place in places.items():
+        others = {other: load_robot(str(p / "motion.toml")).motion for other, p in places.items() if other != name}
+        for source, motion in {**others, SHIPPED: expected}.items():
+            if motion is not None:
+                plain, left = foretold(place, motion)
+                away = 100 * (1 - left / plain)
+                print(f"{name} foretold from {source}: {left:.1f} um rms of {plain:.1f}, {away:.0f} % away", flush=True)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run both commands on each log and print what they say."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.motion_logs")
@@ -216,6 +250,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as temporary:
         out = given.out or Path(temporary)
+        places: dict[str, Path] = {}
         for run in logged_runs(given.folder):
             if given.only not in run.name:
                 continue
@@ -223,6 +258,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for command, more in (("executed", ("-o", "executed")), ("identify-motion", ("-o", "motion.toml"))):
                 code, words = cgen(place, command, *more)
                 print(f"{run.name} {command}: exit {code}\n{words}", flush=True)
+            if run.arm == SISTER:
+                places[run.name] = place
+        show_foretold(places)
 
 
 if __name__ == "__main__":
