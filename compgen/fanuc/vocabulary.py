@@ -18,6 +18,44 @@ def _words(pattern: str) -> re.Pattern[str]:
     return re.compile(pattern, re.IGNORECASE)
 
 
+# ---- Other languages -------------------------------------------------------------------------------------------------
+
+#: Words that a controller set to German prints, and the English ones, of public backups that hold the same programs in
+#: both. What has no meaning here (A[], E[], AN, AUS, FB-PSPS) is passed through; Offset, CNT, ACC, UF, PR[] are the
+#: same, and sec is sek. FEIN, DANN, HALT and ZEIT NACH stand in none of these programs: they are formed as others are.
+GERMAN = {
+    "KONFIG": "CONFIG",
+    "DEFAULT_GRUP": "DEFAULT_GROUP",
+    "BENUTZER_NUM": "UFRAME_NUM",
+    "WKZ_NUM": "UTOOL_NUM",
+    "TRAGLST": "PAYLOAD",
+    "IRQ BEDINGUNG": "SKIP CONDITION",
+    "BEDINGUNG": "CONDITION",
+    "FREIG. PREG": "UNLOCK PREG",
+    "AUFRUF": "CALL",
+    "SPRUNG": "JMP",
+    "LABEL": "LBL",
+    "WENN": "IF",
+    "DANN": "THEN",
+    "SONST": "ELSE",
+    "IST": "SELECT",
+    "WARTE": "WAIT",
+    "ENDE": "END",
+    "HALT": "PAUSE",
+    "MELDUNG": "MESSAGE",
+    "BALM": "UALM",
+    "ZEIT VOR": "TB",
+    "ZEIT NACH": "TA",
+    "WEG VOR": "DB",
+    "Interrupt": "Skip",
+    "FEIN": "FINE",
+    "Makro": "Macro",
+}
+GERMAN_REGISTERS = {"i": "R", "gE": "GI", "gA": "GO"}  # where a bracket follows
+#: Keys of a German head that are read.
+GERMAN_HEAD = {"KOMMENTAR": "COMMENT", "ERSTELL": "CREATE", "ZEILEN": "LINE_COUNT"}
+
+
 # ---- Motions, as bytes of a line -------------------------------------------------------------------------------------
 
 #: m/s of one unit of a path speed; seconds of one unit of a time for the whole motion.

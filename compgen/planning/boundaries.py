@@ -1,11 +1,10 @@
-"""Edges of the part: nothing, a circle, a hexagon, a rectangle or a polygon, with holes.
+"""Edges of the part: nothing, a circle, a hexagon, a rectangle or a polygon; holes are put in by ``holes``.
 
 The outline is convex: what a straight sweep crosses once. Of a polygon that is not, the outline is the hull, and its
 notches are holes in that. A point is in one when the ray from it towards +x crosses their edges an odd number of times.
-Sweeps run over the whole outline.
+A round hole or a slot is what lies nearer to a line than its radius. Sweeps run over the whole outline.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -17,14 +16,14 @@ from scipy.spatial import ConvexHull
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import InputError
-from compgen.core.polygons import crossing, edges_of, plane_cross, signed_area
+from compgen.core.polygons import TINY, crossing, edges_of, plane_cross, signed_area
 
 EDGE_M = 1e-9  # a point this near outside still counts as on the edge
 MOUTH = 1e-6  # m by which a notch reaches past the hull
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-@owns(normals=("K", 2), offsets=("K",), edges=("E", 4))
+@owns(normals=("K", 2), offsets=("K",), edges=("E", 4), slots=("S", 5))
 class Boundary:
     """The points p with normals . p <= offsets and |p| <= radius, about the surface's local origin."""
 
@@ -32,16 +31,18 @@ class Boundary:
     offsets: Array  # (K,) [m]
     radius: float  # [m], infinite when there is no circle
     edges: Array = field(default_factory=lambda: np.zeros((0, 4)))  # (E, 4) [m] x, y to x, y, of notches and holes
+    slots: Array = field(default_factory=lambda: np.zeros((0, 5)))  # (S, 5) [m] x, y to x, y, and the radius about it
 
     def coefficients(self) -> Array:
-        """Each side's normal and offset, the radius, the edges: as ``inside_expr`` takes them, (1, 3 K + 1 + 4 E)."""
+        """Sides, radius, edges and slots as ``inside_expr`` takes them, (1, 3 K + 1 + 4 E + 5 S)."""
         sides = np.column_stack([self.normals, self.offsets + EDGE_M])
-        return np.concatenate([sides.ravel(), [self.radius + EDGE_M], self.edges.ravel()])[None]
+        slots = self.slots - [0, 0, 0, 0, EDGE_M]
+        return np.concatenate([sides.ravel(), [self.radius + EDGE_M], self.edges.ravel(), slots.ravel()])[None]
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """How many sides and edges there are."""
-        return len(self.normals), len(self.edges)
+    def shape(self) -> tuple[int, int, int]:
+        """How many sides, edges and slots there are."""
+        return len(self.normals), len(self.edges), len(self.slots)
 
     def contains(self, xy: Array) -> BoolArray:
         """Whether points lie inside or on the edge, (M, 2) to (M,)."""
@@ -102,18 +103,29 @@ class Boundary:
         c, s = np.cos(angle), np.sin(angle)
         turn = np.array([[c, -s], [s, c]])
         edges = (self.edges.reshape(-1, 2, 2) @ turn.T).reshape(-1, 4)
-        return Boundary(self.normals @ turn.T, self.offsets, self.radius, edges)
+        lines = (self.slots[:, :4].reshape(-1, 2, 2) @ turn.T).reshape(-1, 4)
+        return Boundary(self.normals @ turn.T, self.offsets, self.radius, edges, np.hstack([lines, self.slots[:, 4:]]))
 
 
-def inside_expr(edge: Any, xy: Any, shape: tuple[int, int]) -> Any:
-    """Not negative where a point (2, 1) is on a part of these coefficients, of so many sides and edges.
+def coefficient_count(shape: tuple[int, int, int]) -> int:
+    """Numbers of a boundary of so many sides, edges and slots."""
+    return 3 * shape[0] + 1 + 4 * shape[1] + 5 * shape[2]
 
-    It is how far inside the outline the point lies [m]; -1 in notches and holes.
+
+def inside_expr(edge: Any, xy: Any, shape: tuple[int, int, int]) -> Any:
+    """Not negative where a point (2, 1) is on a part of these coefficients, of so many sides, edges and slots.
+
+    It is how far inside the outline, or outside the next slot, the point lies [m]; -1 in notches and other holes.
     """
-    sides, edges = shape
+    sides, edges, slots = shape
     distance = edge[3 * sides] - ca.norm_2(xy)
     for k in range(sides):
         distance = ca.fmin(distance, edge[3 * k + 2] - ca.dot(edge[3 * k : 3 * k + 2], xy))
+    for k in range(slots):
+        row = edge[3 * sides + 1 + 4 * edges + 5 * k :]
+        along, off = row[2:4] - row[:2], xy - row[:2]
+        share = ca.fmax(0, ca.fmin(1, ca.dot(off, along) / ca.fmax(ca.dot(along, along), TINY)))
+        distance = ca.fmin(distance, ca.norm_2(off - share * along) - row[4])
     if not edges:
         return distance
     outside: Any = 1  # of notches and holes: -1 after each edge crossed an odd number of times
@@ -126,9 +138,9 @@ def inside_expr(edge: Any, xy: Any, shape: tuple[int, int]) -> Any:
 
 
 @lru_cache(maxsize=4)
-def _build_inside(shape: tuple[int, int]) -> Any:
-    """(boundary (3 sides + 1 + 4 edges), point (2)) -> whether it is inside."""
-    edge, xy = ca.SX.sym("edge", 3 * shape[0] + 1 + 4 * shape[1]), ca.SX.sym("xy", 2)
+def _build_inside(shape: tuple[int, int, int]) -> Any:
+    """(boundary, point (2)) -> whether it is inside."""
+    edge, xy = ca.SX.sym("edge", coefficient_count(shape)), ca.SX.sym("xy", 2)
     return ca.Function("inside", [edge, xy], [inside_expr(edge, xy, shape)])
 
 
@@ -156,20 +168,13 @@ def rectangle(x_size: float, y_size: float, rotation: float) -> Boundary:
     return Boundary(np.column_stack([np.cos(angles), np.sin(angles)]), offsets, np.inf)
 
 
-def polygon(outline: Array, holes: Sequence[Array]) -> Boundary:
-    """A polygon with holes, of corners (C, 2) [m] each, in order round it.
+def polygon(corners: Array) -> Boundary:
+    """A polygon of corners (C, 2) [m] in order round it.
 
     Raises:
-        InputError: A ring of fewer than three corners, without an area, or that crosses itself or another; a hole
-            that is not inside the outline. The message begins with "corners_mm" or "holes.<n>".
+        InputError: As for ``ring_of``; the message begins with "corners_mm".
     """
-    rings = [_ring(outline, "corners_mm"), *(_ring(hole, f"holes.{n}") for n, hole in enumerate(holes))]
-    edges = [edges_of(ring) for ring in rings]
-    for n, second in enumerate(edges):
-        for first in edges[:n]:
-            if crossing(first, second).any():
-                raise InputError(f"holes.{n - 1}: it crosses another edge; part them")
-    ring = rings[0]
+    ring = ring_of(corners, "corners_mm")
     on_hull = np.sort(ConvexHull(ring).vertices)
     hull = ring[on_hull]
     along = np.roll(hull, -1, axis=0) - hull
@@ -181,19 +186,16 @@ def polygon(outline: Array, holes: Sequence[Array]) -> Boundary:
         np.vstack([ring[np.arange(a, b + 1) % len(ring)], ring[[b % len(ring), a]] + MOUTH * normal])
         for a, b, normal in mouths
     ]
-
-    def part(missing: Sequence[Array]) -> Boundary:
-        rows = [edges_of(corners) for corners in missing]
-        return Boundary(normals, (normals * hull).sum(axis=1), np.inf, np.vstack([np.zeros((0, 4)), *rows]))
-
-    for n, hole in enumerate(rings[1:]):
-        if not part([*notches, *rings[1 : n + 1]]).contains(hole).all():
-            raise InputError(f"holes.{n}: it is not inside the outline, or in another hole; move it, or remove it")
-    return part([*notches, *rings[1:]])
+    edges = np.vstack([np.zeros((0, 4)), *(edges_of(corners) for corners in notches)])
+    return Boundary(normals, (normals * hull).sum(axis=1), np.inf, edges)
 
 
-def _ring(corners: Array, name: str) -> Array:
-    """Corners counter-clockwise, without any that lie straight between their neighbours."""
+def ring_of(corners: Array, name: str) -> Array:
+    """Corners counter-clockwise, without any that lie straight between their neighbours.
+
+    Raises:
+        InputError: Fewer than three corners, no area, or edges that cross; the message begins with ``name``.
+    """
     if len(corners) > 1 and np.array_equal(corners[0], corners[-1]):
         corners = corners[:-1]
     if len(corners) < 3:

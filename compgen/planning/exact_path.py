@@ -15,7 +15,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.pose import Pose
-from compgen.planning.boundaries import Boundary, inside_expr
+from compgen.planning.boundaries import Boundary, coefficient_count, inside_expr
 from compgen.planning.curves import WIDTH, PiecewiseCurve, curve_expr, height_expr, tilt_expr
 from compgen.planning.surfaces import Quadric, check_extent, curve_derivatives_expr, lift_expr
 
@@ -306,13 +306,13 @@ def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any, tilt: Any) -> tuple[
 
 
 @lru_cache(maxsize=8)
-def build_pose(shape: tuple[int, int]) -> Any:
+def build_pose(shape: tuple[int, int, int]) -> Any:
     """The pose, position (3) and rotation (9, row by row), the extent, and whether the part is there.
 
-    Inputs: piece (WIDTH), surface (15), t, (cos, sin) of the spin, boundary of so many sides and edges.
+    Inputs: piece (WIDTH), surface (15), t, (cos, sin) of the spin, boundary of so many sides, edges and slots.
     """
     piece, surface, t = ca.SX.sym("piece", WIDTH), ca.SX.sym("surface", 15), ca.SX.sym("t")
-    axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * shape[0] + 1 + 4 * shape[1])
+    axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", coefficient_count(shape))
     xy = curve_expr(piece, t)[0]
     position, rotation, extent = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis, tilt_expr(piece, t))
     outputs = ca.cse([position, ca.vec(rotation.T), extent, inside_expr(edge, xy, shape)])

@@ -17,11 +17,6 @@ from compgen.robot.tables import AccPercent
 MAX_SWEEPS = 1e4
 RIGHT_ANGLE = 90 * DEG
 MAX_LEAD = 50.0  # mm
-Corner = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
-Corners = Annotated[list[Corner], Field(min_length=3, max_length=200)]
-Sizes = Annotated[list[Length], Field(min_length=2, max_length=2)]
-#: the key that each shape of an edge needs
-NEEDED = {"circle": "diameter_mm", "hexagon": "corner_to_corner_mm", "rectangle": "size_mm", "polygon": "corners_mm"}
 Rise = Annotated[FiniteFloat, Field(ge=-100, le=200)]
 Three = Annotated[list[NotNegative], Field(min_length=3, max_length=3)]
 
@@ -117,32 +112,6 @@ class SurfaceTable(MeshTable):
     """Distance of the pattern's centre from the parent's axis; a conic needs it."""
 
 
-class HoleTable(Table):
-    """A hole in a polygon."""
-
-    corners_mm: Corners
-    """Corners [x, y] in order round the hole."""
-
-
-class BoundaryTable(Table):
-    """The edge of the part, around the centre of the pattern; outside there is no contact."""
-
-    shape: Literal["circle", "hexagon", "rectangle", "polygon"]
-    """Shape of the edge."""
-    diameter_mm: Length | None = None
-    """Diameter; a circle needs it."""
-    corner_to_corner_mm: Length | None = None
-    """Distance of opposite corners; a hexagon needs it."""
-    size_mm: Sizes | None = None
-    """Sizes along x and y; a rectangle needs them."""
-    corners_mm: Corners | None = None
-    """Corners [x, y] in order round the part; a polygon needs them."""
-    holes: list[HoleTable] = []
-    """Holes of a polygon."""
-    rotation_deg: Angle | None = None
-    """Turn about z; default 0: two corners of a hexagon lie on x, the sides of a rectangle along x and y."""
-
-
 class ProcessTable(Table):
     """Feed, and how the path is cut into waypoints."""
 
@@ -164,37 +133,6 @@ class ProcessTable(Table):
     """ACC of every motion: the share of the robot's accelerations that ramps use; default the robot file's."""
     page_stops: Literal["off the part", "anywhere"] = "off the part"
     """Where the robot may stop when a long program is split into pages."""
-
-
-def boundary_from_table(table: BoundaryTable | None, file: str) -> Boundary | None:
-    """The part's edge; None without one.
-
-    Raises:
-        InputError: Sizes that miss or contradict the shape.
-    """
-    if table is None:
-        return None
-    needed, rotation = NEEDED[table.shape], (table.rotation_deg or 0.0) * DEG
-    others = [key for key in NEEDED.values() if key != needed]
-    others += ["rotation_deg"] if table.shape == "circle" else []
-    others += ["holes"] if table.shape != "polygon" else []
-    for key in others:
-        if key in table.model_fields_set and getattr(table, key) is not None:
-            raise InputError(f"{file}: boundary.{key}: conflicts with shape = '{table.shape}'; remove one of them")
-    size = getattr(table, needed)
-    if size is None:
-        raise InputError(f"{file}: boundary.{needed}: missing; add it, a {table.shape} needs it")
-    if table.shape == "circle":
-        return boundaries.circle(size * MM)
-    if table.shape == "hexagon":
-        return boundaries.hexagon(size * MM, rotation)
-    if table.shape == "rectangle":
-        return boundaries.rectangle(size[0] * MM, size[1] * MM, rotation)
-    try:
-        holes = [np.array(hole.corners_mm) * MM for hole in table.holes]
-        return boundaries.polygon(np.array(size) * MM, holes).turned(rotation)
-    except InputError as exception:
-        raise InputError(f"{file}: boundary.{exception}") from exception
 
 
 def pattern_from_table(

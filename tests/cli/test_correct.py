@@ -238,7 +238,7 @@ BAD_PROGRAMS = {
     "binary": (b"\x00\x01TP\x00\x00" * 50, ("binary", ".TP")),
     "not a program": (b"hello\n", ("/PROG",)),
     "empty": (b"", ("/PROG",)),
-    "translated": (GOOD.replace("/ATTR\n", "/ATTR\nKOMMENTAR = \"x\";\n").encode(), ("language", "English")),
+    "translated": (GOOD.replace("/ATTR\n", "/ATTR\nCOMENTARIO = \"x\";\n").encode(), ("language", "English")),
     "cut off": (GOOD[: GOOD.index("/END") - 90].encode(), ("/END", "cut off")),
     "used but undefined": (GOOD.replace("J P[3] ", "J P[33] ").encode(), ("P[33]", "not defined", "line ")),
     "defined twice": (GOOD.replace("P[3]{", "P[2]{").encode(), ("P[2]", "twice", "line ")),

@@ -98,9 +98,9 @@ def test_what_cannot_be_compared_is_refused(written, tmp_path):
     half = tmp_path / "half.ls"
     half.write_bytes(program.read_bytes()[:2000])
     refused(run("verify-backup", program, half), 2, "half.ls", "/END is missing")
-    german = tmp_path / "german.ls"
-    german.write_bytes(program.read_bytes().replace(b"COMMENT", b"KOMMENTAR"))
-    refused(run("verify-backup", program, german), 2, "german.ls", "another language")
+    spanish = tmp_path / "spanish.ls"
+    spanish.write_bytes(program.read_bytes().replace(b"COMMENT", b"COMENTARIO"))
+    refused(run("verify-backup", program, spanish), 2, "spanish.ls", "another language")
     shutil.copy(written / "paged" / "LINE_Y.LS", tmp_path / "LINE_Y.LS")
     (tmp_path / "LINE_Y.pages.json").write_text("{}")
     refused(run("verify-backup", tmp_path / "LINE_Y.LS", back), 2, "LINE_Y.pages.json", "no manifest")

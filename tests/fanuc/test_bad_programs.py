@@ -41,7 +41,7 @@ def changed(old, new, count=1):
     return GOOD.replace(old, new, count)
 
 
-GERMAN = changed(b"/ATTR\nCOMMENT\t\t=", b"/EIGN.\nKOMMENTAR\t=").replace(b"/END", b"/ENDE")
+SPANISH = changed(b"COMMENT\t\t=", b"COMENTARIO\t=")
 AGAIN = changed(b"};\nP[2]", b"   GP1:\n\tUF : 0, UT : 0,\n\tJ1= 0.000 deg\n};\nP[2]")
 HALF_CIRCLE = changed(b"L P[2] 100mm/sec CNT50    ;", b"C P[2]\n   3:J P[1] 10% FINE ;")
 SECOND = GOOD.index(b"P[2]{")
@@ -49,7 +49,7 @@ SECOND = GOOD.index(b"P[2]{")
 REFUSED = {
     "binary TP": (b"\x00\x12TPP\x00\x00" * 40, ("binary", ".LS")),
     "empty": (b"", ("/PROG",)),
-    "translated keywords": (GERMAN, ("language",)),
+    "translated keywords": (SPANISH, ("language",)),
     "cut in a motion": (GOOD[: GOOD.index(b"/POS") - 5], ("line 7", "/END is missing")),
     "cut in a position": (GOOD[: GOOD.index(b"\tW =")], ("line 13", "/END is missing")),
     "no /MN": (changed(b"/MN\n", b""), ("/MN is missing",)),

@@ -373,14 +373,13 @@ def test_an_edit_that_breaks_a_position_is_refused():
 # Refusals --------------------------------------------------------------------------------------------------------
 
 WHOLE = program(b"   1:L P[1] 5mm/sec FINE ;\n", point())
-GERMAN = b'/PROG  T\r\n/EIGN.\r\nEIGNER = MNEDITOR;\r\nKOMMENTAR = "x";\r\nZEILEN = 3;\r\n/MN\r\n/POS\r\n/END\r\n'
+FRENCH = b'/PROG  T\r\n/ATTR\r\nPROPRIETAIRE = MNEDITOR;\r\nCOMMENTAIRE = "x";\r\n/MN\r\n/POS\r\n/END\r\n'
 BROKEN = {
     "binary": (b"\x00\x12TPP\x00\x00" * 40, "binary"),
     "empty": (b"", "/PROG"),
     "blank": (b" \r\n\r\n", "/PROG"),
     "not a program": (b"ERRALL.LS   robot 1\n 1 SRVO-001\n", "line 1"),
-    "translated": (GERMAN, "language"),
-    "translated fields": (GERMAN.replace(b"/EIGN.", b"/ATTR"), "language"),
+    "translated": (FRENCH, "language"),
     "cut before /END": (WHOLE[: WHOLE.index(b"/END")], "/END"),
     "cut in a position": (WHOLE[: WHOLE.index(b"X =") + 4], "line 9: /END"),
     "cut before /POS": (WHOLE[: WHOLE.index(b"/POS")], "/END"),

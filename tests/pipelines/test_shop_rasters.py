@@ -42,6 +42,25 @@ def test_every_raster_ends_inside(tmp_path, raster, boundary):
         assert not ((x > -0.0999) & (x < -0.0501) & (np.abs(y) < 0.0499)).any()
 
 
+def test_the_tool_is_not_on_the_part_over_round_holes_and_slots(tmp_path):
+    boundary = (
+        'shape = "circle"\ndiameter_mm = 240\n'
+        '[[boundary.holes]]\nkind = "circle"\nx_mm = -60\ny_mm = 25\ndiameter_mm = 50\n'
+        '[[boundary.holes]]\nkind = "slot"\nx_mm = 40\ny_mm = -25\nlength_mm = 90\nwidth_mm = 24\nrotation_deg = 20\n'
+    )
+    path = generate(job_of(tmp_path, "angle_deg = 30", boundary), quiet)[0].path
+    x, y = path.target.position.T[:2] - [[1.1], [0.0]]
+    turned = np.radians(20)
+    along = (x - 0.04) * np.cos(turned) + (y + 0.025) * np.sin(turned)
+    across = (y + 0.025) * np.cos(turned) - (x - 0.04) * np.sin(turned)
+    slot = np.hypot(np.maximum(np.abs(along) - 0.033, 0), across) < 0.012 - 1e-6
+    hole = np.hypot(x + 0.06, y - 0.025) < 0.025 - 1e-6
+    down = path.target.position[:, 2] < 0.1 + 1e-6
+    assert (down & slot).any()
+    assert (down & hole).any()
+    assert np.array_equal(path.contact[down], (~slot & ~hole & (np.hypot(x, y) < 0.12 + 1e-7))[down])
+
+
 def test_the_tool_is_off_the_part_on_its_way_back(tmp_path):
     planned, _ = generate(job_of(tmp_path, 'sweeps = "one way"'), quiet)
     path = planned.path
@@ -56,7 +75,11 @@ def test_the_tool_is_off_the_part_on_its_way_back(tmp_path):
         ("", 'shape = "rectangle"\n', r"boundary\.size_mm: missing"),
         ("", 'shape = "rectangle"\nsize_mm = [300, 200]\ndiameter_mm = 5\n', r"boundary\.diameter_mm: conflicts"),
         ("", 'shape = "polygon"\ncorners_mm = [[0,0],[9,9],[9,0],[0,9]]\n', r"boundary\.corners_mm: its edges cross"),
-        ("", 'shape = "circle"\ndiameter_mm = 100\nholes = [{corners_mm=[[0,0],[1,0],[0,1]]}]\n', r"boundary\.holes"),
+        (
+            "",
+            'shape = "circle"\ndiameter_mm = 100\nholes = [{corners_mm=[[0,0],[60,0],[0,1]]}]\n',
+            r"holes\.0: it crosses",
+        ),
         ('sweeps = "one way"\nturn = "smooth"', RECTANGLE, r"path\.turn: sweeps that go one way have no turns"),
     ],
 )

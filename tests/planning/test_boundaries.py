@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries
+from compgen.planning.holes import pierced, ring_hole
 
 ATOL_M = 1e-12
 SIZE = 1.45  # m corner to corner
@@ -172,7 +173,7 @@ def on_l_shape(points):
 @pytest.mark.parametrize("angle_deg", [0.0, 25.0])
 def test_a_polygon_with_a_notch_and_a_hole_contains_what_it_should(order, angle_deg):
     angle = np.radians(angle_deg)
-    part = boundaries.polygon(L_SHAPE[::order], [HOLE[::order]]).turned(angle)
+    part = pierced(boundaries.polygon(L_SHAPE[::order]), [ring_hole(HOLE[::order], "holes.0")]).turned(angle)
     points = scattered(20_000, 0.4)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     assert np.array_equal(part.contains(points @ turn.T), on_l_shape(points))
@@ -180,7 +181,7 @@ def test_a_polygon_with_a_notch_and_a_hole_contains_what_it_should(order, angle_
 
 def test_a_rectangle_is_the_polygon_of_its_corners():
     corners = np.array([(-0.3, -0.2), (0.3, -0.2), (0.3, 0.2), (-0.3, 0.2)])
-    part, same = boundaries.rectangle(0.6, 0.4, 0.3), boundaries.polygon(corners, []).turned(0.3)
+    part, same = boundaries.rectangle(0.6, 0.4, 0.3), boundaries.polygon(corners).turned(0.3)
     points = scattered(5000, 0.4)
     assert np.array_equal(part.contains(points), same.contains(points))
     assert_allclose(part.circumradius(), np.hypot(0.3, 0.2), atol=ATOL_M)
@@ -200,5 +201,9 @@ def test_a_rectangle_is_the_polygon_of_its_corners():
     ],
 )
 def test_polygons_that_are_none(outline, holes, words):
+    def make():
+        part = boundaries.polygon(np.array(outline, dtype=float))
+        pierced(part, [ring_hole(np.array(hole, dtype=float), f"holes.{n}") for n, hole in enumerate(holes)])
+
     with pytest.raises(InputError, match=words):
-        boundaries.polygon(np.array(outline, dtype=float), [np.array(h, dtype=float) for h in holes])
+        make()

@@ -82,10 +82,10 @@ def insert_points(
         i = int(drive.motion[s])
         start = int(m.span[i, 0])
         line_start = max(program.data.rfind(b"\n", 0, start), program.data.rfind(b"\r", 0, start)) + 1
-        prefix = re.sub(rb"\d", b" ", program.data[line_start:start])
+        prefix = re.sub(rb"\d", b" ", program.source[line_start:start])
         carried = options_on_parts(m.options[i])
         tail = f"{m.speed[i]} CNT100{f' {carried}' if carried else ''}    ;".encode("latin-1")
-        lines = [prefix + b"L P[%d] " % n + tail + eol for n in numbers[station == s].tolist()]
+        lines = [prefix + b"L P[%d] " % n + program.own_words(tail) + eol for n in numbers[station == s].tolist()]
         edits[line_start, line_start] = b"".join(lines)
     copies = [(int(poses.row[drive.pose[s]]), int(n)) for s, n in zip(station, numbers, strict=True)]
     _append_positions(program, copies, edits, eol)
@@ -134,7 +134,7 @@ def _append_positions(program: LsProgram, copies: Sequence[tuple[int, int]], edi
     texts = []
     for row, number in copies:
         start, end = p.block[row].tolist()
-        texts.append(re.sub(rb"P\[[ \t]*\d+", b"P[%d" % number, program.data[start:end], count=1))
+        texts.append(re.sub(rb"P\[[ \t]*\d+", b"P[%d" % number, program.source[start:end], count=1))
     last = int(p.block[:, 1].max())
     edits[last, last] = b"".join(eol + text for text in texts)
 

@@ -12,7 +12,7 @@ import numpy as np
 from compgen.core.exceptions import InputError
 from compgen.fanuc.editing.insertion import insert_remark
 from compgen.fanuc.editing.numbers import Edits, format_like
-from compgen.fanuc.listing.listing import LsProgram, edited, loads, other_statements
+from compgen.fanuc.listing.listing import LsProgram, dumps, edited, loads, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.vocabulary import may_move_arm
@@ -64,7 +64,7 @@ def lifted_program(program: LsProgram, height_mm: float, length: int, motionless
         start, end = p.span[row, _Z].tolist()
         old = program.data[start:end]
         edits[start, end] = format_like(old, float(old) + height_mm, omit_zero=old.lstrip(b"+-")[:1] == b".")
-    return insert_remark(loads(renamed(edited(program, edits).data, length)), f"DRY RUN +{height_mm:.4g} MM")
+    return insert_remark(loads(renamed(dumps(edited(program, edits)), length)), f"DRY RUN +{height_mm:.4g} MM")
 
 
 def renamed(data: bytes, length: int) -> bytes:

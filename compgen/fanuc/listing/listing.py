@@ -1,8 +1,9 @@
 r"""Any .LS file, without loss: the bytes as they are, and where in them motions and positions stand.
 
 Text is kept whole; a record is a place in it. So reading and writing unchanged gives the same bytes, and an edit
-replaces the bytes of one number and nothing else. What is neither motion nor position is opaque: it is never looked
-into and never changed. Tables are columns (numpy), so that a million positions are a few arrays.
+replaces the bytes of one number and nothing else. A German program is read in English words at the same places. What
+is neither motion nor position is opaque: it is never looked into and never changed. Tables are columns (numpy), so that
+a million positions are a few arrays.
 """
 
 import re
@@ -14,16 +15,17 @@ import numpy as np
 
 from compgen.core.arrays import IntArray
 from compgen.core.exceptions import InputError
+from compgen.fanuc.listing.languages import in_english, in_german, is_german
 from compgen.fanuc.listing.lines import end_of_line, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.position_parser import skip_blanks
 from compgen.fanuc.listing.positions import Positions, read_positions
 from compgen.fanuc.listing.templates import FEW_TEXTS
-from compgen.fanuc.vocabulary import CONTINUATION, REMARKS
+from compgen.fanuc.vocabulary import CONTINUATION, GERMAN_HEAD, REMARKS
 
 _BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
 _TRANSLATED = re.compile(
-    _BEGIN + rb"/?(?:EIGN\.|KOMMENTAR|PROPRIETAIRE|COMENTARIO|PROPIETARIO|ZEILEN)[ \t]*(?=[=\r\n])", re.IGNORECASE
+    _BEGIN + rb"/?(?:PROPRIETAIRE|COMMENTAIRE|COMENTARIO|PROPIETARIO)[ \t]*(?=[=\r\n])", re.IGNORECASE
 )
 _SECTION = re.compile(rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
 _SECOND = re.compile(rb"(?<=[\r\n])/PROG\b", re.IGNORECASE)
@@ -37,7 +39,8 @@ _ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
 class LsProgram:
     """A program file: its bytes, and what stands where."""
 
-    data: bytes
+    source: bytes  # the file's
+    data: bytes  # the same in English words, byte for byte as long; what is read
     name: str
     subtype: str
     attributes: tuple[tuple[str, str], ...]
@@ -46,6 +49,10 @@ class LsProgram:
     motions: Motions
     positions: Positions
     place: IntArray  # (S,) byte at which each of those lines begins
+
+    def own_words(self, text: bytes) -> bytes:
+        """A statement of ours in the words of this program's language."""
+        return text if self.data is self.source else in_german(text)
 
     def motion_text(self, motion: int) -> str:
         """A motion as it is written, in one line."""
@@ -57,11 +64,11 @@ class LsProgram:
         return self.data[start:end].decode("latin-1")
 
 
-def loads(data: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
+def loads(source: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
     """Read a program file.
 
     Args:
-        data: The file's bytes, any line ends, any single-byte code page.
+        source: The file's bytes, any line ends, any single-byte code page.
         few_texts: Lines or positions up to which they are read one by one; more are read by columns, to the same.
 
     Returns:
@@ -70,11 +77,15 @@ def loads(data: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
     Raises:
         InputError: Not a program, truncated, in another language, or a position that cannot be read; names the line.
     """
+    data = in_english(source) if is_german(source) else source
     sections = _sections(data)
     head = data[: sections["MN"][0]]
     name_line = _NAME.search(head)
     attributes = tuple(
-        (k.decode("latin-1"), v.decode("latin-1").strip().removesuffix(";").rstrip())
+        (
+            GERMAN_HEAD.get(k.decode("latin-1"), k.decode("latin-1")),
+            v.decode("latin-1").strip().removesuffix(";").rstrip(),
+        )
         for k, v in _ATTRIBUTE.findall(head)
     )
     motions, statements, place, remarks = read_motions(data, *sections["MN"], few_texts)
@@ -83,6 +94,7 @@ def loads(data: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
     if not name.isprintable() or "/" in name:
         raise InputError(f"program: line 1: its name {name[:40]!r} is none; it has letters, digits, - and _; mend it")
     return LsProgram(
+        source=source,
         data=data,
         name=name,
         subtype=name_line.group(2).decode("latin-1").strip() if name_line else "",
@@ -97,7 +109,7 @@ def loads(data: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
 
 def dumps(program: LsProgram) -> bytes:
     """The program's bytes."""
-    return program.data
+    return program.source
 
 
 def head_text(program: LsProgram) -> str:
@@ -115,9 +127,9 @@ def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram
     for (start, end), text in sorted(edits.items()):
         if start < at or end < start:
             raise InputError(f"program {program.name}: two edits overlap, or one runs backwards, at byte {start}")
-        parts += [program.data[at:start], text]
+        parts += [program.source[at:start], text]
         at = end
-    return loads(b"".join([*parts, program.data[at:]]))
+    return loads(b"".join([*parts, program.source[at:]]))
 
 
 def other_statements(program: LsProgram) -> list[tuple[int, str]]:
@@ -186,7 +198,7 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
     tags_found = _tags(data)
     tags = [tag for tag, _, _ in tags_found]
     if _TRANSLATED.search(data, 0, tags_found[tags.index("MN")][1] if "MN" in tags else len(data)):
-        raise InputError("program: its keywords are in another language; export it from a controller set to English")
+        raise InputError("program: its keywords are in another language; export it from one set to English (or German)")
     if "MN" not in tags:
         raise InputError("program: /MN is missing; is this a complete .LS file?")
     mn = tags.index("MN")

@@ -23,6 +23,7 @@ from compgen.core.evaluation import map_blocks
 from compgen.core.exceptions import ImpossibleError
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.canonical.writer import compose
+from compgen.fanuc.listing.languages import in_german, is_german
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
@@ -50,8 +51,8 @@ _BEGIN = rb"(?:\A|(?<=[\r\n]))"
 _TAG = re.compile(_BEGIN + rb"/(?:APPL|MN)\b[^\r\n]*(?:\r\n|\n|\r)?", re.IGNORECASE)
 _MN = re.compile(_BEGIN + rb"/MN\b[^\r\n]*(?:\r\n|\n|\r)?", re.IGNORECASE)
 _NAME = re.compile(_BEGIN + rb"(/PROG[ \t]+)([^\s]+)([^\r\n]*)", re.IGNORECASE)
-_COUNT = re.compile(_BEGIN + rb"(LINE_COUNT[ \t]*=[ \t]*)\d+", re.IGNORECASE)
-_MASK = re.compile(_BEGIN + rb"(DEFAULT_GROUP[ \t]*=)([^;\r\n]*)", re.IGNORECASE)
+_COUNT = re.compile(_BEGIN + rb"((?:LINE_COUNT|ZEILEN)[ \t]*=[ \t]*)\d+", re.IGNORECASE)
+_MASK = re.compile(_BEGIN + rb"(DEFAULT_GRO?UP[ \t]*=)([^;\r\n]*)", re.IGNORECASE)
 _NUMBER = re.compile(rb"([ \t]*)(\d+)(?=[ \t]*:)")
 _P = re.compile(rb"([Pp]\[(?<![A-Za-z_$]..)[ \t]*)(\d+)")  # its first letter first: four times as fast
 
@@ -107,7 +108,7 @@ def split_program(  # noqa: PLR0913 - what pages look like, each named by its ca
         size = ProgramSize(line_count(body), len(used), _memory(flow, page, body, len(used)))
         pages.append(Page(name=name, data=data, load=load, motions=(first, behind), size=size, notes=page.notes))
     name = program.name[: capacity.name_length]
-    return PagedProgram(name, main_program_text(program.data, name, pages, main_heading), tuple(pages))
+    return PagedProgram(name, main_program_text(program.source, name, pages, main_heading), tuple(pages))
 
 
 def _body(
@@ -122,7 +123,7 @@ def _body(
     end = _line_end(program.data)
     texts = [b"   0:  !" + remark.encode("ascii", "replace") + b" ;" + end for remark in remarks]
     units = [*page.settings, *range(page.first, page.last)]
-    statements = [program.data[start:stop] for start, stop in flow.span[units].tolist()]
+    statements = [program.source[start:stop] for start, stop in flow.span[units].tolist()]
     if new:  # remarks and what is disabled stay as they are
         active = [k for k, s in enumerate(units) if flow.motion[s] != NO_NUMBER or s in flow.text]
         for k, text in zip(active, _renumber_each([statements[k] for k in active], new), strict=True):
@@ -138,12 +139,12 @@ def _entry_statement(program: LsProgram, i: int, joint_entry: int | None) -> byt
     m = program.motions
     target = m.target[i][-1]
     if joint_entry is not None:
-        return f"J {target} {joint_entry}% FINE".encode("latin-1")
+        return program.own_words(f"J {target} {joint_entry}% FINE".encode("latin-1"))
     joint = m.letter[i] == "J"
     speed = m.speed[i]
     if SPEED_NEEDS_LENGTH.search(speed):
         speed = "10%" if joint else "100mm/sec"  # a motion of no length takes no time
-    return f"{'J' if joint else 'L'} {target} {speed} FINE".encode("latin-1")
+    return program.own_words(f"{'J' if joint else 'L'} {target} {speed} FINE".encode("latin-1"))
 
 
 def _renumber_each(texts: list[bytes], new: dict[int, int]) -> list[bytes]:
@@ -178,9 +179,9 @@ def _page_text(
 ) -> bytes:
     """A page's file; ``blocks`` are the spans of its positions in the program's file."""
     end = _line_end(program.data)
-    mn = _MN.search(program.data)
-    head = _rename_head(program.data[: mn.end() if mn else 0], name, len(body), keep_subtype=False)
-    positions = b"".join([program.data[start:stop] + end for start, stop in blocks])
+    mn = _MN.search(program.source)
+    head = _rename_head(program.source[: mn.end() if mn else 0], name, len(body), keep_subtype=False)
+    positions = b"".join([program.source[start:stop] + end for start, stop in blocks])
     return b"".join([head, *_complete_last_line(body, end), b"/POS" + end, _renumber(positions, new), b"/END" + end])
 
 
@@ -194,6 +195,7 @@ def main_program_text(data: bytes, name: str, pages: Sequence[Page], remarks: Se
             statements += [f"MESSAGE[LOAD {page.load} OF {loads}]", "PAUSE"]
         statements.append(f"CALL {page.name}")
     body = [f"{n:4d}:  {text} ;".encode("ascii", "replace") + end for n, text in enumerate(statements, 1)]
+    body = [in_german(line) for line in body] if is_german(data) else body
     tag = _TAG.search(data)
     head = _rename_head(data[: tag.start() if tag else 0], name, len(body), keep_subtype=True)
     head = _MASK.sub(lambda m: m.group(1) + re.sub(rb"\d", b"*", m.group(2)), head, count=1)

@@ -14,7 +14,7 @@ from compgen.core.pose import Pose
 from compgen.core.stages import Progress
 from compgen.core.units import MM
 from compgen.core.version import __version__
-from compgen.fanuc import LsProgram, edited, loads
+from compgen.fanuc import LsProgram, dumps, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.correctable import read_scope
@@ -249,8 +249,8 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         around=task.around,
         before=task.before,
         options=task.options,
-        planned=planned.data,
-        text=written.data,
+        planned=dumps(planned),
+        text=dumps(written),
         plan=plan,
         shared=shared,
         changed=_changed_positions(program, written),

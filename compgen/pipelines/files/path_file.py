@@ -35,6 +35,7 @@ from compgen.job.uncertainty import refuse_without_uncertainty
 from compgen.pipelines.files.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.files.schema import PathFile
 from compgen.planning.boundaries import Boundary, unbounded
+from compgen.planning.boundary_schema import boundary_from_table
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.own_points.tables import OwnPoints, mesh_of, own_points_path, pattern_on_mesh, through
 from compgen.planning.tables import (
@@ -43,7 +44,6 @@ from compgen.planning.tables import (
     ProcessTable,
     RasterTable,
     Shape,
-    boundary_from_table,
     pattern_from_table,
     surface_from_table,
 )

@@ -9,7 +9,8 @@ from compgen.core.toml import Positive, Table
 from compgen.error_model.schema import SourcesTable
 from compgen.error_model.unknown import UnknownTable
 from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable
-from compgen.planning.tables import AnyPattern, BoundaryTable, FrameTable, ProcessTable, SurfaceTable
+from compgen.planning.boundary_schema import BoundaryTable
+from compgen.planning.tables import AnyPattern, FrameTable, ProcessTable, SurfaceTable
 from compgen.robot.expected_motion_table import ExpectedMotionTable
 from compgen.robot.tables import (
     ControllerTable,

@@ -170,7 +170,7 @@ def _with_positions(first: Correction, job: CorrectedJob, pages: list[WrittenPag
         for ours, its in numbers.items():
             if ours in blocks and its in own_blocks:
                 start, end = own_blocks[its]
-                edits[blocks[ours]] = _NUMBER.sub(b"%d" % ours, part.data[start:end], count=1)
+                edits[blocks[ours]] = _NUMBER.sub(b"%d" % ours, part.source[start:end], count=1)
     return edited(program, edits)
 
 

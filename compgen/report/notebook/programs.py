@@ -239,7 +239,7 @@ def _typed(table: object, key: str, mend: str) -> str | None:
 def _listing(program: object) -> tuple[str | None, bytes]:
     """The file of a program, if it has one, and its bytes."""
     if isinstance(program, LsProgram):
-        return None, program.data
+        return None, program.source
     if isinstance(program, bytes):
         return None, program
     if isinstance(program, str) and "\n" in program:
