@@ -54,6 +54,8 @@ class Code(StrEnum):
         "Give more points there, or path.through = 'lines'.", WARNING)
     PATH_END = ("path.end", "planning", "The file ends before its last line, or says something that is not used.",
         "Read the line that is named; mend the file where more was meant.", WARNING)
+    PATH_STEPOVER = ("path.stepover", "planning", "The stepover is larger than the part.",
+        "Make path.stepover_mm smaller, or compare it and the part's sizes with the drawing.", WARNING)
     SURFACE_MESH = ("surface.mesh", "planning", "Says how the path lies on the mesh, and what of it has no contact.",
         "Look at the place on the page; move the path or take a mesh that reaches further.", WARNING, NOTE)
     SOURCES_MAP = ("sources.map", "error_model", "The program leaves the space in which the error map was measured.",

@@ -5,7 +5,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
 from compgen.core.toml import Angle, Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
@@ -15,6 +17,7 @@ from compgen.planning.own_points.tables import MeshTable, OwnPoints
 from compgen.robot.tables import AccPercent
 
 MAX_SWEEPS = 1e4
+ROUNDING = 1e-9  # of sizes that are equal
 RIGHT_ANGLE = 90 * DEG
 MAX_LEAD = 50.0  # mm
 Rise = Annotated[FiniteFloat, Field(ge=-100, le=200)]
@@ -212,6 +215,23 @@ def _spiral(table: SpiralTable, boundary: Boundary | None, file: str) -> Piecewi
     if turns > MAX_SWEEPS:
         raise InputError(f"{file}: path.stepover_mm: over {MAX_SWEEPS:.0f} turns; make it larger")
     return patterns.spiral(diameter, turns)
+
+
+def questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
+    """A warning where sweeps or turns lie further apart than the part is wide; ``edge`` marks contact."""
+    if not isinstance(table, RasterTable | SpiralTable) or table.stepover_mm is None:
+        return ()
+    if isinstance(table, SpiralTable):
+        kind, wide = "turn", table.diameter_mm / 2 if table.diameter_mm else edge.circumradius() / MM
+    else:
+        angles = [table.angle_deg * DEG + quarter for quarter in (0.0, RIGHT_ANGLE)[: 1 + table.cross_hatch]]
+        low, high = np.transpose([edge.turned(-angle).y_range() for angle in angles])
+        kind, wide = "sweep", float((high - low).min()) / MM
+    if table.stepover_mm <= wide * (1 + ROUNDING):
+        return ()
+    what = f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm)"
+    message = f"{what}: less than one {kind} more fits on it; make it smaller, or mend the part's size"
+    return (Finding(Level.WARNING, Code.PATH_STEPOVER, message),)
 
 
 def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> surfaces.Quadric:

@@ -128,8 +128,8 @@ def cell():
 
 def test_pages_and_a_dry_run_are_in_its_own_words():
     few = Capacity(max_lines=12, max_positions=100, memory=1e6, name_length=8)
-    jump = b"IF (DI[7]),JMP LBL[2] ;"  # a page would hold it and its label
-    plain = sample().replace(jump, b"WAIT (DI[7]) ;")
+    jump = b"IF (DI[7]),JMP LBL[2] "  # a page would hold it and its label
+    plain = sample().replace(jump, b"WAIT (DI[7]) ")
     english, german = (split_program(loads(text), few) for text in (plain, in_german(plain)))
     assert len(german.pages) > 1
     for page, same in zip(german.pages, english.pages, strict=True):

@@ -45,6 +45,7 @@ from compgen.planning.tables import (
     RasterTable,
     Shape,
     pattern_from_table,
+    questioned_stepover,
     surface_from_table,
 )
 from compgen.robot.inverse_kinematics import Posture
@@ -273,11 +274,12 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
 
     def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]:
         pattern, edge = pattern_from_table(table, boundary, source, process.lift_mm * MM)
+        wide = questioned_stepover(table, edge)
         if mesh is None:
-            return pattern, edge, ()
+            return pattern, edge, wide
         shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
         on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, tool.spin, source)
-        return on_mesh.curve, unbounded(), on_mesh.notes
+        return on_mesh.curve, unbounded(), (*wide, *on_mesh.notes)
 
     tolerance = 0.0
     if isinstance(path.path, OwnPoints):
