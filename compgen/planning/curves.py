@@ -26,6 +26,7 @@ DEGREE = 7  # of p
 CUBIC = 3  # the degree of h and g
 SEGMENTS = 3  # of a piece at least
 ANGLES_EQUAL = 1e-11  # rad, and Gibbs vectors
+_BINOMIALS = np.array([[comb(k, i) for k in range(DEGREE + 1)] for i in range(DEGREE + 1)], dtype=float)
 WIDTH = 2 * (DEGREE + 1) + 4 + 4 * (CUBIC + 1)  # coefficients of a piece
 
 
@@ -79,6 +80,23 @@ class PiecewiseCurve:
         """The pieces at these rows, in their order."""
         return PiecewiseCurve(**{name: getattr(self, name)[rows] for name in PiecewiseCurve.__slots__})
 
+    def cut(self, count: IntArray) -> "PiecewiseCurve":
+        """The same curve with each piece cut into so many (K,), each with a parameter from 0 to 1 of its own."""
+        piece = np.repeat(np.arange(len(count)), count)
+        width = 1.0 / count[piece]
+        start = (np.arange(len(piece)) - (np.cumsum(count) - count)[piece]) * width
+        rows, last = self.subset(piece), np.append(piece[1:] != piece[:-1], True)
+        r0, r1, f0, f1 = rows.polar.T
+        return replace(
+            rows,
+            poly=_parts(rows.poly, start, width),
+            polar=np.column_stack([r0 + r1 * start, r1 * width, f0 + f1 * start, f1 * width]),
+            lift=_parts(rows.lift, start, width),
+            tilt=_parts(rows.tilt, start, width),
+            stop=rows.stop & last,
+            least=np.ceil(rows.least * width).astype(np.int64),
+        )
+
     def start(self) -> tuple[Array, Array]:
         """Where the first piece starts, (3,) x, y and height [m], and its tilt there, (3,)."""
         return self.place_and_tilt(0, 0.0)
@@ -92,6 +110,13 @@ class PiecewiseCurve:
         row, at = np.array([piece]), np.array([t])
         place = np.append(self.derivatives(row, at)[0][0], self.height(row, at)[0])
         return place, np.asarray(t ** np.arange(CUBIC + 1) @ self.tilt[piece])
+
+
+def _parts(c: Array, start: Array, width: Array) -> Array:
+    """Coefficients (P, D, ...) of polynomials in t as those in u, where t = start + width u."""
+    j, k = np.ogrid[: c.shape[1], : c.shape[1]]
+    powers = np.where(k >= j, _BINOMIALS[: len(j), : len(j)] * start[:, None, None] ** np.maximum(k - j, 0), 0.0)
+    return np.asarray(np.einsum("pjk,pk...->pj...", powers * width[:, None, None] ** j, c))
 
 
 def curve_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
@@ -139,14 +164,13 @@ def goes_on(curve: PiecewiseCurve) -> BoolArray:
 
     Then the parameter may run on beyond 1: p(t + 1), with the binomials of (t + 1)^k.
     """
-    shift = np.array([[comb(k, i) for k in range(DEGREE + 1)] for i in range(DEGREE + 1)], dtype=float)
-    cubic = shift[: CUBIC + 1, : CUBIC + 1]
+    cubic = _BINOMIALS[: CUBIC + 1, : CUBIC + 1]
     a, b = curve.subset(np.arange(len(curve.poly) - 1)), curve.subset(np.arange(1, len(curve.poly)))
     size = 1e-12 + 1e-12 * np.abs(curve.polar[:, 0]).max(initial=0.0)
     polar = b.polar - np.column_stack([a.polar[:, 0] + a.polar[:, 1], a.polar[:, 1], *a.polar[:, 2:].T])
     polar[:, 2] -= a.polar[:, 3]
     return np.asarray(
-        (np.abs(np.einsum("ij,kjc->kic", shift, a.poly) - b.poly).max(axis=(1, 2)) < size)
+        (np.abs(np.einsum("ij,kjc->kic", _BINOMIALS, a.poly) - b.poly).max(axis=(1, 2)) < size)
         & (np.abs(np.einsum("ij,kj->ki", cubic, a.lift) - b.lift).max(axis=1) < size)
         & (np.abs(np.einsum("ij,kjc->kic", cubic, a.tilt) - b.tilt).max(axis=(1, 2)) < ANGLES_EQUAL)
         & (np.abs(polar[:, :2]).max(axis=1) < size)

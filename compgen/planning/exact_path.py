@@ -110,6 +110,10 @@ class ExactPath:
         t = parameter_expr(span.T, slope.T, fraction)
         uneven = np.flatnonzero(np.isnan(t))
         t[uneven] = self.parameter_by_newton(piece[uneven], span[uneven], length[uneven], fraction[uneven])
+        return self.pose_and_travel(piece, t)
+
+    def pose_and_travel(self, piece: IntArray, t: Array) -> PathPoses:
+        """Pose and direction of travel at parameters t (M,) of pieces (M,)."""
         position, rotation, travel = self._evaluate(
             path_functions().pose_and_travel, piece, t[:, None], self.spin_vector()
         )

@@ -132,6 +132,10 @@ class ProcessTable(Table):
     """Length of approach and retract along the tool axis."""
     lead_in: bool | None = None
     """Approach on a line that turns every joint through its play; default on for a robot with play."""
+    lead_deg: Annotated[FiniteFloat, Field(ge=-60, le=60)] = 0.0
+    """Angle by which the tool leans ahead of the surface's normal, along the feed; below 0: it trails."""
+    lean_deg: Annotated[FiniteFloat, Field(ge=-60, le=60)] = 0.0
+    """Angle by which the tool leans to the left of the way, across the feed."""
     acc_percent: AccPercent | None = None
     """ACC of every motion: the share of the robot's accelerations that ramps use; default the robot file's."""
     page_stops: Literal["off the part", "anywhere"] = "off the part"

@@ -151,6 +151,12 @@ class ToolTable(Table):
     """Rotation of the tool about the flange's y."""
     r_deg: Angle = 0.0
     """Rotation of the tool about the flange's z."""
+    length_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 0.0
+    """Length along the tool's own axis, from x_mm, y_mm, z_mm to the tool centre point."""
+    tilt_deg: Annotated[FiniteFloat, Field(ge=-150, le=150)] = 0.0
+    """Lean of the tool's axis from the flange's z, towards x; in place of w_deg, p_deg, r_deg."""
+    tilt_towards_deg: Angle = 0.0
+    """Direction in the flange that tilt_deg leans to, from x about z: 90 is towards y."""
     sigma_um: Annotated[list[NotNegative], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
     """Standard deviation of the tool centre point along the flange's x, y, z."""
     spin_deg: Angle = 0.0
