@@ -51,7 +51,8 @@ GERMAN = {
     "FEIN": "FINE",
     "Makro": "Macro",
 }
-GERMAN_REGISTERS = {"i": "R", "gE": "GI", "gA": "GO"}  # where a bracket follows
+#: Words that a bracket follows; frames as their numbers are called.
+GERMAN_REGISTERS = {"i": "R", "gE": "GI", "gA": "GO", "BENUTZER": "UFRAME", "WKZ": "UTOOL"}
 #: Keys of a German head that are read.
 GERMAN_HEAD = {"KOMMENTAR": "COMMENT", "ERSTELL": "CREATE", "ZEILEN": "LINE_COUNT"}
 
@@ -161,6 +162,9 @@ _STILL = _words(
 )
 
 
+_CLEARANCE = _words(r"^FB-PSPS\b")  # of a German plant: TC_ONLINE, a condition under which the robot goes on
+
+
 def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
     """Whether a statement that is no motion may leave the arm elsewhere.
 
@@ -177,6 +181,11 @@ def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
             return False
         text = _PULSE.sub("=ON", text).rpartition(",")[2].strip()
     return not (_STILL.match(text) or _ASSIGNMENT.match(text) or CALL.search(text))
+
+
+def is_unknown(text: str) -> bool:
+    """Whether a statement in English words is none that is known: a macro, or what was left in another language."""
+    return may_move_arm(text) and not (CALL.search(text) or _CLEARANCE.match(text))
 
 
 #: What writes position registers, user frames or tools, or runs what may.

@@ -6,13 +6,15 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.codes import Code, Level
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.findings import Finding
 from compgen.core.toml import Angle, Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.exact_path import ExactPath
+from compgen.planning.leaning import leaned
 from compgen.planning.own_points.tables import MeshTable, OwnPoints
 from compgen.robot.tables import AccPercent
 
@@ -236,6 +238,20 @@ def questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
     what = f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm)"
     message = f"{what}: less than one {kind} more fits on it; make it smaller, or mend the part's size"
     return (Finding(Level.WARNING, Code.PATH_STEPOVER, message),)
+
+
+def leaning_pattern(table: ProcessTable, path: ExactPath, file: str) -> PiecewiseCurve:
+    """The pattern of a path with the tool leaning as the process says; refused as ``leaned`` says."""
+    if not (table.lead_deg or table.lean_deg):
+        return path.curve
+    with naming_file(file):
+        return leaned(path, table.lead_deg * DEG, table.lean_deg * DEG)
+
+
+def refuse_leaning(table: ProcessTable, file: str) -> None:
+    """Refuse angles for points of the user's own."""
+    if table.lead_deg or table.lean_deg:
+        raise InputError(f"{file}: process.lead_deg: your own points say how the tool stands; put it into them")
 
 
 def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> surfaces.Quadric:

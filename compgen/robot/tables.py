@@ -9,6 +9,8 @@ from pydantic import Field, FiniteFloat
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.polygons import signed_area
+from compgen.core.pose import Pose
+from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.toml import (
     Angle,
     AngleRange,
@@ -132,6 +134,10 @@ class ControllerTable(Table):
     """ACC of the motions of programs whose path file names none (process.acc_percent); default not said."""
 
 
+#: the keys of a tool that say where its centre point is
+TOOL_POSE = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg", "length_mm", "tilt_deg")
+
+
 class ToolTable(Table):
     """Tool centre point in the flange frame, in FANUC's X Y Z W P R."""
 
@@ -163,6 +169,23 @@ class ToolTable(Table):
     """Angle of the tool's x axis from World's x, or the frame's, counted about its z."""
     axisymmetric: bool = False
     """Whether the tool is round, so that a correction may turn it about its own axis."""
+
+
+def tool_pose(table: ToolTable, file: str) -> Pose:
+    """The tool centre point in the flange.
+
+    Raises:
+        InputError: Its orientation is said twice.
+    """
+    angles = (table.w_deg, table.p_deg, table.r_deg)
+    if table.tilt_deg and any(angles):
+        raise InputError(f"{file}: tool.tilt_deg: w_deg, p_deg, r_deg say how the tool stands too; keep one of them")
+    turn = from_wpr(*(np.array([angle * DEG]) for angle in angles))[0]
+    if table.tilt_deg:  # about the axis in the flange's plane that is square to where it leans to
+        towards = table.tilt_towards_deg * DEG
+        turn = rotation_matrix(table.tilt_deg * DEG * np.array([-np.sin(towards), np.cos(towards), 0.0]))
+    foot = np.array([table.x_mm, table.y_mm, table.z_mm])
+    return Pose((foot + table.length_mm * turn[:, 2]) * MM, turn)
 
 
 class PostureTable(Table):

@@ -11,6 +11,7 @@ from shipped import ROOT
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import read_flow
+from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
 from compgen.fanuc.editing.lift import lifted_program
 from compgen.fanuc.listing.listing import dumps, loads, other_statements, statement_texts
 from compgen.fanuc.paging.split import split_program
@@ -161,6 +162,30 @@ def test_a_german_statement_is_read_in_english_words(words, meaning):
     read = loads(text)
     assert statement_texts(read) == [meaning]
     assert dumps(read) == text
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (b"Pendeln Sinus[1] ;", "a German word that is not known"),
+        (b"F\xdcR i[1]=1 BIS 5 ;", "a German word that is not known"),
+        (b"BENUTZER[1]=PR[2] ;", "UFRAME[] is written"),
+        (b"WKZ[2]=PR[3] ;", "UTOOL[] is written"),
+        (b"P[1]=LPOS ;", "a position is written at run time"),
+        (b"FB-PSPS (E[3] [&] M[2]) ;", ""),
+        (b"A[80]=AN ;", ""),
+        (b"TIMER[3]=STOPP ;", ""),
+        (b"WENN (A[12]=AN),AUFRUF MAKRO998 ;", ""),
+        (b"WENN A[1]=AUS,SPRUNG LABEL[1] ;", ""),
+        (b"$SSR.$SINGLESTEP=0 ;", ""),
+        (b"FREIG. PREG ;", ""),
+    ],
+)
+def test_what_makes_a_german_program_unsafe_is_told(words, reason):
+    read = loads(b'/PROG  X\n/ATTR\nKOMMENTAR = "";\n/MN\n   1:  ' + words + b"\n/POS\n/END\n")
+    reasons = [unsafe.reason for unsafe in unsafe_statements(read)]
+    assert len(reasons) == bool(reason)
+    assert all(reason in told for told in reasons)
 
 
 def test_words_that_have_no_room_are_refused():

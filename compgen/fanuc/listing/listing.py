@@ -50,9 +50,14 @@ class LsProgram:
     positions: Positions
     place: IntArray  # (S,) byte at which each of those lines begins
 
+    @property
+    def is_german(self) -> bool:
+        """Whether its words are those of a controller set to German."""
+        return self.data is not self.source
+
     def own_words(self, text: bytes) -> bytes:
         """A statement of ours in the words of this program's language."""
-        return text if self.data is self.source else in_german(text)
+        return in_german(text) if self.is_german else text
 
     def motion_text(self, motion: int) -> str:
         """A motion as it is written, in one line."""

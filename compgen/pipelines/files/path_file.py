@@ -15,11 +15,9 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.compensation.tables import settings_of
 from compgen.core.codes import Code, Level
-from compgen.core.exceptions import InputError, naming_file
+from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
-from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
@@ -38,7 +36,6 @@ from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.boundary_schema import boundary_from_table
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.exact_path import ExactPath
-from compgen.planning.leaning import leaned
 from compgen.planning.own_points.tables import OwnPoints, mesh_of, own_points_path, pattern_on_mesh, through
 from compgen.planning.tables import (
     MAX_LEAD,
@@ -46,12 +43,14 @@ from compgen.planning.tables import (
     ProcessTable,
     RasterTable,
     Shape,
+    leaning_pattern,
     pattern_from_table,
     questioned_stepover,
+    refuse_leaning,
     surface_from_table,
 )
 from compgen.robot.inverse_kinematics import Posture
-from compgen.robot.tables import ToolTable
+from compgen.robot.tables import TOOL_POSE, ToolTable, tool_pose
 from compgen.thermal import Ambient, tables
 from compgen.thermal.ensemble import Ensemble, started
 from compgen.thermal.history import History
@@ -274,26 +273,19 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     feed = process.feed_mm_s * MM
     mesh = mesh_of(path.surface, source) if path.surface.kind == "stl" else None
 
-    def leaning(pattern: PiecewiseCurve, edge: Boundary) -> PiecewiseCurve:
-        if not (process.lead_deg or process.lean_deg):
-            return pattern
-        path = ExactPath(curve=pattern, surface=surface, boundary=edge, spin=tool.spin)
-        with naming_file(source):
-            return leaned(path, process.lead_deg * DEG, process.lean_deg * DEG)
-
     def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]:
         pattern, edge = pattern_from_table(table, boundary, source, process.lift_mm * MM)
-        wide = questioned_stepover(table, edge)
-        if mesh is None:
-            return leaning(pattern, edge), edge, wide
-        shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
-        on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, tool.spin, source)
-        return leaning(on_mesh.curve, unbounded()), unbounded(), (*wide, *on_mesh.notes)
+        notes = questioned_stepover(table, edge)
+        if mesh is not None:
+            shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
+            on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, tool.spin, source)
+            pattern, edge, notes = on_mesh.curve, unbounded(), (*notes, *on_mesh.notes)
+        laid = ExactPath(curve=pattern, surface=surface, boundary=edge, spin=tool.spin)
+        return leaning_pattern(process, laid, source), edge, notes
 
     tolerance = 0.0
     if isinstance(path.path, OwnPoints):
-        if process.lead_deg or process.lean_deg:
-            raise InputError(f"{source}: process.lead_deg: your own points say how the tool stands; put it into them")
+        refuse_leaning(process, source)
         pattern, surface, notes = own_points_path(path.path, surface, tool.spin, feed, source, mesh)
         edge = boundary or unbounded()
         tolerance = path.path.tolerance_um * UM
@@ -312,20 +304,12 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
 
 def _tool(table: ToolTable, payload: int | None, source: str) -> Tool:
     """The tool of a path file; the controller's payload schedule holds where the file gives none."""
-    angles = (table.w_deg, table.p_deg, table.r_deg)
-    if table.tilt_deg and any(angles):
-        raise InputError(f"{source}: tool.tilt_deg: w_deg, p_deg, r_deg say how the tool stands too; keep one of them")
-    offset = any((table.x_mm, table.y_mm, table.z_mm, table.length_mm, table.tilt_deg, *angles))
-    turn = from_wpr(*(np.array([angle * DEG]) for angle in angles))[0]
-    if table.tilt_deg:  # about the axis in the flange's plane that is square to where it leans to
-        towards = table.tilt_towards_deg * DEG
-        turn = rotation_matrix(table.tilt_deg * DEG * np.array([[-np.sin(towards), np.cos(towards), 0.0]]))[0]
-    place = np.array([table.x_mm, table.y_mm, table.z_mm]) + table.length_mm * turn[:, 2]
+    offset = any(getattr(table, key) for key in TOOL_POSE)
     if offset and table.number == 0:
         raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
     return Tool(
         number=table.number if table.number is not None else int(offset),
-        pose=Pose(place * MM, turn),
+        pose=tool_pose(table, source),
         spin=table.spin_deg * DEG,
         sigma=tuple(value * UM for value in table.sigma_um),
         payload=table.payload if table.payload is not None else payload,
