@@ -1,6 +1,6 @@
 """What no number of a robot file says: named beside every band, with the size that others found where there is one."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -31,7 +31,7 @@ class Unknown:
     what: str
     size: tuple[float, float] | None  # [m]
     origin: str
-    until: str  # source of the budget that ends it
+    until: tuple[str, ...] = ()  # sources of the budget, and of the file, any of which ends it
     expected: float | None = None  # [m] within the size, where others let it be expected
 
 
@@ -39,14 +39,14 @@ NOT_LOOKED_AT = "not looked at here"  # where a size would be from
 
 #: of a file that says nothing of what it does not know
 NOT_KNOWN = (
-    Unknown("cold geometry", None, "", "geometry"),
-    Unknown("play", None, "", "lost motion"),
-    Unknown("repeatability", None, "", "repeatability"),
-    Unknown("the controller's motion", None, "", ""),
+    Unknown("cold geometry", None, "", ("geometry",)),
+    Unknown("play", None, "", ("lost motion",)),
+    Unknown("repeatability", None, "", ("repeatability",)),
+    Unknown("the controller's motion", None, ""),
 )
 
 #: of a file without a table of warmth
-OF_WARMTH = Unknown("warmth", None, "", "")
+OF_WARMTH = Unknown("warmth", None, "")
 
 
 def unknown_of(tables: Sequence[UnknownTable], where: str) -> tuple[Unknown, ...]:
@@ -60,10 +60,5 @@ def unknown_of(tables: Sequence[UnknownTable], where: str) -> tuple[Unknown, ...
         if row.size_um is not None and row.size_um[0] > row.size_um[1]:
             raise InputError(f"{where}: unknown.{i}.size_um: {row.size_um} must rise; give the least first")
         size = None if row.size_um is None else (row.size_um[0] * UM, row.size_um[1] * UM)
-        rows.append(Unknown(row.what, size, row.from_, row.until))
+        rows.append(Unknown(row.what, size, row.from_, (row.until,)))
     return tuple(rows) or NOT_KNOWN
-
-
-def remaining_unknown(unknown: Sequence[Unknown], known: Collection[str]) -> tuple[Unknown, ...]:
-    """What is left once some sources of the budget are known."""
-    return tuple(row for row in unknown if not row.until or row.until not in known)

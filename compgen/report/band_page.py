@@ -54,7 +54,7 @@ def band_rows(record: dict[str, Any]) -> list[list[str]]:
     whole = Markup("<b>{}</b>").format(rounded(record["p95_um"]))
     rows.append([Markup("<b>all that this file knows</b>"), whole, ""])
     for row in record["unknown"]:
-        nothing = row["from"] if row["from"] == NOT_LOOKED_AT else "nobody said"
+        nothing = row["from"] if row["from"] == NOT_LOOKED_AT else "no figure"
         extent = nothing if row["size_um"] is None else size_words(row)
         origin = "" if extent == row["from"] else row["from"]
         rows.append([_explained(f"not known: {row['what']}", origin), extent, ""])

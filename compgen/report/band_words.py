@@ -49,8 +49,11 @@ def known_words(record: dict[str, Any]) -> str:
 
 
 def unknown_words(record: dict[str, Any]) -> str:
-    """What the band leaves out: ``cold geometry (300 to 746 um), play (55 to 175 um)``; empty where nothing is."""
-    return ", ".join(row["what"] + _size(row) for row in record["unknown"])
+    """What the band leaves out: ``play (55 to 175 um); without a figure: tool length``; empty where nothing is."""
+    open_rows = [row["what"] for row in record["unknown"] if row["size_um"] is None and row["from"] != NOT_LOOKED_AT]
+    sized = ", ".join(row["what"] + _size(row) for row in record["unknown"] if row["what"] not in open_rows)
+    without = f"without a figure: {', '.join(open_rows)}" if open_rows else ""
+    return "; ".join(part for part in (sized, without) if part)
 
 
 def band_sentence(largest_um: float, record: dict[str, Any], of: str = "of arithmetic") -> str:

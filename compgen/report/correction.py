@@ -10,7 +10,7 @@ from compgen.core.commands import Command
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.findings.motion_findings import with_motion
-from compgen.pipelines.uncertainty.band_columns import not_known
+from compgen.pipelines.uncertainty.not_known import not_known, setting_of
 from compgen.report.averaged import served_figure, served_record
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
 from compgen.report.band_words import band_record, guaranteed_record, guaranteed_text
@@ -85,7 +85,10 @@ def band_of_correction(result: Correction) -> dict[str, Any] | None:
     """What the robot file leaves open at the corrected stations; None where nothing is corrected."""
     if result.band is None:
         return None
-    return band_record(result.band, with_motion(not_known(result.cell, result.band), result.motion), result.draws)
+    poses, rise = result.plan.poses, result.plan.stations.rise
+    setting = setting_of(poses.in_cell(result.plan.drive.pose[result.plan.free]), poses.tools.position, rise)
+    unknown = with_motion(not_known(result.cell, result.band, setting), result.motion)
+    return band_record(result.band, unknown, result.draws)
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:

@@ -12,7 +12,7 @@ from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.averaging import ensemble_words
 from compgen.pipelines.study import Timeline
-from compgen.pipelines.uncertainty.band_columns import not_known
+from compgen.pipelines.uncertainty.not_known import not_known
 from compgen.report.band_page import LEFT_OPEN, band_facts
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, line_of
@@ -137,7 +137,7 @@ def _facts(job: Job, day: Timeline, max_um: float | None) -> list[tuple[str, str
 
 def _bands(job: Job, day: Timeline) -> list[dict[str, Any]]:
     """What the files leave open in the first run and in the one that errs most; no text is written here and flown."""
-    return [band_record(band, with_motion(not_known(job.cell, band), None)) for band in day.band]
+    return [band_record(band, with_motion(not_known(job.cell, band, day.setting), None)) for band in day.band]
 
 
 def _rises(job: Job, day: Timeline) -> Figure:

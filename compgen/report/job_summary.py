@@ -16,7 +16,6 @@ from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.planned.written_program import WrittenFlight
-from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory
 from compgen.program.pages import estimated_memory
@@ -38,7 +37,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
     written = corrected.written if corrected else planned.written()
     before, on_part = statistics(planned.deviation()), statistics(planned.deviation(), on_part=True)
     after = statistics(corrected.deviation) if corrected else None
-    unknown = with_motion(not_known(job.cell, band), planned.written().effect)
+    unknown = with_motion(planned.not_known(band), planned.written().effect)
     return {
         "schema": SCHEMA,
         "command": Command.GENERATE if corrected else Command.PREDICT,

@@ -14,7 +14,6 @@ from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.resume.corrected import ResumedProgram, words_of
 from compgen.pipelines.resume.follow import Look
 from compgen.pipelines.resume.result import Resumed
-from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.band_words import band_record
 from compgen.report.curves import Row, course, figure_in_rows
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace
@@ -89,7 +88,7 @@ def _pages(resumed: Resumed) -> list[dict[str, Any]]:
 
 def band_of_resumed(resumed: Resumed) -> dict[str, Any]:
     """What files and log leave open on the new pages."""
-    return band_record(resumed.band, with_motion(not_known(resumed.planned.job.cell, resumed.band), None))
+    return band_record(resumed.band, with_motion(resumed.planned.not_known(resumed.band), None))
 
 
 def program_summary(resumed: ResumedProgram) -> dict[str, Any]:

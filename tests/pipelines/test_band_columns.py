@@ -25,6 +25,7 @@ from compgen.pipelines.uncertainty.band_columns import (
     columns_along,
     uncertainty_of,
 )
+from compgen.pipelines.uncertainty.not_known import UNSEEN, not_known, setting_of
 from compgen.thermal import rises_during
 from compgen.thermal.duty import JointMotion
 from compgen.verification.band import radius_of
@@ -320,8 +321,9 @@ def test_a_log_of_few_sensors_widens_the_band_and_says_what_they_may_hide(tmp_pa
         log.write_text("\n".join([",".join(head), *(",".join(f"{v:.2f}" for v in row) for row in rows)]) + "\n")
         program = program_of(f"log.file='{log}'")
         bands[len(sensors)] = band_along(program)
-        rows_of = {row.what: row for row in band_module.not_known(program.job.cell, bands[len(sensors)])}
-        assert rows_of[band_module.UNSEEN].size == (0.0, bands[len(sensors)].hidden)
+        setting = setting_of(program.path.target.position, np.zeros((1, 3)), program.rise)
+        rows_of = {row.what: row for row in not_known(program.job.cell, bands[len(sensors)], setting)}
+        assert rows_of[UNSEEN].size == (0.0, bands[len(sensors)].hidden)
     few, all_four = bands[2], bands[4]
     of_log = [next(s.largest for s in band.budget if s.source == "temperature log") for band in (few, all_four)]
     assert of_log[0] > 1.3 * of_log[1] > 5 * UM

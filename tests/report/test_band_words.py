@@ -14,7 +14,7 @@ import compgen
 from compgen.cli.screen.junit import JudgedPath, junit_xml
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
-from compgen.error_model.unknown import NOT_KNOWN, Unknown, remaining_unknown
+from compgen.error_model.unknown import NOT_KNOWN, Unknown
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
@@ -35,8 +35,8 @@ BAND = Band(
     budget=(BudgetShare("cte", 20.4 * UM, 15 * UM), BudgetShare("temperature law", 13.1 * UM, 9 * UM)),
 )
 UNKNOWN = (
-    Unknown("play", (55 * UM, 175 * UM), "a study", "lost motion"),
-    Unknown("the controller's motion", None, "", ""),
+    Unknown("play", (55 * UM, 175 * UM), "a study", ("lost motion",)),
+    Unknown("the controller's motion", None, ""),
 )
 
 
@@ -48,12 +48,12 @@ def run():
 def test_the_sentence_has_all_three_parts():
     assert band_sentence(2.06, band_record(BAND, UNKNOWN)) == (
         "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13); "
-        "not known: play (55 to 175 um), the controller's motion"
+        "not known: play (55 to 175 um); without a figure: the controller's motion"
     )
 
 
 def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():
-    seen = Unknown("the controller's motion", (154 * UM, 237 * UM), "a maker", "", 194 * UM)
+    seen = Unknown("the controller's motion", (154 * UM, 237 * UM), "a maker", (), 194 * UM)
     assert unknown_words(band_record(BAND, [seen])) == (
         "the controller's motion (expected 194, 154 to 237 um, from a maker)"
     )
@@ -78,12 +78,6 @@ def test_a_study_without_any_uncertainty_says_that_there_is_no_band():
 def test_small_sources_are_not_listed():
     many = replace(BAND, budget=(*BAND.budget, BudgetShare("feed", 0.1 * UM, 0.1 * UM)))
     assert "(cte 20, temperature law 13, ...)" in band_sentence(1.0, band_record(many, ()))
-
-
-def test_what_is_identified_is_no_longer_unknown():
-    assert [row.what for row in remaining_unknown(NOT_KNOWN, {"geometry"})] == [
-        "play", "repeatability", "the controller's motion",
-    ]  # fmt: skip
 
 
 def test_the_record_is_what_is_documented(run):

@@ -12,6 +12,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
+from compgen.error_model.unknown import Unknown
 from compgen.job.job import Job
 from compgen.job.motion_plan import MotionPlan
 from compgen.pipelines.planned.averaging import Averaged, planned_rises
@@ -19,6 +20,7 @@ from compgen.pipelines.planned.delivery import Delivery
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.pipelines.uncertainty.model_form import ModelForm
+from compgen.pipelines.uncertainty.not_known import not_known, setting_of
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.page_stops import PageStops
@@ -82,6 +84,12 @@ class Planned:
     def band_of_plan(self) -> Band:
         """What the files leave open while nothing is corrected."""
         return self.band if self.band is not None else band_along(self.driven(self.theta, self.motion))
+
+    def not_known(self, band: Band) -> tuple[Unknown, ...]:
+        """What a band of the program leaves out because nothing is known of it."""
+        path, job = self.path, self.job
+        places = path.target.position[path.contact] if path.contact.any() else path.target.position
+        return not_known(job.cell, band, setting_of(places, job.tool.pose.position[None], self.rise))
 
     def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
         """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""

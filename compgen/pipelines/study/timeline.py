@@ -7,6 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.job.job import Job
 from compgen.pipelines.study.geometry import band_at_samples, displacement, lay_out
+from compgen.pipelines.uncertainty.not_known import Setting, setting_of
 from compgen.thermal import rise_history
 from compgen.thermal.ensemble import Start, duties_before, mean_rises
 from compgen.verification.band import Band
@@ -26,6 +27,7 @@ class Timeline:
     run_rise: Array  # (R, K) [K] then
     error: Array  # (R,) [m] largest error in each run without correction
     residual: Array  # (R,) [m] what one file leaves in each: for the first run, or for the job's starts
+    setting: Setting  # that the program works in
     band: tuple[Band, Band]  # what the files leave open in the first run, and in the one that errs most
 
     def __post_init__(self) -> None:
@@ -77,5 +79,6 @@ def timeline(job: Job) -> Timeline:
         run_rise=run_rise,
         error=np.array(largest),
         residual=np.array(left),
+        setting=setting_of(geometry.path.target.position, job.tool.pose.position[None], run_rise),
         band=(bands[0], bands[1]),
     )

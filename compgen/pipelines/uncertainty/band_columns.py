@@ -14,7 +14,6 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
-from compgen.error_model.unknown import Unknown, remaining_unknown
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
 from compgen.job.uncertainty import JobUncertainty, open_log_end, quantities_of
@@ -28,7 +27,6 @@ SPACING = 0.01  # [m] of a longer one's path between two of them
 MOST_ROWS = 65_536  # of the longest
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
 MISSING = "thermal physics missing"  # in the budget
-UNSEEN = "a temperature sensor that is off unseen"
 LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
@@ -71,18 +69,6 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
     parts = [slice(k, k + ROWS) for k in range(0, len(rows), ROWS)]
     columns = (_columns(program, uncertainty, rows[part], turned[part]) for part in parts)
     return band_of(columns, rows, _part_lengths(program.path, rows), program.job.cell.fit.scale)
-
-
-def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
-    """What a band leaves out because nothing is known of it."""
-    names = dict.fromkeys(k.source.NAME for k in cell.known if k.source.FITTING is None and not k.sigma)
-    of_sources = [Unknown(f"error of the file's {name.replace('_', ' ')}", None, "", "") for name in names]
-    identified = {known.source.BUDGET for known in cell.known if known.sigma}
-    hidden = Unknown(
-        UNSEEN, (0.0, band.hidden), "the largest error of one sensor that nothing in the log contradicts", ""
-    )
-    of_log = (hidden,) if band.hidden else ()
-    return *remaining_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources, *of_log
 
 
 def assumed_findings(cell: Cell) -> tuple[Finding, ...]:

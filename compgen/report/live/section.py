@@ -19,7 +19,6 @@ from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import BOUND, Agreement, LiveJob
 from compgen.pipelines.study.live_day import Slider, planned_setting
 from compgen.pipelines.study.live_places import LivePlaces, Shown, at
-from compgen.pipelines.uncertainty.band_columns import not_known
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.live.record import live_record, sources_of
@@ -108,7 +107,7 @@ def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None,
     data = json.dumps({"live": record}, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     setting, planned_band = planned_setting(live.day), live_job.planned.band_of_plan()
     band = band_at(live, live_job.band, setting)
-    unknown = with_motion(not_known(job.cell, planned_band), live_job.planned.written().effect)
+    unknown = with_motion(live_job.planned.not_known(planned_band), live_job.planned.written().effect)
     return fragment(
         "live.html",
         data=Markup(data),
