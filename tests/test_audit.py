@@ -20,6 +20,7 @@ from shipped import ROOT
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
 SHARED = ("naive_arm", "naive_cam", "naive_ls", "naive_way")  # with other judges
 FILES = [*sorted((ROOT / "tests" / "audit").glob("*.py")), *(ROOT / "tests" / f"{name}.py" for name in SHARED)]
+NOT_LISTED = "not known: rows that are missing or another size"
 EVERYTHING = ROOT / "tests" / "audit" / "everything.toml"
 
 
@@ -112,6 +113,12 @@ def altered(output, tmp_path):
     ("report.json", r'("after": \{\s*"total": \{[^}]*"rms_um": )[0-9.]+', r"\g<1>0.2", "rms after, um"),
     ("report.json", r'("after": \{\s*"total": \{[^}]*"p99_um": )[0-9.]+', r"\g<1>0.2", "99 % of the length after, um"),
     ("report.json", r'("before": \{\s*"total": \{\s*"max_um": )[0-9.]+', r"\g<1>8.8", "largest before, um"),
+    ("report.json", r'("p95_um": )[0-9.]+', r"\g<1>9.3", "band, 95 %, um"),
+    ("report.json", r'("air": )[0-9.]+', r"\g<1>1.1", "budget, um"),
+    ("report.json", r'("budget_um": \{\s*)"[a-z ]+": [0-9.]+,', r"\1", "budget, um"),
+    ("report.json", r'("what": )"tool length"', r'\1"tool"', NOT_LISTED),
+    ("report.json", r'("what": "play",\s*"size_um": \[\s*)55.0', r"\g<1>5.0", NOT_LISTED),
+    ("waypoints.csv", r"(\n60,.*,)([0-9.]+)(,[0-9.]+,[0-9.]+,[0-9.]+,[0-9.]+\n)", r"\g<1>99.00\3", "band y, um"),
     ("report.json", r'("duration_s": )[0-9.]+', r"\g<1>7.3", "duration, s"),
 ])  # fmt: skip
 def test_what_was_altered_afterwards_is_seen(altered, name, old, new, what):

@@ -18,10 +18,12 @@ Tolerances, each about the smallest that a right program keeps:
   more.
 """
 
+from functools import partial
+
 import naive_arm as arm
 import numpy as np
 
-from audit import clock, heat, listing, poses, study
+from audit import band, clock, heat, listing, poses, study
 from audit.checks import below, count, equal
 from audit.closed_form import ClosedForm
 from audit.own_file import OwnFile
@@ -92,6 +94,10 @@ def audit(folder, path_file=None):
     actual = [_actual(pendant, rise, tool), _actual(between, (rise[:-1] + rise[1:]) / 2, tool)]
     checks.append(equal("errors after, um", (actual[0][0] - target[0]) * 1e3, table["after"], allowed))
     checks += residual_checks(path, report, actual, (target, halfway), touching, unsure, allowed)
+    part = target[0][np.concatenate([touching, [False]]) | np.concatenate([[False], touching])]
+    reach, long = np.linalg.norm(part[:, :2], axis=1).max() / 1e3, np.linalg.norm(tool[0]) / 1e3
+    moved = partial(_moved, pendant, tool)
+    checks += band.band_checks(report, table, law, before_program, passed, moved, touching, reach, long)
     checks += form.flown_checks(actual[0][0], actual[1][0], report["after"]["total"]["max_um"] + allowed)
     return report["name"], checks
 
@@ -211,6 +217,14 @@ def _joints(pose, tool, start=None):
     """Pendant angles at which the nominal arm has its tool at poses one after the other."""
     position, rotation = poses.flange(pose, tool)
     return arm.pendant_angles(position, rotation, start)
+
+
+def _moved(pendant, tool, rise, without=None):
+    """Where the tool centre point is at rises (M, K), (M, 3), but for what one length grows."""
+    growth = arm.growth_of_rises(rise)
+    if without is not None:
+        growth[:, without] = 0.0
+    return poses.tool_centre(poses.of_matrices(arm.frames_at(pendant, growth)[-1]), tool)[0]
 
 
 def _actual(pendant, rise, tool):

@@ -72,4 +72,20 @@ QUOTED = (
 )
 COOLING_H, COOLING_WIDTH = 5.91, 0.25  # line 1428 with errata, the whole robot: known to a quarter, assumed
 SENSOR_K = 0.3  # of one quoted temperature against another; assumed
+# How well all that is known.
+LAW_K = 0.49  # of a node's rise: the 24 temperatures each left out in turn (docs/validation.md)
+SENSORS_K = 0.5  # alike for all: docs/uncertainty.md derives it from lines 661 to 697 and 1526
+AIR_K = 0.25  # line 1526: 0.5 K in 40 h, two standard deviations
+FEED = 0.01  # assumed
+CTE_OPEN_1_K = (10e-6, 15e-6)  # line 800, steel and iron
+GROWTH_OPEN_PERCENT = ((-4.2, 0.0), (-18.4, 0.0), (-3.7, 0.0))  # of a2, d4, d6 by conduction: docs/heat.md
+MISSING = 0.05  # of the thermal error; assumed
+UNKNOWN_UM = {
+    "cold geometry": (300.0, 746.0),  # lines 1127 and 1470
+    "play": (55.0, 175.0),  # half of the hystereses of lines 1609 and 1627
+    "repeatability": (25.0, 100.0),  # lines 1121 and 1183
+    "the first lap": (500.0, 1500.0),  # line 1183
+}
+UNKNOWN_WITHOUT_FIGURE = ("part's frame", "tool length", "payload and sag", "process force", "floor and base tilt")
+BEND_ARCSEC_K = 2.4  # line 266: 28.8 arcsec for 12 K
 IDLE = 0.05  # of the reference's heat with the servo on and standing; assumed

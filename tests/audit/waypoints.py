@@ -11,6 +11,7 @@ COLUMNS = {
     "before": [f"before_d{a}_um" for a in "xyz"],
     "after": [f"after_d{a}_um" for a in "xyz"],
     "rise": [f"rise_{n}_K" for n in study.NODES],
+    "band": [f"band_{a}_um" for a in "xyz"],
     "contact": ["contact"],
     "joints": [f"j{i}_deg" for i in range(1, 7)],
 }

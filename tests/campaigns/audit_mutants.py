@@ -50,6 +50,25 @@ ASKED = (
         ("ca.atan2(-rows[6], cosine)", "ca.atan2(rows[6], cosine)"),
         path="optic_raster",
     ),
+    in_code(
+        "band halved",
+        "verification/band",
+        ("COVERAGE = 2.0", "COVERAGE = 1.0"),
+        ("    radius = radius_of(moment)\n", "    radius = radius_of(moment) / 2\n"),
+        path="line_y",
+    ),
+    in_code(
+        "cte left out of the band",
+        "job/uncertainty",
+        ('quantities.append(Quantity("cte", "cte", replace(nothing, parameters=unit), warmth.expansion))', "pass"),
+        path="line_y",
+    ),
+    in_code(
+        "not known emptied",
+        "pipelines/uncertainty/not_known",
+        ("return tuple(row for row in rows if known.isdisjoint(row.until))", "return ()"),
+        path="line_y",
+    ),
 )
 CHANGES = (
     *ASKED,
