@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 from compgen.core.arrays import Array
 from compgen.core.units import UM
 from compgen.error_model.unknown import NOT_LOOKED_AT
-from compgen.report.band_words import known_words, rounded, size_words, unknown_words
+from compgen.report.band_words import known_words, next_words, rounded, size_words, unknown_words
 from compgen.report.curves import Row, course, sentence
 from compgen.report.figure import GREY, Figure, axis, figure, spans, trace
 from compgen.report.page import with_units
@@ -42,7 +42,8 @@ def band_facts(record: dict[str, Any]) -> list[tuple[str, Markup]]:
     amount, _, sources = known_words(record).partition(" of what this file knows")
     bold = "<b>{}</b>{}" if record["p95_um"] else "{}{}"
     left_open = Markup(bold).format(with_units(amount), with_units(sources if record["p95_um"] else ""))
-    return [(LEFT_OPEN, left_open), *([("not known of this robot", with_units(unknown))] if unknown else [])]
+    rows = [("not known of this robot", unknown), ("measure next", next_words(record))]
+    return [(LEFT_OPEN, left_open), *((name, with_units(words)) for name, words in rows if words)]
 
 
 def band_rows(record: dict[str, Any]) -> list[list[str]]:

@@ -6,6 +6,7 @@ from typing import Any
 from compgen.core.units import UM
 from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
 from compgen.pipelines.uncertainty.draws import FlownDraws
+from compgen.report.next_steps import next_steps
 from compgen.verification.band import Band
 from compgen.verification.verdict import unit_of
 
@@ -19,10 +20,11 @@ NO_BAND = "no band: the file says of no number how well it is known"
 def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None = None) -> dict[str, Any]:
     """A band as JSON has it; docs/report.md has the keys. Without draws it is the linear band alone."""
     promised = None if draws is None else draws.guarantee
+    budget_um = {share.source: _um(share.largest) for share in band.budget}
     return {
         "p95_um": _um(band.largest),
         **{key: getattr(promised, key, None) for key in DRAWN},
-        "budget_um": {share.source: _um(share.largest) for share in band.budget},
+        "budget_um": budget_um,
         "budget_rms_um": {share.source: _um(share.rms) for share in band.budget},
         "unknown": [
             {
@@ -33,6 +35,7 @@ def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None
             }
             for row in unknown
         ],
+        "next": next_steps(_um(band.largest), budget_um),
     }
 
 
@@ -56,6 +59,16 @@ def unknown_words(record: dict[str, Any]) -> str:
     return "; ".join(part for part in (sized, without) if part)
 
 
+def next_words(record: dict[str, Any]) -> str:
+    """What to measure next: ``one hot length: -13 um (cgen identify ...); ...``; empty where nothing takes much off."""
+    if not record["next"]:
+        return ""
+    named = "; ".join(f"{step['what']}: -{rounded(step['takes_um'])} um ({step['command']})" for step in record["next"])
+    words = f"{named}; all of these leave {rounded(record['next'][-1]['left_um'])} um of the band"
+    larger = [row["what"] for row in record["unknown"] if row["size_um"] and row["size_um"][1] > record["p95_um"]]
+    return words + (f"; larger than the band, so first: {', '.join(larger)}" if larger else "")
+
+
 def band_sentence(largest_um: float, record: dict[str, Any], of: str = "of arithmetic") -> str:
     """What is proven, what the file leaves open, and what it does not know, after one another."""
     unknown = unknown_words(record)
@@ -63,11 +76,13 @@ def band_sentence(largest_um: float, record: dict[str, Any], of: str = "of arith
 
 
 def headline(summary: dict[str, Any]) -> str:
-    """The largest error before and after, what the files leave open, and what they do not know."""
-    before, band = summary["before"]["total"]["max_um"], summary["band"]
+    """The largest error before and after, what the files leave open and do not know; and a line of what to measure."""
+    before, band, following = summary["before"]["total"]["max_um"], summary["band"], next_words(summary["band"])
+    to_measure = f"\nmeasure next: {following}" if following else ""
     if summary["after"] is None:
-        return f"largest error: {band_sentence(before, band, 'uncorrected')}"
-    return f"largest error {before:.1f} um before; after: {band_sentence(summary['after']['total']['max_um'], band)}"
+        return f"largest error: {band_sentence(before, band, 'uncorrected')}{to_measure}"
+    after = band_sentence(summary["after"]["total"]["max_um"], band)
+    return f"largest error {before:.1f} um before; after: {after}{to_measure}"
 
 
 def guaranteed_record(draws: FlownDraws | None) -> dict[str, Any] | None:

@@ -1,24 +1,24 @@
-r"""The band and what stands beside it, again: what each number that is not known does to the tool, and the radius of 95 %.
+r"""The band again: what each number that is not known does to the tool, the radius of 95 %, and what stands beside.
 
     S = sum_q s_q^2 c_q c_q^T + m m^T + (kappa |hot - cold|)^2 I,    m = sum_q m_q c_q,    half-width 2 sqrt(S_xx)
     |x|^2 ~ g chi^2_h,    g = tr S^2 / tr S,    h = (tr S)^2 / tr S^2
 
-A kelvin on each node moves the tool by ``G`` (N, 3, K) [mm/K], taken as a difference. What law and sensors miss builds up
-with a node's lag; air is on every node all day; the feed is driven faster all day; a late start stands first.
+A kelvin on each node moves the tool by ``G`` (N, 3, K) [mm/K], a difference. What law and sensors miss builds up with
+a node's lag; air is on every node all day; the feed is driven faster all day; a late start stands first.
 """
 
 import math
 
 import numpy as np
 
-from audit import heat, study
+from audit import study
 from audit.checks import count, equal
 
 BAND_UM, SIZE_UM = 0.1, 0.1
 STEP = 0.005  # of the feed, over which its effect is differenced
 
 
-def band_checks(report, table, law, duties, passed, actual, touching, reach_m, tool_m):
+def band_checks(report, table, law, duties, passed, actual, reach_m, tool_m):
     """Half-widths in World, the budget, and what is not known, against the output.
 
     Args:
@@ -28,13 +28,12 @@ def band_checks(report, table, law, duties, passed, actual, touching, reach_m, t
         duties: Before the program.
         passed: The program by the clock.
         actual: A function of rises (N, K) to where the tool is with them, (N, 3) [mm].
-        touching: Segments on the part, (N - 1,).
-        reach_m: The part's farthest place from the axis of J1.
+        reach_m: The farthest place from the axis of J1.
         tool_m: From the flange to the tool's centre.
     """
     rise = law.along(law.after(duties), passed.time, passed.driven)
     sources = _sources(law, duties, passed, actual, rise, report["thermal"]["start_window_s"])
-    on_part = np.concatenate([touching, [False]]) | np.concatenate([[False], touching])
+    on_part = table["contact"]
     whole = sum(sources.values())
     own = {name: _radius(S)[on_part].max() * 1e3 for name, S in sources.items()}
     written, band = report["band"]["budget_um"], report["band"]
@@ -42,8 +41,8 @@ def band_checks(report, table, law, duties, passed, actual, touching, reach_m, t
     checks = [equal(f"band {a}, um", half[:, k], table["band"][:, k], BAND_UM) for k, a in enumerate("xyz")]
     checks.append(equal("band, 95 %, um", _radius(whole)[on_part].max() * 1e3, band["p95_um"], BAND_UM))
     names = sorted(name for name in own.keys() | written.keys() if own.get(name, 1.0) > 1e-9)
-    sizes = [[size.get(name, np.nan) for name in names] for size in (own, written)]
-    checks.append(equal("budget, um", *sizes, BAND_UM))
+    sizes = [np.array([size.get(name, np.nan) for name in names]) for size in (own, written)]
+    checks.append(equal("budget, um", sizes[0], sizes[1], BAND_UM))
     return [*checks, count("not known: rows that are missing or another size", _unlisted(band, rise, reach_m, tool_m))]
 
 

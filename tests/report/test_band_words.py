@@ -82,7 +82,17 @@ def test_small_sources_are_not_listed():
 
 def test_the_record_is_what_is_documented(run):
     record = job_summary(*run)["band"]
-    assert list(record) == ["p95_um", "share", "confidence", "draws", "seed", "budget_um", "budget_rms_um", "unknown"]
+    assert list(record) == [
+        "p95_um",
+        "share",
+        "confidence",
+        "draws",
+        "seed",
+        "budget_um",
+        "budget_rms_um",
+        "unknown",
+        "next",
+    ]
     sizes = list(record["budget_um"].values())
     assert sizes == sorted(sizes, reverse=True)
     assert max(sizes) < record["p95_um"] < sum(sizes)

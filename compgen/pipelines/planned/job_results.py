@@ -87,9 +87,8 @@ class Planned:
 
     def not_known(self, band: Band) -> tuple[Unknown, ...]:
         """What a band of the program leaves out because nothing is known of it."""
-        path, job = self.path, self.job
-        places = path.target.position[path.contact] if path.contact.any() else path.target.position
-        return not_known(job.cell, band, setting_of(places, job.tool.pose.position[None], self.rise))
+        places, tool = self.path.target.position, self.job.tool.pose.position[None]
+        return not_known(self.job.cell, band, setting_of(places, tool, self.rise))
 
     def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
         """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""

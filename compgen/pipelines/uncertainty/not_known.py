@@ -1,7 +1,7 @@
 """What a band leaves out because nothing is known of it: what the robot file names, and what no file says of the job.
 
 A row of the job stands here until the user declares its number, which is then in the band. Sizes are computed where a
-rate is known: growth of steel, a tilt or a bend at the part's farthest place. The others say why there is none.
+rate is known: growth of steel, a tilt or a bend at the farthest place. The others say why there is none.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ SPINDLE = (2 * UM, 5 * UM)  # that a spindle moved for 0.5 and for 2 K of its ow
 class Setting:
     """How far out, with what tool and how warm a program works."""
 
-    reach: float  # [m] of the part's farthest place from the axis of J1
+    reach: float  # [m] of its farthest place from the axis of J1
     tool: float  # [m] from the flange to the TCP
     warmest: float  # [K] largest rise of any node
     flange: float  # [K] largest rise of the last node
@@ -98,7 +98,7 @@ def _of_job(cell: Cell, setting: Setting) -> tuple[Unknown, ...]:
         Unknown("process force", None, "no figure: no sources.loads.force_N with [sources.compliance]", ("force",)),
         Unknown(
             "floor and base tilt", None,
-            f"no figure: each mdeg is {reach * MDEG / UM:.0f} um at the part's far edge; give [sources.base_frame], or "
+            f"no figure: each mdeg is {reach * MDEG / UM:.0f} um at the farthest place; give [sources.base_frame], or "
             "cgen anchor finds it", ("base_frame", "anchored state"),
         ),
         Unknown(
@@ -108,7 +108,7 @@ def _of_job(cell: Cell, setting: Setting) -> tuple[Unknown, ...]:
         ),
         Unknown(
             "growth of fixture and sphere plate", (0.0, STEEL * reach * air),
-            f"steel from the robot's base to the part's far edge, {air:.2g} K of air (k = 2)", ("growth of fixture",),
+            f"steel from the robot's base to the farthest place, {air:.2g} K of air (k = 2)", ("growth of fixture",),
         ),
         Unknown(
             "gradient across a link", (0.0, BEND * setting.warmest * reach) if setting.warmest else None,

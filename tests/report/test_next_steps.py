@@ -1,0 +1,60 @@
+"""What to measure next: the squares that a measurement takes out of a band, by hand, and the three that cost least."""
+
+import re
+
+import numpy as np
+from command_line import run
+from numpy.testing import assert_allclose
+
+from compgen.report.band_words import next_words
+from compgen.report.next_steps import STEPS, next_steps
+
+#: of the shipped spiral, docs/uncertainty.md
+SPIRAL = {
+    "cte": 31.0, "thermocouples": 20.0, "thermal physics missing": 17.0, "temperature law": 12.0, "air": 10.0,
+    "profile shape": 8.0, "one-sided intervals": 6.0, "start delay": 3.0, "feed": 1.0,
+}  # fmt: skip
+SQUARES = 961 + 400 + 289 + 144 + 100 + 64 + 36 + 9 + 1
+
+
+def test_the_shipped_spiral_asks_for_a_hot_length_a_bath_and_a_log():
+    steps = next_steps(44.0, SPIRAL)
+    assert [s["what"] for s in steps] == ["one hot length", "sensors in one bath", "a temperature log of the day"]
+    gone = np.array([961 + 36, 400, 144 + 100 + 1])
+    assert_allclose([s["takes_um"] for s in steps], 44 * (1 - np.sqrt(1 - gone / SQUARES)), rtol=1e-5)
+    assert_allclose([s["left_um"] for s in steps], 44 * np.sqrt(1 - np.cumsum(gone) / SQUARES), rtol=1e-5)
+    assert [round(s["takes_um"]) for s in steps] == [13, 5, 3]
+    assert round(steps[-1]["left_um"]) == 19
+
+
+def test_a_step_that_takes_little_or_has_nothing_to_take_is_not_named():
+    assert next_steps(44.0, {"thermal physics missing": 44.0}) == []
+    assert next_steps(0.0, {}) == []
+    assert [s["what"] for s in next_steps(44.0, {"cte": 44.0, "tool": 2.0})] == ["one hot length"]
+    (frame,) = next_steps(10.0, {"part's frame": 10.0})
+    assert frame["left_um"] == 0
+    assert frame["command"].startswith("cgen teach-frame")
+
+
+def test_an_hour_counts():
+    """Poses take more off than a gauge for the tool, in eight times its time."""
+    steps = next_steps(30.0, {"identified parameters": 25.0, "tool": 16.0})
+    assert [s["what"] for s in steps] == ["the tool against a gauge", "more poses"]
+    assert steps[0]["takes_um"] < steps[1]["takes_um"]
+
+
+def test_the_words_name_command_and_what_is_larger_than_the_band():
+    record = {"p95_um": 44.0, "next": next_steps(44.0, SPIRAL), "unknown": []}
+    words = next_words(record)
+    assert words.startswith("one hot length: -13 um (cgen identify ROBOT --touches ")
+    assert words.endswith("all of these leave 19 um of the band")
+    record["unknown"] = [{"what": "play", "size_um": [55, 175]}, {"what": "spindle", "size_um": [2, 5]}]
+    assert next_words(record).endswith("; larger than the band, so first: play")
+    assert next_words({"next": []}) == ""
+
+
+def test_every_command_exists_and_has_the_options_that_are_named():
+    for step in STEPS:
+        for name, options in re.findall(r"cgen ([a-z-]+)([^,]*)", step.command):
+            shown = run(name, "--help").stdout
+            assert all(option in shown for option in re.findall(r"--[a-z-]+", options)), step.command
