@@ -13,9 +13,11 @@ import csv
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.stats import chi2
 
 from compgen.core.units import HOUR, MM
 from compgen.pipelines.files.path_file import load_job
@@ -108,6 +110,30 @@ def shipped() -> NodeModel:
     return heat
 
 
+class SharedError(NamedTuple):
+    """What all temperatures of one occasion are off by together, as a standard deviation [K]."""
+
+    likeliest: float
+    most: float  # with 95 %
+    scatter: float  # of each temperature beside it
+
+
+def shared_error(off: np.ndarray) -> SharedError:
+    """Of temperatures that their fits left out: random effects of the occasions, a feed for so many hours each.
+
+    With N temperatures of k occasions, n_i of each, the mean square between occasions is about the variance within
+    them and n times the shared one; its ratio to what is expected is chi-squared over k.
+    """
+    occasions = [(row["feed_mm_s"], row["hours"]) for row in measured()]
+    parts = [off[[o == occasion for o in occasions]] for occasion in dict.fromkeys(occasions)]
+    k, N = len(parts), len(off)
+    between = sum(len(p) * p.mean() ** 2 for p in parts) / k
+    within = sum(((p - p.mean()) ** 2).sum() for p in parts) / (N - k)
+    each = (N - sum(len(p) ** 2 for p in parts) / N) / (k - 1)
+    likeliest, most = (max(0.0, (b - within) / each) ** 0.5 for b in (between, between * k / chi2.ppf(0.05, k)))
+    return SharedError(likeliest, most, float(np.sqrt(within)))
+
+
 def main() -> None:
     heat = fit(shipped())
     for name, exponent, tau in zip(heat.names, heat.exponent, heat.tau, strict=False):
@@ -117,6 +143,10 @@ def main() -> None:
     for name, group in GROUPS.items():
         off = left_out(misses_without, group)
         print(f"left out {name}: rms {np.sqrt(np.mean(off**2)):.3f} K, worst {np.abs(off).max():.2f} K")
+    shared = shared_error(left_out(misses_without, GROUPS["one by one"]))
+    print(
+        f"shared by an occasion: {shared.likeliest:.2f} K, {shared.most:.2f} at most (95 %), each {shared.scatter:.2f}"
+    )
 
 
 if __name__ == "__main__":

@@ -33,6 +33,31 @@ def test_quoted_temperatures_are_met(job):
     assert np.abs(off).max() <= 1.15  # K
 
 
+def test_what_occasions_share_is_what_the_page_says_and_the_file_has_its_most():
+    """Random effects by hand on drawn misses of the same occasions; then the page's figures and the file's 0.5 K."""
+    rows, rng = m710ic50_fit.measured(), np.random.default_rng(5)
+    names = [(row["feed_mm_s"], row["hours"]) for row in rows]
+    shifts = {name: rng.normal(0, 2.0, 600) for name in dict.fromkeys(names)}
+    drawn = np.array([shifts[name] for name in names]) + rng.normal(0, 0.5, (len(rows), 600))
+    found = [m710ic50_fit.shared_error(off) for off in drawn.T]
+    assert np.sqrt(np.mean([f.likeliest**2 for f in found])) == pytest.approx(2.0, rel=0.06)
+    assert np.mean([f.most > 2.0 for f in found]) == pytest.approx(0.95, abs=0.03)
+    assert np.sqrt(np.mean([f.scatter**2 for f in found])) == pytest.approx(0.5, rel=0.02)
+    shared = m710ic50_fit.shared_error(m710ic50_fit.left_out(m710ic50_fit.misses_without, lambda row: str(row)))
+    scale = 13 / 100 * np.hypot(1.5, 1.5) / np.sqrt(3)
+    page = (Path(__file__).parents[2] / "docs" / "uncertainty.md").read_text()
+    for words in (
+        f"share {shared.likeliest:.2f} K",
+        f"may be {shared.most:.2f} K",
+        f"{shared.scatter:.2f} K of each by itself",
+        f"{scale:.2f} K at a rise of 13 K",
+        f"Together {np.hypot(shared.most, scale):.2f} K at most",
+        f"{np.hypot(shared.likeliest, scale):.2f} K most likely",
+    ):
+        assert words in page, words
+    assert np.hypot(shared.most, scale) == pytest.approx(0.5, abs=0.015)
+
+
 def test_shipped_parameters_are_the_fit(job):
     best = m710ic50_fit.fit(job.heat)
     assert_allclose(job.heat.tau, best.tau, rtol=2e-3)

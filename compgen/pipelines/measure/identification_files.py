@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.codes import Code, Level
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
@@ -40,6 +41,12 @@ from compgen.pipelines.files.robot_file import Arm, arm_of
 from compgen.pipelines.files.schema import SCHEMA_FILES, robot_schema
 from compgen.program.frames import default_frames, load_frames
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
+
+#: of an arm whose robot file gives no masses
+WITHOUT_LOADS = (
+    "sag is not fitted: the robot file has no masses; give [sources.loads] with link_kg, link_centre_mm and payload_kg "
+    "(what [thermal.network] has may be copied); a real IRB 120 was 240 um rms off without and 120 um with them"
+)
 
 
 def artefact_of_touches(touches: str, artefact: str | None) -> str:
@@ -290,7 +297,8 @@ def identify_files(
         facts=arm.facts,
     )
     of_nodes = sensorless_findings(_sensorless(arm, identified), is_written=arm.law is not None)
-    return replace(identified, findings=(*identified.findings, *of_log, *of_nodes, *arm.input_findings))
+    of_loads = [] if arm.facts.loads.have_weight else [Finding(Level.NOTE, Code.SOURCES_LOADS, WITHOUT_LOADS)]
+    return replace(identified, findings=(*identified.findings, *of_log, *of_nodes, *of_loads, *arm.input_findings))
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:

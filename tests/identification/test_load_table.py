@@ -1,0 +1,57 @@
+"""The IRB 120 is shipped with what its joints carry: its sag is fitted unasked; arms without masses are told."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import quiet
+
+from compgen.core.codes import Code
+from compgen.core.findings import Finding
+from compgen.error_model.loads import torque_expr
+from compgen.identification.parameters import symbolic_sources
+from compgen.pipelines.files.robot_file import load_arm
+from compgen.pipelines.measure import identification_files
+from compgen.robot.kinematics import nominal_chain
+
+#: kg, and mm in front of the axes of J2 and of J3 with the forearm forward: its drawing, 302 and 72 mm to J5 and flange
+MASS = {"upper arm": 3.909, "forearm": 2.944, "link 4": 1.328, "link 5": 0.546, "flange": 0.137}
+AHEAD = {"upper arm": 0.8, "forearm": 22.8, "link 4": 224.7, "link 5": 302 - 1.1, "flange": 302 + 72 - 7.1}
+
+
+def test_its_joints_carry_what_a_hand_sums():
+    arm = load_arm("irb120")
+    moment = {name: 9.80665 * MASS[name] * AHEAD[name] / 1e3 for name in MASS}  # N m
+    chain = nominal_chain(arm.robot, ca.DM(arm.robot.to_theta(np.zeros(6))))
+    torque = np.array([float(t) for t in torque_expr(arm.facts.loads, chain)])
+    shoulder, elbow = sum(moment.values()), sum(moment.values()) - moment["upper arm"]
+    assert_allclose(np.abs(torque[:3]), [0, shoulder, elbow], atol=0.02)
+    assert shoulder == pytest.approx(5.72, abs=0.01)
+
+
+@pytest.mark.parametrize(("name", "fitted"), [("irb120", True), ("ur5", False)])
+def test_sag_is_fitted_where_the_masses_are_known(name, fitted):
+    arm = load_arm(name)
+    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=False, facts=arm.facts)
+    tables = {p.source for source in sources for p in source.parameters}
+    assert ("compliance" in tables) == fitted
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What the fit found, which does not matter here."""
+
+    findings: tuple[Finding, ...] = ()
+    thermal: None = None
+
+
+@pytest.mark.parametrize(("name", "codes"), [("irb120", []), ("ur5", [Code.SOURCES_LOADS])])
+def test_an_arm_without_masses_is_told_of_its_sag(name, codes, monkeypatch):
+    monkeypatch.setattr(identification_files, "read_measurements", lambda *_, **__: (None, []))
+    monkeypatch.setattr(identification_files, "identify", lambda *_, **__: Fitted())
+    monkeypatch.setattr(identification_files, "_sensorless", lambda *_: [])
+    files = identification_files.MeasurementFiles(poses=["poses.csv"])
+    identified = identification_files.identify_files(load_arm(name), files, "start", quiet, force=False)
+    assert [finding.code for finding in identified.findings] == codes
