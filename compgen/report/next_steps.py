@@ -25,12 +25,18 @@ STEPS = (
         "one hot length", ("cte", ONE_SIDED), 1.0,
         "cgen identify ROBOT --touches hot.csv --artefact two_spheres.toml --temperatures log.csv",
     ),
-    Step("sensors in one bath", ("thermocouples",), 1.0, "--set robot.thermal.uncertainty.sensors_K=0.1"),
-    Step("a temperature log of the day", ("temperature law", "air", "feed"), 1.0, "--set log.file=log.csv"),
-    Step("a sensor on every node", ("temperature log",), 2.0, "--set log.file=log.csv"),
+    Step(
+        "sensors in one bath", ("thermocouples",), 1.0,
+        "cgen generate PATH --set robot.thermal.uncertainty.sensors_K=0.1",
+    ),
+    Step(
+        "a temperature log of the day", ("temperature law", "air", "feed"), 1.0,
+        "cgen generate PATH --set log.file=log.csv",
+    ),
+    Step("a sensor on every node", ("temperature log",), 2.0, "cgen generate PATH --set log.file=log.csv"),
     Step("more touches of the spheres", ("anchored state",), 1.0, "cgen plan-touches PATH, then cgen anchor"),
     Step("more touches of the part's frame", ("part's frame",), 0.5, "cgen teach-frame"),
-    Step("the tool against a gauge", ("tool",), 0.5, "--set tool.sigma_um=[5,5,5]"),
+    Step("the tool against a gauge", ("tool",), 0.5, "cgen generate PATH --set tool.sigma_um=[5,5,5]"),
     Step("reversals of each joint", ("lost motion",), 2.0, "cgen plan-poses ROBOT, then cgen identify"),
     Step(
         "more poses", ("identified parameters", "geometry", "fit noise"), 4.0,
