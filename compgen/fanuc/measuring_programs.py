@@ -3,7 +3,8 @@
 At each touch a signal ends a search, or the program stops and the shop reads by hand. Each touch has three positions:
 where the arm may turn, where the search begins, and how far it may go (with stops: the touch itself). Where the signal
 comes, the motion ends, the place is kept in a position register, and the next line follows; where none comes, the
-program goes to its last label and aborts.
+program goes to its last label and aborts. It begins above one of the other touches: play in the joints at the first
+touch then comes from a way that is known, too.
 """
 
 from dataclasses import dataclass
@@ -70,6 +71,7 @@ class TouchPositions:
     """The 3 n positions of n touches, in a user frame."""
 
     name: tuple[str, ...]  # (n,) of the spheres
+    begin: int  # above which of them the program begins, from 0
     pose: Pose  # 3 n
     posture: Posture
     turns: IntArray  # (3 n, 3)
@@ -102,6 +104,7 @@ def touch_program(name: str, date: str, touches: TouchPositions, signal: Signal 
     ]
     if signal is not None:
         body.append(f"  SKIP CONDITION {signal.condition} ;")
+    body += ["  !play at touch 1 comes from here ;", f"J P[{3 * touches.begin + 1}] {SPEED_PERCENT}% FINE    ;"]
     for n, sphere in enumerate(touches.name):
         turn, begin, end = (3 * n + k for k in (1, 2, 3))
         body += [f"  !{f'touch {n + 1}: {sphere}'[:REMARK_LENGTH]} ;", f"J P[{turn}] {SPEED_PERCENT}% FINE    ;"]

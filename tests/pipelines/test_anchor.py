@@ -18,12 +18,14 @@ from compgen.core.units import HOUR, MDEG, MM, UM
 from compgen.error_model.anchored_state import read_state
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import base_rows
-from compgen.pipelines.anchor.estimate import compare, estimate, path_places
+from compgen.pipelines.anchor.estimate import compare, estimate, path_places, widened
 from compgen.pipelines.anchor.files import anchor_files
 from compgen.pipelines.anchor.forecast import forecast_now
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, left_out, weigh
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, Judged, left_out, weigh
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of
+from compgen.pipelines.anchor.verdict import verdict_of
+from compgen.robot.kinematics import flange_pose
 
 WORLD = Pose(np.zeros(3), np.eye(3))
 SPIRAL = path_file("spiral_1300")
@@ -265,6 +267,60 @@ def test_places_that_the_robot_taught_carry_its_cold_errors(tmp_path):
     undeclared = replace(day, artefact=replace(day.artefact, taught=None))
     with pytest.raises(InputError, match=r"artefact\.taught: missing"):
         anchored(undeclared)
+
+
+def test_what_taught_places_share_with_the_path_is_open_on_neither(tmp_path):
+    """J1's zero turns World, path and taught spheres alike: known to 4 mdeg or to 0.3, the state is the same."""
+    results = []
+    for sigma in (0.3, 4):
+        of_zeros = f"robot.sources.joint_zeros.sigma.offset_mdeg=[{sigma}, 0.3, 0.3, 0, 0.5, 0]"
+        day = drawn_day(0, tmp_path, taught=True, overrides=(*IDENTIFIED, of_zeros))
+        results.append(anchored(day))
+        _, left = outcome(day, results[-1])
+        assert results[-1].verdict == "anchored"
+        assert left["after"][0] < min(0.75 * left["before"][0], 1.5 * results[-1].rms[1])
+    assert_allclose(results[1].rms, results[0].rms, rtol=0.01)
+    certified = drawn_day(0, tmp_path, overrides=(*IDENTIFIED, of_zeros))
+    assert anchored(certified).rms[0] > 90 * UM  # 4 mdeg at 1.35 m
+
+
+def test_play_of_no_known_sense_is_open_in_each_touch_and_in_all(days, tmp_path):
+    """Half of its variance is alike in all touches; of places that the robot taught so, none is open."""
+    mdeg = np.array([2, 1, 1, 2, 1, 0])
+    play = f"robot.sources.hysteresis={{backlash_mdeg={mdeg.tolist()},width_mdeg=[200,200,200,200,200,200]}}"
+    parts = pieces(drawn_day(0, tmp_path, overrides=(*IDENTIFIED, play)))
+    still = pieces(days(0))
+    theta, touch, robot = parts[1].touches.theta, parts[3].touch, parts[0].cell.robot
+    moved = [
+        (flange_pose(robot, theta + s * mdeg[j] * MDEG * np.eye(6)[j]) @ parts[1].probe).position
+        for j in range(6) for s in (1, -1)
+    ]  # fmt: skip
+    D = np.stack([(a - b) / 2 for a, b in zip(moved[::2], moved[1::2], strict=True)], axis=2)  # of the nominal arm
+    d = np.einsum("ri,rij->rj", parts[3].along, D[touch])
+    expected = d @ d.T * np.where(touch[:, None] == touch, 1.0, 0.5)
+    assert_allclose(parts[3].field - still[3].field, expected, atol=0.02 * expected.max())
+    assert np.sqrt(expected.max()) > 30 * UM
+    taught = pieces(drawn_day(0, tmp_path, taught=True, overrides=(*IDENTIFIED, play)))
+    assert_allclose(taught[3].field, pieces(drawn_day(0, tmp_path, taught=True))[3].field, atol=1e-13)
+
+
+def test_what_touches_off_by_more_than_is_open_leave_open_grows_with_them(days):
+    """chi^2 of four times as many coordinates: all standard deviations count twice; of fewer none counts less."""
+    day = days(0)
+    beside = compare(day.job, day.artefact, day.touches, WORLD, path_places(day.job, 20))
+    chosen = estimate(beside, AS_FORECAST)
+    root, R = np.linalg.cholesky(chosen.V), len(chosen.V)
+    y = root @ np.full(R, 2.0)
+    assert_allclose(widened(chosen, y).after, 2 * chosen.after)
+    assert_allclose(widened(chosen, y).covariance, 4 * chosen.covariance)
+    assert_allclose(widened(chosen, y / 4).after, chosen.after)
+
+
+@pytest.mark.parametrize(("change", "verdict"), [(20 * UM, "leave it"), (60 * UM, "anchored")])
+def test_a_forecast_is_left_only_where_the_touches_agree_with_it(change, verdict):
+    """Open by 50 um before and 49 after: touches that move the path by more than that are not left unsaid."""
+    best, error = Judged(AS_FORECAST, 0.0, 24.0), np.full(8, 10 * UM)
+    assert verdict_of(best, 24, (50 * UM, 49 * UM), change, error, (), None, NOISE)[0] == verdict
 
 
 def test_what_a_robot_file_marks_as_drifting_is_found(tmp_path):

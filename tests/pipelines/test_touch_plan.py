@@ -158,9 +158,9 @@ def test_the_program_reads_back_as_the_planned_poses_and_the_table_as_touches(da
     signal = Signal("DI[1]=ON", 11)
     text = write_touches(planned, "TOUCH", "26-01-01", 9, signal)
     places, moves = naive_ls.read(text)
-    assert len(moves) == 5 * 8
+    assert len(moves) == 1 + 5 * 8
     for n in range(8):
-        turn, before, search, back, away = moves[5 * n : 5 * n + 5]
+        turn, before, search, back, away = moves[1 + 5 * n : 6 + 5 * n]
         assert (turn.letter, before.letter, search.letter) == ("J", "L", "L")
         assert search.rest.strip() == f"Skip,LBL[99],PR[{11 + n}]=LPOS"
         assert (back.targets, away.targets) == (before.targets, turn.targets)
@@ -189,6 +189,24 @@ def test_the_program_reads_back_as_the_planned_poses_and_the_table_as_touches(da
         assert_allclose(touches.normal, planned.ways.normal, atol=1e-8)
         assert [artefact.names[s] for s in touches.target] == [row[1] for row in rows]
         assert_allclose(touches.sigma, SIGMA)
+
+
+@pytest.mark.parametrize("centres", [True, False])
+def test_play_at_the_first_touch_comes_from_the_program_alone(day, artefact, centres):
+    """Wherever the arm was: the play operator of 0.2 deg, driven through the written positions from both ends of it."""
+    planned = plan(day, artefact, centres=centres)
+    places, moves = naive_ls.read(write_touches(planned, "TOUCH", "26-01-01", 9, Signal("DI[1]=ON", 11)))
+    numbers = [int(m.targets[0][2:-1]) - 1 for m in moves[:4]]
+    assert numbers[0] % 3 == 0
+    assert numbers[1:] == [0, 1, 2]
+    assert len(places) == 3 * 8
+    theta = planned.ways.theta[:, [0, 1, 3]].reshape(-1, 6)[numbers]
+    ends = []
+    for u in (np.ones(6), -np.ones(6)):
+        for step in np.diff(theta, axis=0):
+            u = np.clip(u + step / np.radians(0.2), -1, 1)
+        ends.append(u)
+    assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
 def test_a_program_that_says_other_poses_is_refused(day, artefact):

@@ -18,11 +18,13 @@ from compgen.pipelines.anchor.estimate import (
     Compared,
     Estimate,
     PathPlaces,
+    birge_ratio,
     compare,
     estimate,
     moved_target,
     next_touches,
     path_places,
+    widened,
 )
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import (
@@ -72,16 +74,18 @@ def anchor(
     best, as_forecast = judged[0], next(j for j in judged if j.hypothesis == AS_FORECAST)
     refuse_taught(artefact, touches, frame, forecast, beside.unknowns, best)
     refuse_other_hour(forecast, touches, innovation, prior, best)
-    chosen = estimate(beside, best.hypothesis)
     used = innovation.rows(innovation.used(best.hypothesis))
+    chosen = widened(estimate(beside, best.hypothesis), used.y)
     left = left_out(used, chosen.V)
     error = np.array([rms(used.y[used.touch == n]) for n in left.touch.tolist()])
     moved = _moved(artefact, best.hypothesis, chosen, beside)
     rival = _rival(judged, beside, chosen)
     sizes = rms(chosen.before), rms(chosen.after)
-    verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
+    change = rms(np.linalg.norm(chosen.correction, axis=1))
+    noise = float(np.median(seen.sigma))
+    verdict, reason = verdict_of(best, len(innovation.y), sizes, change, error, moved, rival, noise)
     refuse_unidentified(forecast.cell, artefact, touches, best, innovation)
-    state = _state(beside, chosen, verdict, made_from or {})
+    state = _state(beside, chosen, verdict, as_forecast, made_from or {})
     anchored = Anchored(
         job=job,
         artefact=artefact,
@@ -141,12 +145,15 @@ def _rival(judged: list[Judged], beside: Compared, chosen: Estimate) -> tuple[Hy
     return None
 
 
-def _state(beside: Compared, chosen: Estimate, verdict: Verdict, made_from: Mapping[str, str]) -> AnchoredState:
+def _state(
+    beside: Compared, chosen: Estimate, verdict: Verdict, as_forecast: Judged, made_from: Mapping[str, str]
+) -> AnchoredState:
     """The state to be written: with *leave it* the forecast's own."""
     forecast, unknowns, K = beside.forecast, beside.unknowns, beside.nodes
     cell, x, covariance = forecast.cell, chosen.x, chosen.covariance
     if verdict == "leave it":
-        x, covariance = np.zeros_like(x), beside.prior.forecast
+        larger = birge_ratio(as_forecast.chi2, len(beside.innovation.y))
+        x, covariance = np.zeros_like(x), larger * beside.prior.forecast
     base, drift, earlier = x[K : K + 6], x[K + 6 :] / unknowns.unit, cell.state
     if earlier is not None:
         base = base + earlier.base

@@ -8,6 +8,10 @@ along the path. With L y all that the state then corrects, G x + rest what is re
 
     cov = cov(G x + rest) - 2 cov(G x + rest, y) L^T + L V L^T
 
+Where the touches lie farther off than V allows, all of it is as much too small: every covariance counts
+
+    max(1, y^T V^-1 y / R)                                           Birge (1932)
+
 Columns fade along the path with the lag of each node. Source: linear minimum-variance estimation (Kay 1993, chapter
 12).
 
@@ -15,13 +19,14 @@ The path is taken as places evenly along the part. Where much stays open on it, 
 shrink that most.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compgen.core.arrays import Array, rms
 from compgen.core.exceptions import naming_file
 from compgen.core.pose import Pose
+from compgen.error_model.rigid_share import rigid_share
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.motion_plan import COARSE
@@ -149,24 +154,46 @@ def compare(job: Job, artefact: Artefact, touches: Touches, frame: Pose, path: P
     )
 
 
-def columns_along(job: Job, forecast: Forecast, unknowns: Unknowns, path: PathPlaces) -> tuple[Array, Array]:
-    """G (M, 3, X) and N (M, 3, Q) along a path, on which rises fade with the lag of each node."""
-    G, N = unknowns.columns(forecast, path.theta, job.tool.pose)
+@dataclass(frozen=True, eq=False, slots=True)
+class TaughtPlaces:
+    """Where the robot itself taught targets, and how warm it was."""
+
+    theta: Array  # (N, 6) [rad]
+    probe: Pose
+    rise: Array  # (K,) [K]
+
+
+def columns_along(
+    job: Job, forecast: Forecast, unknowns: Unknowns, path: PathPlaces, taught: TaughtPlaces | None
+) -> tuple[Array, Array]:
+    """G (M, 3, X) and N (M, 3, Q) along a path, on which rises fade with the lag of each node.
+
+    Where the robot taught the targets, the path is in a frame that it taught so too: N is less the rigid motion that
+    fits what it was at the targets then.
+    """
+    G, N, _ = unknowns.columns(forecast, path.theta, job.tool.pose)
     G, K = G.copy(), len(forecast.rise)
     G[:, :, :K] *= np.exp(-path.time[:, None, None] / forecast.cell.warmth.lag)
+    if taught is not None:
+        rise = np.broadcast_to(taught.rise, (len(taught.theta), K))
+        then = unknowns.columns(forecast, taught.theta, taught.probe, rise, then=True)[1]
+        share = rigid_share((flange_pose(job.robot, taught.theta) @ taught.probe).position)
+        N = share.left(N, share.motion(then), path.position)
     return G, N
 
 
 def _path_columns(
     job: Job, forecast: Forecast, unknowns: Unknowns, seen: Touched, innovation: Innovation, path: PathPlaces
 ) -> PathColumns:
-    G, N = columns_along(job, forecast, unknowns, path)
-    kappa, K = missing_of(forecast), len(forecast.rise)
-    missed = kappa * thermal_shift(forecast, path.theta, job.tool.pose)[1]
+    taught = None if seen.taught is None else TaughtPlaces(seen.touches.theta, seen.probe, seen.taught)
+    G, N = columns_along(job, forecast, unknowns, path, taught)
+    kappa, K, noise = missing_of(forecast), len(forecast.rise), forecast.cell.fit.noise
+    warm = kappa * thermal_shift(forecast, path.theta, job.tool.pose)[1]
     alike = smooth(path.position, seen.actual)[:, innovation.touch]
-    field = alike * np.outer(missed, kappa * seen.thermal[innovation.touch])
+    shared = noise**2 if seen.taught is None else 0.0
+    field = alike * (np.outer(warm, kappa * seen.thermal[innovation.touch]) + shared)
     base = G[:, :, K : K + 6].reshape(3 * len(G), 6)
-    return PathColumns(G, N, missed, field, np.asarray(np.linalg.pinv(base, rcond=1e-6)))
+    return PathColumns(G, N, np.hypot(warm, noise), field, np.asarray(np.linalg.pinv(base, rcond=1e-6)))
 
 
 def estimate(beside: Compared, h: Hypothesis) -> Estimate:
@@ -202,6 +229,20 @@ def estimate(beside: Compared, h: Hypothesis) -> Estimate:
     )
 
 
+def birge_ratio(chi2: float, coordinates: int) -> float:
+    """By how much all covariances are too small where touches lie farther off than these allow."""
+    return max(chi2 / coordinates, 1.0)
+
+
+def widened(chosen: Estimate, y: Array) -> Estimate:
+    """An estimate as open as the touches' coordinates (R,) [m] that it used say that it is."""
+    larger = birge_ratio(float(y @ np.linalg.solve(chosen.V, y)), len(y))
+    wider = np.sqrt(larger)
+    return replace(
+        chosen, covariance=larger * chosen.covariance, before=wider * chosen.before, after=wider * chosen.after
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class NextTouch:
     """A target, the axis of World along which it tells most, and the path's rms after locating it [m]."""
@@ -222,7 +263,7 @@ def next_touches(
     theta, margin = solve_tool(
         job.robot, Pose(place[known], np.repeat(rotation, len(known), axis=0)), seen.probe, job.posture
     )
-    H, _ = beside.unknowns.columns(beside.forecast, theta, seen.probe)
+    H, _, _ = beside.unknowns.columns(beside.forecast, theta, seen.probe)
     M, sigma = len(columns.G), float(np.median(seen.sigma))
     G, P = columns.G.reshape(3 * M, -1), chosen.covariance
     ranked = []

@@ -1,10 +1,10 @@
 r"""What touches tell of a path, as anchoring takes it: one linear model of robot, places and physics left out.
 
-    s = (x, q, u, f)       path  C = (G, N, 0, A),    touch of target s  H = (H, N, -I_s, I_s)
+    s = (x, q, v, u, f)    path  C = (G, N, 0, 0, A),    touch of target s  H = (H, N, D, -I_s, I_s)
 
-with x what a state says, q what else is not known of the robot (unit variance), u where S targets stand, and f what the
-thermal physics leaves out there: a smooth field of covariance K, whose share that the targets tell of a place along the
-path is A = k^T K^-1; what they do not is left whatever is touched.
+with x what a state says, q what else is not known of the robot (unit variance), v what play of no known sense does
+alike in all touches, u where S targets stand, and f what no source models there: a smooth field of covariance K, whose
+share that the targets tell of a place along the path is A = k^T K^-1; what they do not is left whatever is touched.
 
 Targets are what of an artefact touches can anchor by, in the frame that its places are in.
 """
@@ -23,13 +23,13 @@ from compgen.core.units import MM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.identification.exchange import PathDrift, path_weight
 from compgen.identification.touch_candidates import Probe, Targets, Ways
-from compgen.identification.touches import Artefact, Touches
+from compgen.identification.touches import Artefact, Touches, probed_motion
 from compgen.job.job import Job
 from compgen.job.part_frame import PartFrame
-from compgen.pipelines.anchor.estimate import PathPlaces, columns_along, compare, estimate
+from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, columns_along, compare, estimate
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
-from compgen.pipelines.anchor.touching import missing_of, smooth, taught_rises, thermal_shift
+from compgen.pipelines.anchor.touching import ALIKE, missing_of, smooth, taught_rises, thermal_shift
 from compgen.pipelines.anchor.unknowns import unknowns_of
 from compgen.program.frames import load_frames
 
@@ -47,6 +47,7 @@ class TouchModel:
     column: Array  # (M, 3, Q) C
     left: Array  # (M,) [m^2] variance that no touch lowers, all directions together
     rows: Array  # (K, 3, Q) H
+    play: Array  # (K, 3, 6) of one standard deviation, each touch by itself
 
     @property
     def drift(self) -> PathDrift:
@@ -68,28 +69,30 @@ def touch_model(
         ways: K of them.
         path: M places.
     """
-    forecast = forecast_now(job, _touches(artefact, ways))
+    touches = _touches(artefact, ways)
+    forecast = forecast_now(job, touches)
     _, thermal = thermal_shift(forecast, ways.theta[:, 2], probe.centre)
     along, warm = thermal_shift(forecast, path.theta, job.tool.pose)
     unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(thermal))
     theta, K = ways.theta[:, 2], len(ways.target)
-    rise, still = (
-        np.broadcast_to(forecast.rise, (K, len(forecast.rise))),
-        DirectionState(np.zeros((K, 6)), np.zeros((K, 3))),
-    )
+    rise = np.broadcast_to(forecast.rise, (K, len(forecast.rise)))
+    motion = DirectionState(probed_motion(job.robot, forecast.cell.sources, touches), np.zeros((K, 3)))
     taught = None if artefact.taught is None else taught_rises(artefact, job.cell.heat.names)
-    H, N = unknowns.columns_of_touches(forecast, theta, probe.centre, rise, still, taught)
-    G, N_path = columns_along(job, forecast, unknowns, path)
-    share, field, left = _field(forecast, targets, ways, thermal, along, warm)
+    H, N, D = unknowns.columns_of_touches(forecast, theta, probe.centre, rise, motion, taught)
+    in_frame = None if taught is None else TaughtPlaces(theta, probe.centre, taught)
+    G, N_path = columns_along(job, forecast, unknowns, path, in_frame)
+    shared = forecast.cell.fit.noise if taught is None else 0.0
+    share, field, left = _field(forecast, targets, ways, thermal, along, warm, shared)
     S, M = len(targets.name), len(along)
     of_target = np.einsum("ks,ij->kisj", np.eye(S)[ways.target], np.eye(3)).reshape(K, 3, -1)
     on_path = np.einsum("ms,ij->misj", share, np.eye(3)).reshape(M, 3, -1)
     places = np.diag(np.repeat(place_sigma**2, 3))
     return TouchModel(
-        block_diag(unknowns.prior.forecast, np.eye(N.shape[2]), places, np.kron(field, np.eye(3))),
-        np.concatenate([G, N_path, np.zeros((M, 3, 3 * S)), on_path], axis=2),
+        block_diag(unknowns.prior.forecast, np.eye(N.shape[2] + 6), places, np.kron(field, np.eye(3))),
+        np.concatenate([G, N_path, np.zeros((M, 3, 6 + 3 * S)), on_path], axis=2),
         left,
-        np.concatenate([H, N, -of_target, of_target], axis=2),
+        np.concatenate([H, N, np.sqrt(ALIKE) * D, -of_target, of_target], axis=2),
+        np.sqrt(1 - ALIKE) * D,
     )
 
 
@@ -134,19 +137,22 @@ def _touches(artefact: Artefact, ways: Ways) -> Touches:
 
 
 def _field(
-    forecast: Forecast, targets: Targets, ways: Ways, thermal: Array, along: Array, warm: Array
+    forecast: Forecast, targets: Targets, ways: Ways, thermal: Array, along: Array, warm: Array, shared: float
 ) -> tuple[Array, Array, Array]:
-    """A (M, S), K (S, S) [m^2], and what of the field no target tells along the path, (M,) [m^2]."""
+    """A (M, S), K (S, S) [m^2], and what of the field no target tells along the path, (M,) [m^2].
+
+    Of what no source models of the cold arm, touches share ``shared`` [m] with the path: none where the robot taught.
+    """
     kappa, noise = missing_of(forecast), forecast.cell.fit.noise
     count = np.bincount(ways.target, minlength=len(targets.name))
     at_targets = kappa * np.bincount(ways.target, thermal, len(targets.name)) / np.maximum(count, 1)
     alike = smooth(targets.place, targets.place)
-    K = alike * (np.outer(at_targets, at_targets) + noise**2)
+    K = alike * (np.outer(at_targets, at_targets) + shared**2)
     K += RIDGE * max(float(K.max()), TINY) * np.eye(len(K))
     missed = kappa * warm
-    cross = smooth(along, targets.place) * np.outer(missed, at_targets)
+    cross = smooth(along, targets.place) * (np.outer(missed, at_targets) + shared**2)
     share = np.asarray(np.linalg.solve(K, cross.T).T, dtype=np.float64)
-    left = 3 * np.maximum(missed**2 - np.einsum("ms,ms->m", share, cross), 0.0)
+    left = 3 * np.maximum(missed**2 + noise**2 - np.einsum("ms,ms->m", share, cross), 0.0)
     return share, np.asarray(K), np.asarray(left)
 
 

@@ -37,6 +37,7 @@ PLACES = 400  # of the path, evenly along the part
 USEFUL = 0.01  # of the path's rms: a touch that gains less is named
 TURNING = 40  # poses that are looked at between two touches
 NEAR = 5 * MM  # from a target: a way between touches that comes so near is named
+THROUGH = 1 * DEG  # turned by which a joint is through its play, of any width that was seen
 SAME = 0.02 * DEG  # by which the digits of a position may turn a joint
 DRIVEN = (0, 1, 3)  # of the stages of a way: lifted, approach, beyond
 STOPPED = (0, 1, 2)  # and where the program stops at the touch
@@ -103,8 +104,9 @@ def plan_path_touches(
     _require_ways(ways, artefact, targets, count)
     progress(stages.TOUCHES_THAT_TELL, 0.3)
     model = touch_model(job, artefact, targets, place_sigma, probe, ways, path)
-    H = model.rows if search.centres else np.einsum("ki,kiq->kq", ways.normal, model.rows)[:, None]
-    noise = np.broadcast_to(sigma**2 * np.eye(H.shape[1]), (len(H), H.shape[1], H.shape[1]))
+    along = np.broadcast_to(np.eye(3), (len(ways.target), 3, 3)) if search.centres else ways.normal[:, None]
+    H, play = along @ model.rows, along @ model.play
+    noise = sigma**2 * np.eye(H.shape[1]) + play @ np.swapaxes(play, 1, 2)
     plan = plan_touches(model.drift, H, noise, count)
     chosen = ways.subset(plan.chosen)
     left, coordinates = float(model.left.mean()), count * H.shape[1]
@@ -167,19 +169,26 @@ def _gain_findings(coordinates: int, rms: Array, count: int) -> Iterator[Finding
 def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> Iterator[Finding]:
     """Names the joint motions between touches on which the probe passes near a target."""
     share = np.linspace(0.0, 1.0, TURNING)[:, None]
-    for n, (a, b) in enumerate(pairwise(ways.theta[:, 0]), 1):
-        way = a + (b - a) * share
+    lifted = ways.theta[:, 0]
+    for n, after in [(beginning(ways), 0), *pairwise(range(len(lifted)))]:
+        way = lifted[n] + (lifted[after] - lifted[n]) * share
         if job.robot.interference is not None and (job.robot.interference.clearance(way) < 0).any():
-            message = f"between touches {n} and {n + 1} J2 and J3 leave their polygon: teach a position between"
+            message = f"between touches {n + 1} and {after + 1} J2 and J3 leave their polygon: teach a position between"
             yield Finding(Level.WARNING, Code.TOUCHES_WAY, message)
         gap = stem_gap(job.robot, targets, probe, way)
         s = int(np.argmin(gap))
         if gap[s] < NEAR:
             message = (
-                f"between touches {n} and {n + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from "
+                f"between touches {n + 1} and {after + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from "
                 f"{targets.name[s]}: teach a position between"
             )
             yield Finding(Level.WARNING, Code.TOUCHES_WAY, message)
+
+
+def beginning(ways: Ways) -> int:
+    """Above which touch the program begins: on the way from there to the first most joints turn through their play."""
+    turn = np.abs(ways.theta[:, 0] - ways.theta[0, 0])
+    return int(np.minimum(turn, THROUGH).sum(axis=1).argmax())
 
 
 def positions_of(planned: PlannedTouches, utool: int, *, stops: bool) -> TouchPositions:
@@ -191,6 +200,7 @@ def positions_of(planned: PlannedTouches, utool: int, *, stops: bool) -> TouchPo
     theta = ways.theta[:, stages].reshape(-1, 6)
     return TouchPositions(
         name=tuple(planned.targets.name[s] for s in ways.target.tolist()),
+        begin=beginning(ways),
         pose=planned.frame.inverse() @ in_world,
         posture=job.posture,
         turns=turn_digits(job.robot, theta),

@@ -30,6 +30,7 @@ from compgen.pipelines.anchor.hypotheses import Innovation
 from compgen.pipelines.anchor.unknowns import Unknowns
 
 SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
+ALIKE = 0.5  # of the variance of play whose sense is not known: alike in all touches (one way down) [assumed]
 SMOOTH = 0.5  # [m] over which what the thermal physics leaves out is alike
 FAR = 10 * MM  # of a target from where it was touched: not a drift
 PROBE = 250 * MM  # no longer than that: a file in metres may have its probe in metres too
@@ -140,9 +141,10 @@ def _coordinates(
 def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Innovation:
     """The touches with what each unknown would do to them."""
     theta, cell = seen.touches.theta, forecast.cell
-    H, N = unknowns.columns_of_touches(forecast, theta, seen.probe, seen.rise, seen.motion, seen.taught)
+    H, N, D = unknowns.columns_of_touches(forecast, theta, seen.probe, seen.rise, seen.motion, seen.taught)
     noise = cell.fit.noise if seen.taught is None else 0.0
     e, n = seen.along, seen.touch
+    play = np.einsum("ri,rij->rj", e, D[n])
     size = missing_of(forecast) * seen.thermal
     field = smooth(seen.actual, seen.actual) * (np.outer(size, size) + noise**2)
     return Innovation(
@@ -153,7 +155,7 @@ def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Inno
         target=seen.touches.target[n],
         touch=n,
         place=seen.place_sigma,
-        field=field[np.ix_(n, n)] * (e @ e.T),
+        field=field[np.ix_(n, n)] * (e @ e.T) + np.where(n[:, None] == n, 1.0, ALIKE) * (play @ play.T),
         sigma=seen.sigma,
     )
 

@@ -55,8 +55,8 @@ class Unknowns:
         motion: DirectionState | None = None,
         *,
         then: bool = False,
-    ) -> tuple[Array, Array]:
-        """H (M, 3, X) and N (M, 3, Q) at M poses of a tool.
+    ) -> tuple[Array, Array, Array]:
+        """H (M, 3, X), N (M, 3, Q) and D (M, 3, 6), of each joint's play run through, at M poses of a tool.
 
         Args:
             forecast: Of the robot now.
@@ -72,26 +72,29 @@ class Unknowns:
         changes = np.array([q.cause.parameters for q in self.others]).reshape(-1, len(self.parameters.entries))
         of_others = np.flatnonzero(changes.any(axis=0)).tolist()
         which = tuple(dict.fromkeys([*self.rows, *of_others]))
-        A, B, _ = build_slopes(forecast.cell.robot, self.parameters, which, rise.shape[1], tool)(theta, rise, motion)
+        A, B, D = build_slopes(forecast.cell.robot, self.parameters, which, rise.shape[1], tool)(theta, rise, motion)
         H = np.concatenate([B, A[:, :, [which.index(r) for r in self.rows]]], axis=2)
         deviation = np.array([np.hypot(q.deviation, q.mean) for q in self.others])
         N = A @ changes[:, which].T
-        return H, deviation * (N if then else N + np.einsum("mik,qk->miq", B, self.other_rise))
+        return H, deviation * (N if then else N + np.einsum("mik,qk->miq", B, self.other_rise)), D
 
     def columns_of_touches(
         self, forecast: Forecast, theta: Array, probe: Pose, rise: Array, motion: DirectionState, taught: Array | None
-    ) -> tuple[Array, Array]:
-        """H and N of touches; of targets that the robot taught, with rises (K,) [K], less what they were then."""
-        H, N = self.columns(forecast, theta, probe, rise, motion)
+    ) -> tuple[Array, Array, Array]:
+        """H, N, and D of the joints whose play has no known sense, of touches.
+
+        Of targets that the robot taught, with rises (K,) [K], less what they were then; play was the same.
+        """
+        H, N, D = self.columns(forecast, theta, probe, rise, motion)
         if taught is None:
-            return H, N
-        H_then, N_then = self.columns(forecast, theta, probe, np.broadcast_to(taught, rise.shape), motion, then=True)
+            return H, N, D * (motion.direction == 0)[:, None]
+        H_then, N_then, _ = self.columns(forecast, theta, probe, np.broadcast_to(taught, rise.shape), motion, then=True)
         grown = slice(
             rise.shape[1] + 6, H.shape[2] - len(forecast.cell.drifting.numbers)
         )  # what drifts has drifted since
         H = H.copy()
         H[:, :, grown] -= H_then[:, :, grown]
-        return H, N - N_then
+        return H, N - N_then, 0 * D
 
 
 def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, missed: float) -> Unknowns:

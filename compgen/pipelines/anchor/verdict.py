@@ -4,7 +4,8 @@ The best hypothesis is believed where the touches speak for it, and the state is
 
     cannot tell       no hypothesis explains the touches (chi^2), two do whose paths differ, or too much stays open
     something moved   the best one has a base that moved, or a target that was knocked, by more than touches are off
-    leave it          little is expected to be gained, or the touches speak for a forecast that is as good as exact
+    leave it          little is expected to be gained and the touches would move the path by no more than stays open,
+                      or they speak for a forecast that is as good as exact
     anchored          otherwise
 
 Touches that fit another reading of their files much better than the one that was given are refused, with what mends.
@@ -67,10 +68,11 @@ def probability(chi2: float, freedom: int) -> float:
     return float(chdtrc(freedom, chi2))
 
 
-def verdict_of(
+def verdict_of(  # noqa: PLR0913 - all that speaks for one
     best: Judged,
     coordinates: int,
     rms: tuple[float, float],
+    change: float,
     forecast_error: Array,
     moved: Sequence[Moved],
     rival: tuple[Hypothesis, float] | None,
@@ -82,6 +84,7 @@ def verdict_of(
         best: The hypothesis that is believed.
         coordinates: How many touches gave.
         rms: Of the path, before and after [m].
+        change: By how much the state moves the path, rms [m]: a forecast that is left may not be farther off.
         forecast_error: Of the forecast at each touch [m].
         moved: What has moved.
         rival: Another hypothesis that may hold as well, and by how much its path differs [m].
@@ -99,13 +102,15 @@ def verdict_of(
         return "cannot tell", f"{after / UM:.0f} um rms of the path stay open"
     if any(m.is_sure for m in moved):
         return "something moved", " and ".join(f"{m.distance / MM:.2g} mm at {m.what}" for m in moved if m.is_sure)
-    if after > GAIN * before:
+    is_left = change <= after
+    if is_left and after > GAIN * before:
         return (
             "leave it",
             f"the forecast leaves {before / UM:.0f} um rms of the path open, the touches {after / UM:.0f}",
         )
     without = float(np.sqrt(np.mean(forecast_error**2)))
-    if after > COARSE * noise and best.hypothesis == AS_FORECAST and 3 * without**2 < after**2 + 3 * noise**2:
+    is_fine = best.hypothesis == AS_FORECAST and 3 * without**2 < after**2 + 3 * noise**2
+    if is_left and is_fine and after > COARSE * noise:
         message = f"they would leave {after / UM:.0f} um rms of the path open, and see no more wrong with the forecast"
         return "leave it", message
     if best.hypothesis.day == 0:
