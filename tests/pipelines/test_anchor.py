@@ -23,7 +23,7 @@ from compgen.pipelines.anchor.files import anchor_files
 from compgen.pipelines.anchor.forecast import forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, Judged, left_out, weigh
 from compgen.pipelines.anchor.touching import innovation_of, touched
-from compgen.pipelines.anchor.unknowns import unknowns_of
+from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.pipelines.anchor.verdict import verdict_of
 from compgen.robot.kinematics import flange_pose
 
@@ -304,6 +304,26 @@ def test_play_of_no_known_sense_is_open_in_each_touch_and_in_all(days, tmp_path)
     assert_allclose(taught[3].field, pieces(drawn_day(0, tmp_path, taught=True))[3].field, atol=1e-13)
 
 
+def test_what_identification_was_too_sure_of_is_open_by_its_scale(days):
+    day = days(0)
+    surer = replace(day.job.cell, fit=replace(day.job.cell.fit, scale=1.7))
+    once, more = pieces(day), pieces(replace(day, job=replace(day.job, cell=surer)))
+    assert_allclose(more[3].N, 1.7 * once[3].N, rtol=1e-12)
+    assert np.abs(once[3].N).max() > 5 * UM
+
+
+def test_an_identified_world_is_as_open_again_where_an_instrument_placed_the_targets(days):
+    """A turn of World that N has with 3 mdeg is open by 3 mdeg more in the base: about J1, not about the part."""
+    _, _, unknowns, _ = pieces(days(0))
+    place = path_places(days(0).job, 20).position
+    turn = 3 * MDEG * np.cross([0, 0, 1], place)[:, :, None]
+    P, base = unknowns.prior.forecast, slice(len(unknowns.prior.forecast) - len(unknowns.rows), None)
+    more = (with_open_world(unknowns, turn, place).prior.forecast - P)[base, base]
+    expected = np.zeros_like(more)
+    expected[5, 5] = (3 * MDEG) ** 2
+    assert_allclose(more, expected, atol=1e-6 * expected.max())
+
+
 def test_what_touches_off_by_more_than_is_open_leave_open_grows_with_them(days):
     """chi^2 of four times as many coordinates: all standard deviations count twice; of fewer none counts less."""
     day = days(0)
@@ -320,7 +340,7 @@ def test_what_touches_off_by_more_than_is_open_leave_open_grows_with_them(days):
 def test_a_forecast_is_left_only_where_the_touches_agree_with_it(change, verdict):
     """Open by 50 um before and 49 after: touches that move the path by more than that are not left unsaid."""
     best, error = Judged(AS_FORECAST, 0.0, 24.0), np.full(8, 10 * UM)
-    assert verdict_of(best, 24, (50 * UM, 49 * UM), change, error, (), None, NOISE)[0] == verdict
+    assert verdict_of(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)[0] == verdict
 
 
 def test_what_a_robot_file_marks_as_drifting_is_found(tmp_path):

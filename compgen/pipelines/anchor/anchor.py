@@ -80,10 +80,8 @@ def anchor(
     error = np.array([rms(used.y[used.touch == n]) for n in left.touch.tolist()])
     moved = _moved(artefact, best.hypothesis, chosen, beside)
     rival = _rival(judged, beside, chosen)
-    sizes = rms(chosen.before), rms(chosen.after)
-    change = rms(np.linalg.norm(chosen.correction, axis=1))
-    noise = float(np.median(seen.sigma))
-    verdict, reason = verdict_of(best, len(innovation.y), sizes, change, error, moved, rival, noise)
+    sizes = rms(chosen.before), rms(chosen.after), rms(np.linalg.norm(chosen.correction, axis=1))
+    verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
     refuse_unidentified(forecast.cell, artefact, touches, best, innovation)
     state = _state(beside, chosen, verdict, as_forecast, made_from or {})
     anchored = Anchored(

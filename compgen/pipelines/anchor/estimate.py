@@ -33,7 +33,7 @@ from compgen.job.motion_plan import COARSE
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
 from compgen.pipelines.anchor.touching import Touched, innovation_of, missing_of, smooth, thermal_shift, touched
-from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
+from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of, with_open_world
 from compgen.planning import toolpath
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.inverse_kinematics import solve_tool
@@ -143,6 +143,9 @@ def compare(job: Job, artefact: Artefact, touches: Touches, frame: Pose, path: P
     seen = touched(artefact, touches, frame, forecast)
     unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(seen.thermal))
     innovation = innovation_of(seen, forecast, unknowns)
+    columns = _path_columns(job, forecast, unknowns, seen, innovation, path)
+    if seen.taught is None and job.cell.posterior is not None:
+        unknowns = with_open_world(unknowns, columns.N, path.position)
     return Compared(
         job=job,
         forecast=forecast,
@@ -150,7 +153,7 @@ def compare(job: Job, artefact: Artefact, touches: Touches, frame: Pose, path: P
         seen=seen,
         unknowns=unknowns,
         innovation=innovation,
-        columns=_path_columns(job, forecast, unknowns, seen, innovation, path),
+        columns=columns,
     )
 
 

@@ -30,7 +30,7 @@ from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, columns_
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
 from compgen.pipelines.anchor.touching import ALIKE, missing_of, smooth, taught_rises, thermal_shift
-from compgen.pipelines.anchor.unknowns import unknowns_of
+from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.program.frames import load_frames
 
 RIDGE = 1e-9  # of the field's variance
@@ -81,6 +81,8 @@ def touch_model(
     H, N, D = unknowns.columns_of_touches(forecast, theta, probe.centre, rise, motion, taught)
     in_frame = None if taught is None else TaughtPlaces(theta, probe.centre, taught)
     G, N_path = columns_along(job, forecast, unknowns, path, in_frame)
+    if taught is None and job.cell.posterior is not None:
+        unknowns = with_open_world(unknowns, N_path, path.position)
     shared = forecast.cell.fit.noise if taught is None else 0.0
     share, field, left = _field(forecast, targets, ways, thermal, along, warm, shared)
     S, M = len(targets.name), len(along)

@@ -5,22 +5,25 @@ r"""What touches may tell of a robot, and what else is not known of it: columns 
     H = (B, A_base, A_growth, A_drifting),   N = (A dp_q + B dr_q) s_q,   A = d p_actual / d p,  B = d p_actual / d rise
 
 Everything else the robot file does not know (identified parameters together, sigmas of sources) stands in N with its
-standard deviation. Where the robot itself taught a target in another state, what it then had wrong is in the target's
-place: growth, drifting numbers and N count as what they do now less what they did then.
+standard deviation, times the scale that the identification's own forecasts ask for. Where the robot itself taught a
+target in another state, what it then had wrong is in the target's place: growth, drifting numbers and N count as what
+they do now less what they did then.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.pose import Pose
+from compgen.core.rotations import cross_matrix
 from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.posterior import numbers_of
 from compgen.error_model.quantities import Quantity
+from compgen.error_model.rigid_share import rigid_share
 from compgen.job.anchored_start import base_rows, drifting_row
 from compgen.job.job import Cell, Job
 from compgen.job.uncertainty import quantities_of_cell
@@ -74,7 +77,7 @@ class Unknowns:
         which = tuple(dict.fromkeys([*self.rows, *of_others]))
         A, B, D = build_slopes(forecast.cell.robot, self.parameters, which, rise.shape[1], tool)(theta, rise, motion)
         H = np.concatenate([B, A[:, :, [which.index(r) for r in self.rows]]], axis=2)
-        deviation = np.array([np.hypot(q.deviation, q.mean) for q in self.others])
+        deviation = forecast.cell.fit.scale * np.array([np.hypot(q.deviation, q.mean) for q in self.others])
         N = A @ changes[:, which].T
         return H, deviation * (N if then else N + np.einsum("mik,qk->miq", B, self.other_rise)), D
 
@@ -183,8 +186,8 @@ def _prior(
     shifted, turned, of_base = *np.zeros((2, X, X)), np.s_[K : K + 6, K : K + 6]
     if cell.state is None:
         P[of_base] += base
-    shifted[of_base] = _about(middle, np.full(3, MOVED_SHIFT), np.zeros(3))
-    turned[of_base] = _about(middle, np.full(3, MOVED_SHIFT), np.full(3, MOVED_TURN))
+    shifted[of_base] = _about(middle, _diagonal(MOVED_SHIFT, 0.0))
+    turned[of_base] = _about(middle, _diagonal(MOVED_SHIFT, MOVED_TURN))
     return Prior(P, warm + OTHER_DAY**2 * np.outer(rise, rise), shifted, turned)
 
 
@@ -198,15 +201,35 @@ def _base_prior(job: Job, middle: Array, radius: float, missed: float) -> Array:
     drifting = job.cell.drifting
     usual = float(np.hypot(BASE_SHIFT, missed))
     if drifting.shift is None and drifting.turn is None:
-        return _about(middle, np.full(3, usual), np.full(3, usual / max(radius, LEAST_RADIUS)))
+        return _about(middle, _diagonal(usual, usual / max(radius, LEAST_RADIUS)))
     shift = np.full(3, usual) if drifting.shift is None else drifting.shift
     turn = np.full(3, usual / max(radius, LEAST_RADIUS)) if drifting.turn is None else drifting.turn
     return np.diag(np.concatenate([shift, turn]) ** 2)
 
 
-def _about(middle: Array, shift: Array, turn: Array) -> Array:
-    """Covariance of the base's shift and turn, where a point c shifts by d and all turns by w: base = d - w x c."""
-    x, y, z = middle.tolist()
+def with_open_world(unknowns: Unknowns, N: Array, place: Array) -> Unknowns:
+    """The unknowns of an identified robot whose targets stand where an instrument says: its World is open as well.
+
+    An instrument that measures an arm sees no World: where it is follows from the parameters alone. What no source
+    has of the true arm moves it by as much again as the parameters may [assumed], and this the base carries.
+
+    Args:
+        unknowns: As a robot knows them that was anchored to its World.
+        N: Of M places along the path, (M, 3, Q) [m].
+        place: Where these are, World (M, 3) [m].
+    """
+    share, prior = rigid_share(place), unknowns.prior
+    motion, P, K = share.motion(N), prior.forecast.copy(), len(prior.forecast) - len(unknowns.rows)
+    P[K : K + 6, K : K + 6] += _about(share.middle, motion @ motion.T)
+    return replace(unknowns, prior=replace(prior, forecast=P))
+
+
+def _diagonal(shift: float, turn: float) -> Array:
+    return np.diag(np.repeat([shift, turn], 3) ** 2)
+
+
+def _about(middle: Array, covariance: Array) -> Array:
+    """Covariance (6, 6) of the base, by that of a shift d and a turn w about a point c: base = d - w x c."""
     J = np.eye(6)
-    J[:3, 3:] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]  # -w x c = c x w
-    return np.asarray(J @ np.diag(np.concatenate([shift, turn]) ** 2) @ J.T)
+    J[:3, 3:] = cross_matrix(middle[None])[0]  # -w x c = c x w
+    return np.asarray(J @ covariance @ J.T)

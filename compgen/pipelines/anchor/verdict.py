@@ -68,11 +68,10 @@ def probability(chi2: float, freedom: int) -> float:
     return float(chdtrc(freedom, chi2))
 
 
-def verdict_of(  # noqa: PLR0913 - all that speaks for one
+def verdict_of(
     best: Judged,
     coordinates: int,
-    rms: tuple[float, float],
-    change: float,
+    rms: tuple[float, float, float],
     forecast_error: Array,
     moved: Sequence[Moved],
     rival: tuple[Hypothesis, float] | None,
@@ -83,14 +82,13 @@ def verdict_of(  # noqa: PLR0913 - all that speaks for one
     Args:
         best: The hypothesis that is believed.
         coordinates: How many touches gave.
-        rms: Of the path, before and after [m].
-        change: By how much the state moves the path, rms [m]: a forecast that is left may not be farther off.
+        rms: Of the path, before and after, and of what the state moves it by [m].
         forecast_error: Of the forecast at each touch [m].
         moved: What has moved.
         rival: Another hypothesis that may hold as well, and by how much its path differs [m].
         noise: Standard deviation of a coordinate of a touch [m].
     """
-    before, after = rms
+    before, after, change = rms
     if probability(best.chi2, coordinates) < UNLIKELY:
         return "cannot tell", f"no state explains the touches (chi^2 {best.chi2:.0f} of {coordinates})"
     if rival is not None:
