@@ -16,6 +16,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.rotations import cross_matrix
 
+USUAL = 20e-6  # [m] of a coordinate of a touch
 HELD = 1e-9  # of the largest: a motion that touches do not tell is none
 
 
@@ -72,7 +73,7 @@ def rigid_share(
         place: Of T touches, World, (T, 3) [m].
         rotation: Of the flange, (T, 3, 3), where the probe was fitted along; None: it was known.
         along: Probing directions, (T, 3); NaN, or None: all three coordinates were told.
-        sigma: Of one coordinate of each touch, (T,) [m]; None: all alike.
+        sigma: Of one coordinate of each touch, (T,) [m]; None: usual ones, all alike.
         probe_sigma: What is known of the probe beforehand [m]; 0: nothing.
     """
     single = np.zeros(len(place), dtype=bool) if along is None else np.isfinite(along[:, 0])
@@ -81,7 +82,7 @@ def rigid_share(
     if along is not None:
         e = np.where(single[touch][:, None], along[touch], e)
     middle = place.mean(axis=0)
-    weight = 1.0 if sigma is None else 1 / sigma[touch] ** 2
+    weight = 1 / (np.full(len(place), USUAL) if sigma is None else sigma)[touch] ** 2
     D = np.einsum("ri,riu->ru", e, design_of(place - middle, rotation)[touch])
     precision = (D.T * weight) @ D
     if rotation is not None and probe_sigma:

@@ -11,14 +11,14 @@ from itertools import combinations
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, own, rms
+from compgen.core.arrays import Array, BoolArray, IntArray, own, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import Fit, fit
 from compgen.identification.frames import initial_frames, measured_distance
-from compgen.identification.measurements import NONE, FixedPlaces, Measurements
+from compgen.identification.measurements import EXACT, NONE, FixedPlaces, Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.touch_rows import touched_poses
 from compgen.identification.touches import Artefact, Touches, check_directions
@@ -39,14 +39,15 @@ class FrameFit:
 
     frame: Pose
     probe: Array  # (3,) [m] in the flange
-    covariance: Array  # (9, 9) of (turn of the frame in World, its place at ``middle``, probe) [rad], [m]
+    covariance: Array  # (9, 9) of (turn of the frame in World, its place as the probe finds it, probe) [rad], [m]
     middle: Array  # (3,) [m] of what was touched, in World
+    flange: Array  # (3, 3) mean rotation of the flange at the touches
     noise: float  # [m] of one coordinate
     residual: Array  # (N,) [m] distance, or along the probing direction
     outlier: BoolArray  # (N,) touches set aside
 
     def __post_init__(self) -> None:
-        own(self, probe=(3,), covariance=(9, 9), middle=(3,), residual=("N",), outlier=("N",))
+        own(self, probe=(3,), covariance=(9, 9), middle=(3,), flange=(3, 3), residual=("N",), outlier=("N",))
 
     @property
     def sigma(self) -> Array:
@@ -128,7 +129,8 @@ def _change(frame: FrameFit, moved: FrameFit) -> Array:
     """Turn, middle and probe of one fit against another's, (9,) [rad], [m]."""
     turn = moved.frame.rotation @ frame.frame.rotation.T
     axial = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-    return np.concatenate([axial, moved.middle - frame.middle, moved.probe - frame.probe])
+    longer = moved.probe - frame.probe
+    return np.concatenate([axial, moved.middle - frame.middle - frame.flange @ longer, longer])
 
 
 def _sigma(touches: Touches) -> Array:
@@ -150,14 +152,17 @@ def _fit(artefact: Artefact, touches: Touches, model: ArmModel, data: Measuremen
         raise InputError(f"{touches.label[0]}: {measured} measured numbers are too few for a frame; touch more")
     middle = frame.act(fitted.frames.far_ends(kept, position, rotation).mean(axis=0))
     # of (turn w and origin c of World in the part's frame) to turn and place at the middle: -Q w, m x Q w - Q c
-    to_part = np.eye(9)
+    to_part, flange = np.eye(9), rotation[~outlier].mean(axis=0)
     to_part[:6, :6] = np.block([[-F.T, np.zeros((3, 3))], [cross_matrix(middle) @ F.T, -F.T]])
+    to_part[3:6, 6:] = -flange  # a probe that is too long has the part as much nearer, and meets it
     scale = _variance_over(touches, kept, fitted, unit, measured)
+    shared = _shared_by_sphere(touches.target[~outlier], touches.normal[~outlier], fitted.residual)
     return FrameFit(
         frame=frame,
         probe=fitted.frames.reflector[0],
-        covariance=scale * (to_part @ fitted.posterior.covariance[:9, :9] @ to_part.T),
+        covariance=scale * shared * (to_part @ fitted.posterior.covariance[:9, :9] @ to_part.T),
         middle=middle,
+        flange=flange,
         noise=unit * np.sqrt(scale),
         residual=measured_distance(fitted.frames, data, position, rotation),
         outlier=outlier,
@@ -175,6 +180,18 @@ def _variance_over(touches: Touches, kept: Measurements, fitted: Fit, unit: floa
     chi2 = float(((fitted.residual / sigma[:, None]) ** 2).sum())
     scale = chi2 / (measured - taken) if measured - taken >= 1 else 1.0
     return max(scale, 1.0 if np.isfinite(touches.sigma).any() else (FLOOR / unit) ** 2)
+
+
+def _shared_by_sphere(target: IntArray, normal: Array, residual: Array) -> float:
+    """How much more the touches of a sphere err alike than each by itself, as a factor of the variance, 1 or more.
+
+    Sums of residuals over S spheres, of which the frame has taken up six numbers, against those of independent ones.
+    """
+    away = np.where(np.isfinite(normal), residual[:, :1] * np.nan_to_num(normal), residual)
+    sums = np.eye(int(target.max()) + 1)[:, target] @ away
+    numbers = 3 * len(np.unique(target))
+    share = float((sums**2).sum()) / max(float((away**2).sum()), EXACT**2)
+    return max(share * numbers / (numbers - 6), 1.0)
 
 
 def measured_lengths(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> list[tuple[int, float]]:

@@ -101,6 +101,7 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Fi
         findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))
     if any(taught.sigma_um):
         k2 = ", ".join(f"{2 * s:.0f}" for s in taught.sigma_um)
-        message = f"the part's place is known to {k2} um (k = 2, World x, y, z): in the band, and in no bound"
+        tool = " by the probe that taught it" if taught.touches else ""
+        message = f"the part's place is known to {k2} um (k = 2, World x, y, z){tool}: in the band, and in no bound"
         findings.append(Finding(Level.NOTE, Code.FRAME_UNCERTAINTY, message))
     return tuple(findings)

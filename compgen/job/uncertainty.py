@@ -1,19 +1,20 @@
 """What a job does not know, as quantities: its sources, its warmth, its frames and its start; and a job with a draw."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.units import MDEG, UM
+from compgen.core.units import MM
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
+from compgen.job.taught_frame import frame_rows, is_probe, open_of_frame, own_teaching, taken_up
 from compgen.thermal.uncertainty import HeatChange
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
@@ -25,6 +26,7 @@ class JobUncertainty:
 
     parameters: SourceParameters
     quantities: tuple[Quantity, ...]
+    taken: Array = field(default_factory=lambda: np.zeros(9))  # of the thermal error by the part's frame: base and tool
 
 
 def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) -> JobUncertainty:
@@ -37,15 +39,21 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
     """
     of_cell = quantities_of_cell(job.cell)
     nothing = _no_cause(job.cell, of_cell.parameters)
-    parameters = of_cell.parameters
-    quantities = [
-        *of_cell.quantities,
-        *_of_frame(job, parameters, nothing, middle),
-        *_of_tool(job, parameters, nothing),
-    ]
+    parameters, own = of_cell.parameters, own_teaching(job)
+    taught = own if own is not None or job.frame is None else job.frame.taught
+    quantities, taken, is_taught_tool = list(of_cell.quantities), of_cell.taken, is_probe(job.tool.pose, own)
+    rows, flange = frame_rows(parameters, with_tool=is_taught_tool), np.zeros((3, 3))
+    if own is not None:
+        quantities, taken, flange = taken_up(job.cell, own, parameters, quantities, rows)
+        middle = np.array(own.middle_mm) * MM
+    if taught is not None and job.frame is not None:
+        middle = job.frame.place.position if middle is None else middle
+        quantities += open_of_frame(taught, rows, middle, flange, nothing)
+    if not is_taught_tool:
+        quantities += _of_tool(job, parameters, nothing)
     if window > 0:
         quantities.append(Quantity("start delay", "start delay", replace(nothing, delay=1.0), (0.0, window)))
-    return replace(of_cell, quantities=tuple(quantities))
+    return replace(of_cell, quantities=tuple(quantities), taken=taken)
 
 
 def quantities_of_cell(cell: Cell) -> JobUncertainty:
@@ -71,6 +79,11 @@ def _no_cause(cell: Cell, parameters: SourceParameters) -> Cause:
     return Cause(np.zeros(len(parameters.entries)), HeatChange.none(len(cell.heat.names)), np.zeros(6))
 
 
+def is_identified(cell: Cell) -> bool:
+    """Whether somebody measured this robot's errors."""
+    return any(known.sigma for known in cell.known)
+
+
 def refuse_without_uncertainty(job: Job) -> None:
     """Raises InputError for a bound with a probability on a robot whose file does not say how well it is known."""
     if job.bounds.guaranteed is not None:
@@ -79,7 +92,7 @@ def refuse_without_uncertainty(job: Job) -> None:
 
 def refuse_silent_file(cell: Cell, uncertainty: JobUncertainty, where: str) -> None:
     """Raises InputError where a robot file does not say how well its robot is known."""
-    is_silent = cell.warmth.is_assumed and not any(known.sigma for known in cell.known)
+    is_silent = cell.warmth.is_assumed and not is_identified(cell)
     is_open = cell.warmth.missing or any(q.deviation or q.mean for q in uncertainty.quantities)
     if is_silent or not is_open:
         raise InputError(
@@ -248,24 +261,6 @@ def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:
             if (i,) not in shown:
                 cause = replace(nothing, width=WIDTH_SPREAD * np.eye(6)[i])
                 quantities.append(Quantity(f"{source.NAME}.width[{i + 1}]", source.BUDGET, cause))
-    return quantities
-
-
-def _of_frame(job: Job, parameters: SourceParameters, nothing: Cause, middle: Array | None) -> list[Quantity]:
-    """Where the part stands: shifted by d and turned by w about its middle c, the base is off by w x c - d and -w."""
-    taught = None if job.frame is None else job.frame.taught
-    if job.frame is None or taught is None:
-        return []
-    position, rotation = parameters.base()
-    middle = job.frame.place.position if middle is None else middle
-    quantities = []
-    for i, (shift, turn) in enumerate(zip(taught.sigma_um, taught.sigma_mdeg, strict=True)):
-        for what, d, w in (("place", shift * UM, 0.0), ("turn", 0.0, turn * MDEG)):
-            unit, values = np.eye(3)[i], np.zeros(len(parameters.entries))
-            values[position], values[rotation] = w * np.cross(unit, middle) - d * unit, -w * unit
-            if values.any():
-                cause = replace(nothing, parameters=values)
-                quantities.append(Quantity(f"part's {what} {'xyz'[i]}", "part's frame", cause))
     return quantities
 
 

@@ -281,6 +281,19 @@ def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> s
         raise InputError(f"{file}: {exception}") from exception
 
 
+class TaughtTouchTable(Table):
+    """A touch by which a frame was taught."""
+
+    joints_deg: Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)]
+    """Pendant angles at which the probe touched."""
+    noise_um: Annotated[FiniteFloat, Field(gt=0)]
+    """Standard deviation of one coordinate."""
+    probing: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = None
+    """Unit vector in World in which the probe moved; left out: the sphere's centre was located."""
+    direction: Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)] = [0.0] * 6
+    """Sides from which the joints came, -1 to 1; 0: not known."""
+
+
 class TaughtTable(Table):
     """How a frame was taught: by which arm, how warm it was, and how well its place is known."""
 
@@ -291,9 +304,19 @@ class TaughtTable(Table):
     rise_K: dict[str, Rise] = {}
     """Largest rise of each node of the arm while it was taught; none: cold."""
     sigma_um: Three = [0.0, 0.0, 0.0]
-    """Standard deviation of the part's place along World's axes, in the middle of what was touched."""
+    """Standard deviation of the part's place along World's axes, in the middle of what was touched, by that probe."""
     sigma_mdeg: Three = [0.0, 0.0, 0.0]
     """Standard deviation of the part's orientation about World's axes."""
+    middle_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
+    """Middle of what was touched, World."""
+    probe_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
+    """The probe in the flange, as the touches say."""
+    probe_sigma_um: Three = [0.0, 0.0, 0.0]
+    """Its standard deviation."""
+    correlation: list[list[FiniteFloat]] = []
+    """Of place, turn and probe, row by row to the diagonal."""
+    touches: list[TaughtTouchTable] = []
+    """What touched: with them the band knows what the frame has taken up of the robot's errors."""
 
 
 class FrameTable(Table):

@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 from compgen.core.arrays import Array
 from compgen.core.units import UM
 from compgen.error_model.unknown import NOT_LOOKED_AT
-from compgen.report.band_words import known_words, next_words, rounded, size_words, unknown_words
+from compgen.report.band_words import PARTED, known_words, next_words, rounded, size_words, unknown_words
 from compgen.report.curves import Row, course, sentence
 from compgen.report.figure import GREY, Figure, axis, figure, spans, trace
 from compgen.report.page import with_units
@@ -28,7 +28,10 @@ MEANINGS = {  # of the sources of a budget, for who has not written the robot fi
     "start delay": "starts later than planned",
     "identified parameters": "how well measuring told the robot's numbers",
     "fit noise": "scatter of what was measured",
+    "part's frame": "touches that taught the part's frame, and the probe",
 }
+STANDS = "of it: where the part stands", "what teaching the part's frame with this robot takes away"
+WHEN_TAUGHT = "of it: the rest", "what is left when the frame is taught by the robot as warm as it works"
 FILE = "#1d4ed8"  # what the file knows of: neither before nor after
 #: a bar, and what it says beside it: hatched ground is not read
 BAR = {"orientation": "h", "showlegend": False, "textposition": "outside", "textangle": 0, "cliponaxis": False}
@@ -54,6 +57,9 @@ def band_rows(record: dict[str, Any]) -> list[list[str]]:
     ]
     whole = Markup("<b>{}</b>").format(rounded(record["p95_um"]))
     rows.append([Markup("<b>all that this file knows</b>"), whole, ""])
+    for key, what in zip(PARTED, (STANDS, WHEN_TAUGHT), strict=True):
+        if key in record:
+            rows.append([_explained(*what), rounded(record[key]), ""])
     for row in record["unknown"]:
         nothing = row["from"] if row["from"] == NOT_LOOKED_AT else "no figure"
         extent = nothing if row["size_um"] is None else size_words(row)

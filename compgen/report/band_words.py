@@ -11,6 +11,7 @@ from compgen.verification.band import Band
 from compgen.verification.verdict import unit_of
 
 DRAWN = ("share", "confidence", "draws", "seed")  # of the draws beside a band
+PARTED = ("part_stands_um", "when_taught_um")  # where an identified robot's part is in no frame that it has taught
 TINY_UM = 0.05  # a size that one digit does not show
 LISTED = 4  # sources in a sentence
 LEAST = 0.05  # of the whole, that a source must be to stand there
@@ -23,6 +24,7 @@ def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None
     budget_um = {share.source: _um(share.largest) for share in band.budget}
     return {
         "p95_um": _um(band.largest),
+        **dict(zip(PARTED, map(_um, band.parted or ()), strict=False)),
         **{key: getattr(promised, key, None) for key in DRAWN},
         "budget_um": budget_um,
         "budget_rms_um": {share.source: _um(share.rms) for share in band.budget},
@@ -48,7 +50,9 @@ def known_words(record: dict[str, Any]) -> str:
     if len(record["budget_um"]) > len(named):
         named.append("...")
     inside = f" ({', '.join(named)})" if named else ""
-    return f"{rounded(record['p95_um'])} um (95 %) of what this file knows{inside}"
+    parted = [rounded(record[key]) for key in PARTED if key in record]
+    taught = f": {parted[0]} um where the part stands, {parted[1]} um when its frame is taught" if parted else ""
+    return f"{rounded(record['p95_um'])} um (95 %) of what this file knows{inside}{taught}"
 
 
 def unknown_words(record: dict[str, Any]) -> str:

@@ -15,13 +15,14 @@ and S is a straight line between them.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from scipy.special import gammaincinv
 
 from compgen.core.arrays import Array, BoolArray, IntArray, owns, rms
+from compgen.error_model.rigid_share import rigid_share
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import percentile99
 
@@ -65,6 +66,7 @@ class Band:
     p99: float  # [m] what 99 % of the part's length stay at or below
     budget: tuple[BudgetShare, ...]  # the largest first
     hidden: float = 0.0  # [m] most on the part that a temperature sensor may add unseen; no part of the radius
+    parted: tuple[float, float] | None = None  # [m] where the part stands, and what is left once that is taught
 
     def world(self) -> Array:
         """k = 2 along World x, y, z where it was evaluated, (M, 3) [m]."""
@@ -136,6 +138,23 @@ def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: fl
         budget=tuple(shares),
         hidden=unseen,
     )
+
+
+def parted_by_teaching(columns: Columns, place: Array, weight: Array, scale: float) -> tuple[float, float]:
+    """The largest radius of where the part stands, which teaching its frame would take up, and of what would be left.
+
+    Args:
+        columns: At some places of the path.
+        place: (M, 3) [m] World.
+        weight: Length of part that each stands for, (M,) [m].
+        scale: lambda.
+    """
+    share, rows = rigid_share(place), np.arange(len(place))
+    left = share.left(columns.column, share.motion(columns.column), place)
+    stands = replace(columns, column=columns.column - left, undirected={})
+    both = (stands, replace(columns, column=left))
+    where, after = (band_of([some], rows, weight, scale).largest for some in both)
+    return where, after
 
 
 def radius_of(moment: Array) -> Array:

@@ -1,21 +1,21 @@
 """The band of a program that exists: what the robot file leaves open at the stations that are corrected."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
-from compgen.job.uncertainty import quantities_of_cell
+from compgen.job.uncertainty import is_identified, quantities_of_cell
 from compgen.pipelines.correct.result import CorrectionPlan
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.program.directions import station_directions
 from compgen.thermal import Duty
 from compgen.thermal.history import History
 from compgen.thermal.model import with_losses
-from compgen.verification.band import Band, Columns, band_of
+from compgen.verification.band import Band, Columns, band_of, parted_by_teaching
 
 MOST = 20_000  # stations at which a band is evaluated; of more, so many along the program
 
@@ -29,7 +29,13 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
         before: What the cell did.
     """
     at = station_columns(cell, plan, before)
-    return None if at is None else band_of([at.columns], at.rows, np.zeros(len(at.rows)), cell.fit.scale)
+    if at is None:
+        return None
+    weight, scale = np.zeros(len(at.rows)), cell.fit.scale
+    band = band_of([at.columns], at.rows, weight, scale)
+    if not is_identified(cell):
+        return band
+    return replace(band, parted=parted_by_teaching(at.columns, at.place, weight, scale))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,6 +44,7 @@ class StationColumns:
 
     rows: IntArray  # (M,) rising
     columns: Columns
+    place: Array  # (M, 3) [m] World, as the controller believes
 
 
 def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> StationColumns | None:
@@ -54,6 +61,7 @@ def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) ->
     uncertainty, directions = quantities_of_cell(cell), station_directions(cell.robot, cell.sources, plan.drive)[0]
     tools = poses.tool[plan.drive.pose[rows]]
     parts: list[tuple[Array, Columns]] = []
+    place = np.empty((len(rows), 3))
     for tool in np.unique(tools).tolist():
         with_tool = rows[tools == tool]
         places = Places(
@@ -64,6 +72,7 @@ def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) ->
             tool=poses.tools[tool],
         )
         model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[tool])
+        place[tools == tool] = model.nominal_pose(places.theta).position
         parts.append((with_tool, columns_at(cell, history, feed, uncertainty, places, model)))
     order = np.argsort(np.concatenate([with_tool for with_tool, _ in parts]), kind="stable")
     first = parts[0][1]
@@ -75,4 +84,4 @@ def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) ->
         undirected={name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
         hidden=np.concatenate([c.hidden for _, c in parts])[order],
     )
-    return StationColumns(rows, columns)
+    return StationColumns(rows, columns, place)

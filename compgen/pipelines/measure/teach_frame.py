@@ -17,6 +17,7 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.error_model.posterior import DECIMALS
 from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
@@ -24,6 +25,7 @@ from compgen.identification.touches import Artefact, Touches, probed_motion, rea
 from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM
 from compgen.pipelines.files.robot_file import Arm
+from compgen.robot.robot import Robot
 from compgen.thermal.filled_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference
 
@@ -38,6 +40,7 @@ class TaughtFrame:
     robot_file: str  # name and hash
     rise: Mapping[str, float]  # largest of each node [K]
     touches: Touches
+    together: dict[str, Any]  # what its file says for the band
     pendant: FrameFit | None  # what the pendant would have taught: by the nominal arm
     findings: tuple[Finding, ...]
 
@@ -94,6 +97,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         robot_file=robot_file,
         rise=rise,
         touches=touches,
+        together={} if nominal else _known_together(arm.robot, touches, data, fitted),
         pendant=None if nominal else pendant,
         findings=tuple(findings),
     )
@@ -190,12 +194,34 @@ def frame_text(taught: TaughtFrame) -> str:
             "rise_K": rises,
             "sigma_um": _listed(sigma[3:6] / UM, 2),
             "sigma_mdeg": _listed(sigma[:3] / MDEG, 4),
+            **taught.together,
         },
     }
     centre = {key: float(f"{value:.9g}") for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)}
     tool = tomlkit.item({**centre, "sigma_um": _listed(sigma[6:] / UM, 2)})
     file["tool"] = tool.comment("the probe's centre in the flange, as the touches say")
     return tomlkit.dumps(file)
+
+
+def _known_together(robot: Robot, touches: Touches, data: Measurements, fit: FrameFit) -> dict[str, Any]:
+    """What tells a band what the frame took up: the touches, and how place, turn and probe are known together."""
+    pendant, order = robot.to_pendant(data.theta) / DEG, [3, 4, 5, 0, 1, 2, 6, 7, 8]
+    together = (fit.covariance / np.outer(fit.sigma, fit.sigma))[np.ix_(order, order)]
+    return {
+        "middle_mm": _listed(fit.middle / MM, 3),
+        "probe_mm": _listed(fit.probe / MM, 4),
+        "probe_sigma_um": _listed(fit.sigma[6:] / UM, 2),
+        "correlation": [_listed(row[: k + 1], DECIMALS) for k, row in enumerate(together)],
+        "touches": [
+            {
+                "joints_deg": _listed(pendant[n], 4),
+                "noise_um": round(fit.noise * float(data.sigma[n]) / UM, 2),
+                **({"probing": _listed(touches.normal[n], 6)} if np.isfinite(touches.normal[n, 0]) else {}),
+                **({"direction": _listed(data.direction[n], 3)} if data.direction[n].any() else {}),
+            }
+            for n in np.flatnonzero(~fit.outlier).tolist()
+        ],
+    }
 
 
 def _place(fit: FrameFit) -> dict[str, float]:

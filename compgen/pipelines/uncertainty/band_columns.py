@@ -16,11 +16,12 @@ from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
-from compgen.job.uncertainty import JobUncertainty, open_log_end, quantities_of
+from compgen.job.taught_frame import own_teaching
+from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
-from compgen.verification.band import Band, Columns, band_of
+from compgen.verification.band import Band, Columns, band_of, parted_by_teaching
 
 ROWS = 8192  # waypoints at which a band is evaluated, at a time; all of a program of so many
 SPACING = 0.01  # [m] of a longer one's path between two of them
@@ -28,6 +29,7 @@ MOST_ROWS = 65_536  # of the longest
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
 MISSING = "thermal physics missing"  # in the budget
 LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
+PARTED = 256  # waypoints by which it is parted into where the part stands and the rest
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
 
@@ -68,7 +70,15 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
     turned = _turned(program, uncertainty, rows)
     parts = [slice(k, k + ROWS) for k in range(0, len(rows), ROWS)]
     columns = (_columns(program, uncertainty, rows[part], turned[part]) for part in parts)
-    return band_of(columns, rows, _part_lengths(program.path, rows), program.job.cell.fit.scale)
+    weight, scale = _part_lengths(program.path, rows), program.job.cell.fit.scale
+    band = band_of(columns, rows, weight, scale)
+    if own_teaching(program.job) is not None or not is_identified(program.job.cell):
+        return band
+    on_part = np.flatnonzero(weight) if weight.any() else np.arange(len(rows))
+    few = on_part[np.unique(np.linspace(0, len(on_part) - 1, PARTED).astype(int))]
+    at_few = _columns(program, uncertainty, rows[few], turned[few])
+    place = program.path.target.position[rows[few]]
+    return replace(band, parted=parted_by_teaching(at_few, place, weight[few], scale))
 
 
 def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
@@ -186,8 +196,10 @@ def columns_at(
             column[:, :, k] += np.einsum("mik,mk->mi", B, delay * by_delay)
         if width.any() and places.turned is not None:
             column[:, :, k] += np.einsum("mij,mj->mi", D, places.turned * width)
-    pair = (model.actual_pose(places.theta, rise, places.motion).position for rise in (places.rise, 0 * places.rise))
-    warm = row_norms(next(pair) - next(pair))
+    at, cold = (model.actual_pose(places.theta, rise, places.motion) for rise in (places.rise, 0 * places.rise))
+    shift, turn, tool = np.split(uncertainty.taken, 3)  # less what the part's frame has taken up
+    taken = shift + np.cross(turn, at.position) + at.rotation @ (places.tool.rotation.T @ tool)
+    warm = row_norms(at.position - cold.position + taken)
     fit, missing = cell.fit, least_missing(cell)
     undirected = {MISSING: missing * warm, "fit noise": np.full(len(warm), fit.noise)}
     if fit.repeatability is not None:
