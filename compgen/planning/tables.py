@@ -23,6 +23,7 @@ ROUNDING = 1e-9  # of sizes that are equal
 RIGHT_ANGLE = 90 * DEG
 MAX_LEAD = 50.0  # mm
 Rise = Annotated[FiniteFloat, Field(ge=-100, le=200)]
+Unit = Annotated[FiniteFloat, Field(ge=-1, le=1)]
 Three = Annotated[list[NotNegative], Field(min_length=3, max_length=3)]
 
 
@@ -284,13 +285,13 @@ def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> s
 class TaughtTouchTable(Table):
     """A touch by which a frame was taught."""
 
-    joints_deg: Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)]
+    joints_deg: Annotated[list[Coordinate], Field(min_length=6, max_length=6)]
     """Pendant angles at which the probe touched."""
-    noise_um: Annotated[FiniteFloat, Field(gt=0)]
+    noise_um: Length
     """Standard deviation of one coordinate."""
-    probing: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = None
+    probing: Annotated[list[Unit], Field(min_length=3, max_length=3)] | None = None
     """Unit vector in World in which the probe moved; left out: the sphere's centre was located."""
-    direction: Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)] = [0.0] * 6
+    direction: Annotated[list[Unit], Field(min_length=6, max_length=6)] = [0.0] * 6
     """Sides from which the joints came, -1 to 1; 0: not known."""
 
 
@@ -313,7 +314,7 @@ class TaughtTable(Table):
     """The probe in the flange, as the touches say."""
     probe_sigma_um: Three = [0.0, 0.0, 0.0]
     """Its standard deviation."""
-    correlation: list[list[FiniteFloat]] = []
+    correlation: list[list[Unit]] = []
     """Of place, turn and probe, row by row to the diagonal."""
     touches: list[TaughtTouchTable] = []
     """What touched: with them the band knows what the frame has taken up of the robot's errors."""

@@ -19,7 +19,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.uncertainty.band_columns import assumed_findings
-from compgen.report.band_page import band_facts
+from compgen.report.band_page import band_facts, band_rows
 from compgen.report.band_words import band_record, band_sentence, headline, unknown_words
 from compgen.report.files import job_reports
 from compgen.report.job_summary import job_summary
@@ -50,6 +50,17 @@ def test_the_sentence_has_all_three_parts():
         "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13); "
         "not known: play (55 to 175 um); without a figure: the controller's motion"
     )
+
+
+def test_where_the_part_stands_is_said_apart():
+    record = band_record(replace(BAND, parted=(38 * UM, 12.4 * UM)), ())
+    assert (record["part_stands_um"], record["when_taught_um"]) == (38, 12.4)
+    assert band_sentence(2.06, record) == (
+        "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13): "
+        "38 um where the part stands, 12 um when its frame is taught"
+    )
+    rows = [row for row in band_rows(record) if "of it" in row[0]]
+    assert [row[1] for row in rows] == ["38", "12"]
 
 
 def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():

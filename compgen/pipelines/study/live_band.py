@@ -22,10 +22,10 @@ from compgen.error_model.quantities import Quantity
 from compgen.job.job import Job
 from compgen.job.tables import FitLimits
 from compgen.job.uncertainty import quantities_of
-from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
+from compgen.pipelines.study.geometry import Geometry, model_of, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
-from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing
+from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing, taken_at
 from compgen.thermal import NodeModel
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import (
@@ -84,6 +84,7 @@ class LiveBand:
     build_up_cycle: Array  # (R, K) what the cycle adds to Y until each run
     undirected: tuple[tuple[str, float], ...]  # source and what it is everywhere [m]
     missing: float  # kappa
+    taken: Array  # (N, 3) [m] of the thermal error, by a frame that was taught
     scale: float  # lambda
     feed: float  # [m/s] of the program
 
@@ -141,6 +142,7 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         build_up_cycle=_build_up(job, live),
         undirected=_undirected(job.cell.fit),
         missing=least_missing(job.cell),
+        taken=taken_at(uncertainty, model_of(job).nominal_pose(thin.theta), job.tool.pose),
         scale=job.cell.fit.scale,
         feed=job.feed,
     )
@@ -200,7 +202,7 @@ def band_at(live: Live, band: LiveBand, setting: Setting) -> Band:
             low, high = (limit / (live.cte * factor) - 1 for limit in live_quantity.absolute)
             q = replace(q, limits=(low, high))
         named.append(q)
-    warm = np.linalg.norm(np.einsum("nik,nk->ni", B, r), axis=1)
+    warm = np.linalg.norm(np.einsum("nik,nk->ni", B, r) + band.taken, axis=1)
     of_samples = Columns(
         column=columns,
         mean=np.array([q.mean for q in named]),

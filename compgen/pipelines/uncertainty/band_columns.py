@@ -197,9 +197,7 @@ def columns_at(
         if width.any() and places.turned is not None:
             column[:, :, k] += np.einsum("mij,mj->mi", D, places.turned * width)
     at, cold = (model.actual_pose(places.theta, rise, places.motion) for rise in (places.rise, 0 * places.rise))
-    shift, turn, tool = np.split(uncertainty.taken, 3)  # less what the part's frame has taken up
-    taken = shift + np.cross(turn, at.position) + at.rotation @ (places.tool.rotation.T @ tool)
-    warm = row_norms(at.position - cold.position + taken)
+    warm = row_norms(at.position - cold.position + taken_at(uncertainty, at, places.tool))
     fit, missing = cell.fit, least_missing(cell)
     undirected = {MISSING: missing * warm, "fit noise": np.full(len(warm), fit.noise)}
     if fit.repeatability is not None:
@@ -212,6 +210,12 @@ def columns_at(
         undirected=undirected,
         hidden=_hidden(cell, history, places.time, B),
     )
+
+
+def taken_at(uncertainty: JobUncertainty, at: Pose, tool: Pose) -> Array:
+    """By how much a taught frame has taken up the thermal error at poses of the tool, (M, 3) [m]; added to it."""
+    shift, turn, longer = np.split(uncertainty.taken, 3)
+    return np.asarray(shift + np.cross(turn, at.position) + at.rotation @ (tool.rotation.T @ longer))
 
 
 def _hidden(cell: Cell, history: History, time: Array, B: Array) -> Array:
