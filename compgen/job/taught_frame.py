@@ -70,9 +70,14 @@ def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, flange: Array
 
 
 def taken_up(
-    cell: Cell, taught: TaughtTable, parameters: SourceParameters, quantities: Sequence[Quantity], rows: Array
-) -> tuple[list[Quantity], Array, Array]:
-    """The quantities with what the frame has taken up of each, and of the thermal error that the model has.
+    cell: Cell,
+    taught: TaughtTable,
+    parameters: SourceParameters,
+    quantities: Sequence[Quantity],
+    rows: Array,
+    nothing: Cause,
+) -> tuple[list[Quantity], Array]:
+    """The quantities with what the frame has taken up of each, and what is open of the frame itself.
 
     Args:
         cell: That taught the frame.
@@ -80,10 +85,10 @@ def taken_up(
         parameters: That the quantities change.
         quantities: Of the cell.
         rows: Where base and tool stand among the parameters (``frame_rows``).
+        nothing: The cause that changes nothing.
 
     Returns:
-        The quantities; base shift, base turn and tool that the thermal error has become, (9,) [m], [rad]; the mean
-        rotation of the flange at the touches, (3, 3).
+        The quantities; base shift, base turn and tool that the thermal error has become, (9,) [m], [rad].
     """
     touches, names, probe = taught.touches, cell.heat.names, Pose(np.array(taught.probe_mm) * MM, np.eye(3))
     theta = cell.robot.to_theta(np.array([t.joints_deg for t in touches]) * DEG)
@@ -107,7 +112,8 @@ def taken_up(
         cause = replace(quantity.cause, parameters=change + rows @ _about_origin(u, share.middle))
         shared.append(replace(quantity, cause=cause, source=named))
     warm = share.motion((at.position - cold.position)[:, :, None])[:, 0]
-    return shared, rows.any(axis=0) * _about_origin(warm, share.middle), at.rotation.mean(axis=0)
+    of_frame = open_of_frame(taught, rows, share.middle, at.rotation.mean(axis=0), nothing)
+    return [*shared, *of_frame], rows.any(axis=0) * _about_origin(warm, share.middle)
 
 
 def frame_rows(parameters: SourceParameters, *, with_tool: bool) -> Array:

@@ -8,7 +8,6 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.units import MM
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
@@ -39,16 +38,14 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
     """
     of_cell = quantities_of_cell(job.cell)
     nothing = _no_cause(job.cell, of_cell.parameters)
-    parameters, own = of_cell.parameters, own_teaching(job)
-    taught = own if own is not None or job.frame is None else job.frame.taught
-    quantities, taken, is_taught_tool = list(of_cell.quantities), of_cell.taken, is_probe(job.tool.pose, own)
-    rows, flange = frame_rows(parameters, with_tool=is_taught_tool), np.zeros((3, 3))
-    if own is not None:
-        quantities, taken, flange = taken_up(job.cell, own, parameters, quantities, rows)
-        middle = np.array(own.middle_mm) * MM
-    if taught is not None and job.frame is not None:
-        middle = job.frame.place.position if middle is None else middle
-        quantities += open_of_frame(taught, rows, middle, flange, nothing)
+    parameters, taught = of_cell.parameters, own_teaching(job)
+    quantities, taken, is_taught_tool = list(of_cell.quantities), of_cell.taken, is_probe(job.tool.pose, taught)
+    rows = frame_rows(parameters, with_tool=is_taught_tool)
+    if taught is not None:
+        quantities, taken = taken_up(job.cell, taught, parameters, quantities, rows, nothing)
+    elif job.frame is not None and job.frame.taught is not None:
+        about = job.frame.place.position if middle is None else middle
+        quantities += open_of_frame(job.frame.taught, rows, about, np.zeros((3, 3)), nothing)
     if not is_taught_tool:
         quantities += _of_tool(job, parameters, nothing)
     if window > 0:

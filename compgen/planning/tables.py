@@ -308,8 +308,6 @@ class TaughtTable(Table):
     """Standard deviation of the part's place along World's axes, in the middle of what was touched, by that probe."""
     sigma_mdeg: Three = [0.0, 0.0, 0.0]
     """Standard deviation of the part's orientation about World's axes."""
-    middle_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
-    """Middle of what was touched, World."""
     probe_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
     """The probe in the flange, as the touches say."""
     probe_sigma_um: Three = [0.0, 0.0, 0.0]

@@ -57,7 +57,6 @@ def jobs():
         "frame.taught.through='model'",
         f"frame.taught.robot_file='m710ic50 {cell.robot_file_hash[:16]}'",
         "frame.taught.probe_mm=[0, 0, 50]",
-        "frame.taught.middle_mm=[1350, -30, 220]",
         "frame.taught.sigma_um=[3, 3, 4]",
         f"frame.taught.rise_K={{{nodes}}}",
         f"frame.taught.touches={touches_toml(untaught.robot, theta)}",

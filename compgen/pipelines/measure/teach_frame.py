@@ -208,7 +208,6 @@ def _known_together(robot: Robot, touches: Touches, data: Measurements, fit: Fra
     pendant, order = robot.to_pendant(data.theta) / DEG, [3, 4, 5, 0, 1, 2, 6, 7, 8]
     together = (fit.covariance / np.outer(fit.sigma, fit.sigma))[np.ix_(order, order)]
     return {
-        "middle_mm": _listed(fit.middle / MM, 3),
         "probe_mm": _listed(fit.probe / MM, 4),
         "probe_sigma_um": _listed(fit.sigma[6:] / UM, 2),
         "correlation": [_listed(row[: k + 1], DECIMALS) for k, row in enumerate(together)],

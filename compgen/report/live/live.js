@@ -333,7 +333,8 @@ function bandAt(state) {
       for (let i = 0; i < 3; i++) offset[i] += mean * c[i];
     });
     squares(S6[band.one_sided], ...offset);
-    const hot = band.missing * Math.hypot(warm[n * 3], warm[n * 3 + 1], warm[n * 3 + 2]);
+    const left = i => warm[n * 3 + i] + (band.taken ? band.taken[n * 3 + i] : 0);  // a taught frame took up the rest
+    const hot = band.missing * Math.hypot(left(0), left(1), left(2));
     for (const [source, size] of [[band.missing_source, hot], ...band.undirected]) {
       for (const i of [0, 3, 5]) S6[source][i] += size * size;
     }

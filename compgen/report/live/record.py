@@ -187,6 +187,7 @@ def _band(live_job: LiveJob) -> dict[str, Any]:
         "missing_source": sources.index(MISSING),
         "undirected": [[sources.index(name), size] for name, size in band.undirected],
         "missing": band.missing,
+        "taken": packed(band.taken, "f4") if band.taken.any() else None,
         "scale": band.scale,
         "feed": band.feed,
         "quantile": packed(quantiles()[1]),
