@@ -294,8 +294,15 @@ def unit_of(place: Array, known: Array) -> str:
     return ""
 
 
-def probing_directions(robot: Robot, theta: Array, normal: Array) -> Array:
-    """Signs of the joints' speeds while the flange moves along a direction in World without turning, (M, 6)."""
+def probing_directions(robot: Robot, theta: Array, normal: Array, least: float = 1e-6) -> Array:
+    """Signs of the joints' speeds while the flange moves along a direction in World without turning, (M, 6).
+
+    Args:
+        robot: The nominal arm.
+        theta: Where, (M, 6) [rad].
+        normal: The direction, unit (M, 3).
+        least: Slower than that a joint stands [rad/m].
+    """
     J = np.zeros((len(theta), 6, 6))
     flange = flange_pose(robot, theta)
     for k in range(6):
@@ -304,15 +311,22 @@ def probing_directions(robot: Robot, theta: Array, normal: Array) -> Array:
         J[:, 3:, k] = rotation_vector(moved.rotation @ np.swapaxes(flange.rotation, 1, 2)) / STEP
     wanted = np.concatenate([normal, np.zeros((len(theta), 3))], axis=1)
     speed = np.einsum("nij,nj->ni", np.linalg.pinv(J), wanted)
-    return np.asarray(np.where(np.abs(speed) > 1e-6, np.sign(speed), 0.0))
+    return np.asarray(np.where(np.abs(speed) > least, np.sign(speed), 0.0))
 
 
-def probed_motion(robot: Robot, sources: Sequence[Source], touches: Touches) -> Array:
-    """The direction that each joint came with, (N, 6), where an arm has play and the probing direction says it."""
+def probed_motion(robot: Robot, sources: Sequence[Source], touches: Touches, least: float = 1e-6) -> Array:
+    """The direction that each joint came with, (N, 6), where an arm has play and the probing direction says it.
+
+    Args:
+        robot: The nominal arm.
+        sources: Its error sources.
+        touches: N of them.
+        least: Of a joint that turned slower than that on the way it is not known [rad/m].
+    """
     sided = np.isfinite(touches.normal[:, 0])
     direction = np.zeros((len(touches.theta), 6))
     if reversal_widths(sources) is not None and sided.any():
-        direction[sided] = probing_directions(robot, touches.theta[sided], touches.normal[sided])
+        direction[sided] = probing_directions(robot, touches.theta[sided], touches.normal[sided], least)
     return direction
 
 

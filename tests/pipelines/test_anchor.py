@@ -25,6 +25,7 @@ from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis,
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.pipelines.anchor.verdict import verdict_of
+from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
 
 WORLD = Pose(np.zeros(3), np.eye(3))
@@ -310,6 +311,21 @@ def test_what_identification_was_too_sure_of_is_open_by_its_scale(days):
     once, more = pieces(day), pieces(replace(day, job=replace(day.job, cell=surer)))
     assert_allclose(more[3].N, 1.7 * once[3].N, rtol=1e-12)
     assert np.abs(once[3].N).max() > 5 * UM
+
+
+def test_a_search_says_the_sense_of_joints_that_it_turns_through_their_play(tmp_path):
+    """By the inverse at 10 mm before each touch: a joint that turned by less than 0.17 deg has no known sense."""
+    play = "robot.sources.hysteresis={backlash_mdeg=[2,1,1,2,1,0],width_mdeg=[200,200,200,200,200,200]}"
+    day = drawn_day(0, tmp_path, sided=True, overrides=(*IDENTIFIED, play))
+    _, seen, _, _ = pieces(day)
+    pose = flange_pose(day.job.robot, seen.touches.theta) @ seen.probe
+    before = Pose(pose.position - 10 * MM * seen.touches.normal, pose.rotation)
+    turn = seen.touches.theta - solve_tool(day.job.robot, before, seen.probe, day.job.posture)[0]
+    sure = np.abs(np.abs(turn) - np.radians(0.172)) > np.radians(0.03)  # what the way's bend may change
+    expected = np.where(np.abs(turn) > np.radians(0.172), np.sign(turn), 0.0)
+    assert_allclose(seen.motion.direction[sure], expected[sure])
+    assert (expected[sure] == 0).any()
+    assert (expected[sure] != 0).any()
 
 
 def test_an_identified_world_is_as_open_again_where_an_instrument_placed_the_targets(days):

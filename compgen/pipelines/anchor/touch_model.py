@@ -29,7 +29,7 @@ from compgen.job.part_frame import PartFrame
 from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, columns_along, compare, estimate
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
-from compgen.pipelines.anchor.touching import ALIKE, missing_of, smooth, taught_rises, thermal_shift
+from compgen.pipelines.anchor.touching import ALIKE, SEARCHED, missing_of, smooth, taught_rises, thermal_shift
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.program.frames import load_frames
 
@@ -76,7 +76,7 @@ def touch_model(
     unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(thermal))
     theta, K = ways.theta[:, 2], len(ways.target)
     rise = np.broadcast_to(forecast.rise, (K, len(forecast.rise)))
-    motion = DirectionState(probed_motion(job.robot, forecast.cell.sources, touches), np.zeros((K, 3)))
+    motion = DirectionState(probed_motion(job.robot, forecast.cell.sources, touches, SEARCHED), np.zeros((K, 3)))
     taught = None if artefact.taught is None else taught_rises(artefact, job.cell.heat.names)
     H, N, D = unknowns.columns_of_touches(forecast, theta, probe.centre, rise, motion, taught)
     in_frame = None if taught is None else TaughtPlaces(theta, probe.centre, taught)

@@ -31,6 +31,7 @@ from compgen.pipelines.anchor.unknowns import Unknowns
 
 SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
 ALIKE = 0.5  # of the variance of play whose sense is not known: alike in all touches (one way down) [assumed]
+SEARCHED = 0.3  # [rad/m] by which a joint is through play of 0.2 deg to both sides after a search of 20 mm
 SMOOTH = 0.5  # [m] over which what the thermal physics leaves out is alike
 FAR = 10 * MM  # of a target from where it was touched: not a drift
 PROBE = 250 * MM  # no longer than that: a file in metres may have its probe in metres too
@@ -70,7 +71,7 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
         InputError: Touches that are not of their targets.
     """
     cell, probe, theta = forecast.cell, Pose(artefact.probe, np.eye(3)), touches.theta
-    motion = DirectionState(probed_motion(cell.robot, cell.sources, touches), np.zeros((len(theta), 3)))
+    motion = DirectionState(probed_motion(cell.robot, cell.sources, touches, SEARCHED), np.zeros((len(theta), 3)))
     model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), probe)
     rise, pushed = forecast.touch_rise, touches.deflection[:, None] * np.nan_to_num(touches.normal)
     nominal = model.nominal_pose(theta).position - pushed
