@@ -151,6 +151,8 @@ class Code(StrEnum):
     UNEXPLAINED = ("unexplained", "identification",
         "The best model is further off than zeros, lengths and gears of this arm explain.",
         "Check the pendant table, the DH lengths and the order of the columns.", REFUSED)
+    LEFT = ("left", "identification", "Unseen places are further off than instrument and repeatability explain.",
+        "Give the arm's masses in [sources.loads], and measure repeatability: poses driven to three times.", WARNING)
     LENGTHS = ("lengths", "identification", "The fitted lengths are those of another arm.",
         "Give this arm's robot file, or mend its DH lengths.", REFUSED)
     NO_GAIN = ("no_gain", "identification", "No model predicts poses it has not seen better than the nominal arm.",

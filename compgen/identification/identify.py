@@ -36,13 +36,12 @@ from compgen.identification.reversals import (
     LostMotion,
     fit_lost_motion,
     lost_motion_findings,
-    with_directions,
     with_lost_motion,
-    without_run_interiors,
+    with_runs_as_poses,
 )
 from compgen.identification.shared_setup import with_shared_setups
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
-from compgen.identification.verdict import FittedCandidate, verdict_findings
+from compgen.identification.verdict import FittedCandidate, left_findings, verdict_findings
 from compgen.job.tables import FitLimits
 from compgen.robot.robot import Robot
 
@@ -145,9 +144,10 @@ def identify(
     lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
     if lost_motion is not None:
         sources = with_lost_motion(sources, lost_motion)
-        data = without_run_interiors(with_directions(data, lost_motion.widths))
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
+    if lost_motion is not None:
+        data = with_runs_as_poses(data, lost_motion)
     candidates = _fitted_candidates(model, data, progress)
     held_out_errors = [s.cross_validation.robust_mean for s in candidates]
     best = int(np.nanargmin(held_out_errors))
@@ -164,6 +164,8 @@ def identify(
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
     findings += unobservable(model, data, candidates[best].fit)
     limits = assess_fit_limits(model, data, candidates[best].fit, temperatures=temperatures)
+    free = {p.source for p, is_free in zip(model.parameters, fitted.active, strict=True) if is_free}
+    findings += left_findings(data, validated.distance, fitted.outlier, limits.repeatability, free)
     findings += [*forecast_findings(limits, warm=warm), *misread, *shared, *held]
     findings += _unwritten_warmth(nodes) if states else ()
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures=temperatures)

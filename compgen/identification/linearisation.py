@@ -18,10 +18,12 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import cross_matrix, rotation_vector
+from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import NONE, Measurements
 from compgen.identification.model import ArmModel
 
+HALF_WIDTH = (Hysteresis.NAME, "backlash")  # what runs measure
 SHORTEST = 1e-9  # [m] a distance that has no direction
 
 
@@ -79,7 +81,7 @@ class Linearisation:
     turn: Array  # (N', 3) [rad] orientation residuals
     B: Array  # (N', 3, D)
     oriented: IntArray  # (N',) which rows have an orientation
-    known: Array  # (H,) what was known beforehand of fixed places, less where they are, over its sigma
+    known: Array  # (H,) what was known beforehand of fixed places and half-widths, less what they are, over its sigma
     C: Array  # (H, D)
 
 
@@ -122,7 +124,24 @@ def linearise(
     known, of_places = data.fixed.prior_rows(frames.place)
     C = np.zeros((len(known), unknowns.size))
     C[:, unknowns.place(0).start : unknowns.place(unknowns.places).start] = of_places
+    known, C = _with_half_widths(model, data, active, p, known, C)
     return Linearisation(z=z, A=A, turn=turns, B=B, oriented=oriented, known=known, C=C)
+
+
+def _with_half_widths(
+    model: ArmModel, data: Measurements, active: BoolArray, p: Array, known: Array, C: Array
+) -> tuple[Array, Array]:
+    """What was known beforehand (H,), its slopes (H, D), with what runs say of half-widths: (b_run - b) / sigma."""
+    if data.half_width is None:
+        return known, C
+    for column, k in enumerate(np.flatnonzero(active).tolist()):
+        t = model.parameters[k]
+        if (t.source, t.field) == HALF_WIDTH and np.isfinite(data.half_width[t.index[0], 0]):
+            value, sigma = data.half_width[t.index[0]]
+            slope = np.zeros((1, C.shape[1]))
+            slope[0, column] = model.prior[k] / sigma
+            known, C = np.append(known, (value - p[k]) / sigma), np.concatenate([C, slope])
+    return known, C
 
 
 @dataclass(frozen=True, eq=False, slots=True)

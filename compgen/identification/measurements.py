@@ -137,6 +137,7 @@ class Measurements:
     guess: Array | None = None  # (R, 3) [m] where the reflectors roughly are, NaN: anywhere; None: all anywhere
     guess_sigma: Array | None = None  # (R,) [m] how well that is known; None: it says where a fit begins, and no more
     shifted: Array | None = None  # (S, M, K) [K] rises by the log with its clock moved; None: no log
+    half_width: Array | None = None  # (6, 2) [rad] of each joint's play, and its sigma; NaN: no run; None: no runs
 
     def __post_init__(self) -> None:
         own(
@@ -158,6 +159,8 @@ class Measurements:
             own(self, lag=("M", "K"))
         if self.shifted is not None:
             own(self, shifted=("S", "M", "K"))
+        if self.half_width is not None:
+            own(self, half_width=(6, 2))
 
     @property
     def kind(self) -> IntArray:

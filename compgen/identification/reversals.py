@@ -9,6 +9,15 @@ moves it along the curve's tangent:
 u is the memory of the joint's motion (``direction_memory``) for the width w and a law. Each run and reflector has its
 own c, and both c and b, which are linear or nearly so, are integrated out. The posterior of log w stands on a grid: its
 mean is the width, its spread the width's uncertainty. The law is the one that all joints' rows give more evidence.
+A place that Gaussian noise leaves so far from the best of all widths with 1 % chance on its run is set aside first.
+
+A run tells of one joint in one posture, and what no model says there is the same at all its poses. In the fit of
+everything else it counts as two poses, the farthest apart at which its joint is through its play, and as what it says
+of the half-width,
+
+    z = (b_run - b) / sigma,    sigma^2 = sigma_run^2 + (0.1 b_run)^2
+
+the last for another load in another posture.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,6 +32,7 @@ from compgen.core.findings import Finding
 from compgen.core.units import DEG, MDEG
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.source import DirectionDependent, Law, ReversalWidths
+from compgen.identification.fit import outlier_threshold
 from compgen.identification.measurements import PLACE, TOUCH, Measurements
 from compgen.identification.model import SymbolicSource
 from compgen.robot.robot import Robot
@@ -32,11 +42,12 @@ STILL = 1e-5  # rad: joints that turn less stand
 LEAST_POSES = 8  # of a run
 THROUGH = 0.95  # of a side: beyond, play is run through
 DEGREE = 3  # of the curve
-GRID = np.exp(np.linspace(np.log(0.01), np.log(1.0), 47)) * DEG  # of widths
+GRID = np.exp(np.linspace(np.log(0.003), np.log(1.0), 59)) * DEG  # of widths
 KNOWN = 0.35  # largest sigma of a width's logarithm that is known, and of a half-width over itself
 ASSUMED = 0.2 * DEG  # the width of a joint before any run
-SPREAD = 0.7  # and the standard deviation of its logarithm
+SPREAD = 1.2  # and the standard deviation of its logarithm: full ways of 10 to 400 mdeg are usual
 HALF = 8 * MDEG  # standard deviation of half-widths before any run
+POSTURE = 0.1  # of a half-width: standard deviation between one posture and others [assumed]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -46,7 +57,7 @@ class LostMotion:
     law: Law
     width: Array  # (6,) [rad]; the one given where there is no run
     width_sigma: Array  # (6,) of its logarithm; infinite where runs do not tell
-    half_width: Array  # (6,) [rad] b; NaN where it was not measured
+    half_width: Array  # (6,) [rad] b; NaN where there is no run
     half_sigma: Array  # (6,) [rad]
     rows: IntArray  # (6,) measured places in runs of each joint
 
@@ -78,12 +89,12 @@ def fit_lost_motion(data: Measurements, assumed: ReversalWidths | None) -> LostM
     likelihood = {law: sum(f.likelihood for f in joints) for law, joints in fitted.items()}
     law: Law = "play" if likelihood["play"] > likelihood["dahl"] else "dahl"
     best = fitted[law]
-    known = np.array([f.sigma < KNOWN and f.half > f.half_sigma / KNOWN for f in best])
+    known = np.array([f.sigma < KNOWN and abs(f.half) > f.half_sigma / KNOWN for f in best])
     return LostMotion(
         law=law,
         width=np.where([f.rows > 0 for f in best], [f.width for f in best], assumed.joint),
         width_sigma=np.where(known, [f.sigma for f in best], np.inf),
-        half_width=np.where(known, [f.half for f in best], np.nan),
+        half_width=np.where([f.rows > 0 for f in best], [f.half for f in best], np.nan),
         half_sigma=np.array([f.half_sigma for f in best]),
         rows=np.array([f.rows for f in best]),
     )
@@ -120,14 +131,19 @@ def with_directions(data: Measurements, widths: ReversalWidths) -> Measurements:
     return replace(data, direction=direction)
 
 
-def without_run_interiors(data: Measurements) -> Measurements:
-    """Measurements without the poses of reversal runs on which a joint is between its sides.
+def with_runs_as_poses(data: Measurements, motion: LostMotion) -> Measurements:
+    """Measurements in which a reversal run is two poses, through the play of its joint, and a half-width.
 
-    A run tells of one joint in one place: all its poses together would weigh that place as much as half a campaign.
-    Those at which its joint is through its play count as any others.
+    All its poses together would weigh one place as much as half a campaign, and agree there better than any model.
     """
-    inner = [m for joint, poses in _runs(data) for m in poses if abs(data.direction[m, joint]) < THROUGH]
-    return data.subset(~np.isin(data.pose, inner))
+    runs, inner = list(_runs(data)), list[int]()
+    data = with_directions(data, motion.widths)
+    for joint, poses in runs:
+        through = poses[np.abs(data.direction[poses, joint]) >= THROUGH]
+        order = through[np.argsort(data.theta[through, joint])]
+        inner += np.setdiff1d(poses, order[[0, -1]] if len(order) else poses[-1]).tolist()
+    sigma = np.hypot(motion.half_sigma, POSTURE * motion.half_width)
+    return replace(data.subset(~np.isin(data.pose, inner)), half_width=np.column_stack([motion.half_width, sigma]))
 
 
 def with_lost_motion(sources: Sequence[SymbolicSource], motion: LostMotion) -> list[SymbolicSource]:
@@ -159,8 +175,8 @@ def lost_motion_findings(robot: Robot, motion: LostMotion | None, fitted: Sequen
     if len(held):
         amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
         message = (
-            "no reversal in small steps (plan-poses writes reversals.csv) tells how far these joints turn until their "
-            f"play is through; held [mdeg]: {amounts}"
+            "no reversal in small steps (reversals.csv of plan-poses), or too little play on it, tells how far these "
+            f"joints turn until their play is through; held [mdeg]: {amounts}"
         )
         findings.append(Finding(Level.NOTE, Code.REVERSALS_HELD, message))
     return findings
@@ -199,13 +215,13 @@ class _JointFit:
 
 def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: Law) -> _JointFit:
     """One joint's width by its runs."""
-    parts = [part for poses in runs for part in _curves(data, poses, joint)]
-    rows = sum(len(y) for *_, y in parts)
-    free = 3 * rows - 3 * (DEGREE + 1) * len(parts) - 2
+    sides = {each: _sides(data, joint, each) for each in get_args(Law)}
+    rows, curve = _without_wild(data, *_curves(data, runs), joint, np.concatenate(list(sides.values())))
+    free = _free(curve)
     if free < 3:
-        return _JointFit(width=ASSUMED, sigma=np.inf, half=0.0, half_sigma=1.0, likelihood=0.0, rows=rows)
-    sums = np.array([_sums(data, parts, joint, ReversalWidths(np.full(6, w), np.full(3, np.inf), law)) for w in GRID])
-    square, product, lever = sums.T  # of y, of y and u y', and of u y', all without what the cubics take
+        return _JointFit(width=ASSUMED, sigma=np.inf, half=0.0, half_sigma=1.0, likelihood=0.0, rows=0)
+    left, moved, _ = _without_cubics(data, rows, curve, joint, sides[law])
+    square, product, lever = (float((left**2).sum()), (left * moved).sum(axis=(1, 2)), (moved**2).sum(axis=(1, 2)))
     noise2 = float((square - product**2 / np.maximum(lever, 1e-30)).min()) / free
     weight = lever * HALF**2 / noise2
     chi2 = (square - product**2 / (lever + noise2 / HALF**2)) / noise2
@@ -217,7 +233,7 @@ def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: La
     halves = product / (lever + noise2 / HALF**2)
     half = float(share @ halves)
     spread = share @ (noise2 / (lever + noise2 / HALF**2) + (halves - half) ** 2)
-    evidence = float(log.max() + np.log(np.exp(log - log.max()).sum()) - 1.5 * rows * np.log(noise2))
+    evidence = float(log.max() + np.log(np.exp(log - log.max()).sum()) - 1.5 * len(rows) * np.log(noise2))
     sigma = float(np.sqrt(share @ (log_width - middle) ** 2))
     return _JointFit(
         width=float(np.exp(middle)),
@@ -225,35 +241,80 @@ def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: La
         half=half,
         half_sigma=float(np.sqrt(spread)),
         likelihood=evidence,
-        rows=rows,
+        rows=len(rows),
     )
 
 
-def _curves(data: Measurements, poses: IntArray, joint: int) -> Iterator[tuple[IntArray, Array, Array]]:
-    """Of each reflector seen on a run: its poses, the joint's angle about their middle, and its places (n, 3)."""
-    inside = np.isin(data.pose, poses)
-    pairs = np.column_stack([data.reflector, data.instrument])
-    for pair in np.unique(pairs[inside], axis=0):
-        rows = np.flatnonzero(inside & (pairs == pair).all(axis=1))
-        rows = rows[np.argsort(data.pose[rows], kind="stable")]
-        if len(rows) > DEGREE + 3:
-            yield data.pose[rows], data.theta[data.pose[rows], joint], data.position[rows]
+def _curves(data: Measurements, runs: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
+    """Rows of the places on runs, (n,), and the curve of each: that of a reflector on a run."""
+    rows, curve = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
+    for poses in runs:
+        inside = np.isin(data.pose, poses)
+        pairs = np.column_stack([data.reflector, data.instrument])
+        for pair in np.unique(pairs[inside], axis=0):
+            of_pair = np.flatnonzero(inside & (pairs == pair).all(axis=1))
+            if len(of_pair) > DEGREE + 3:
+                rows.append(of_pair)
+                curve.append(np.full(len(of_pair), len(rows) - 2))
+    return np.concatenate(rows), np.concatenate(curve)
 
 
-def _sums(
-    data: Measurements, parts: Sequence[tuple[IntArray, Array, Array]], joint: int, widths: ReversalWidths
-) -> tuple[float, float, float]:
-    """y.y, y.l and l.l of places y and what a half-width of one radian moves them by, l, cubics taken out of both."""
-    side = directions(data.theta, data.direction, widths)[:, joint]
-    square = product = lever = 0.0
-    for poses, angle, place in parts:
-        span = max(float(np.ptp(angle)), STILL)
-        powers = ((angle - angle.mean()) / span)[:, None] ** np.arange(DEGREE + 1)
-        c = np.linalg.lstsq(powers, place, rcond=None)[0]
-        tangent = (powers[:, :-1] * np.arange(1, DEGREE + 1)) @ c[1:] / span
-        keep = np.eye(len(angle)) - powers @ np.linalg.pinv(powers)
-        left, moved = keep @ place, keep @ (-side[poses, None] * tangent)
-        square += float((left**2).sum())
-        product += float((left * moved).sum())
-        lever += float((moved**2).sum())
-    return square, product, lever
+def _sides(data: Measurements, joint: int, law: Law) -> Array:
+    """Direction of a joint at all poses for each width of the grid, (W, M)."""
+    widths = [ReversalWidths(np.full(6, width), np.full(3, np.inf), law) for width in GRID]
+    return np.array([directions(data.theta, data.direction, w)[:, joint] for w in widths])
+
+
+def _free(curve: IntArray) -> int:
+    """How many numbers are left beside cubics, a width and a half-width."""
+    return 3 * len(curve) - 3 * (DEGREE + 1) * len(np.unique(curve)) - 2
+
+
+def _without_cubics(
+    data: Measurements, rows: IntArray, curve: IntArray, joint: int, sides: Array
+) -> tuple[Array, Array, Array]:
+    """What the cubic of each curve leaves of places (n, 3), of what a half-width moves them by, and of itself.
+
+    Args:
+        data: Whose rows they are.
+        rows: (n,).
+        curve: Of each row, (n,).
+        joint: That moves.
+        sides: Where it is in its play at all poses, (W, M).
+
+    Returns:
+        Places (n, 3) [m]; per radian of half-width (W, n, 3) [m]; the share of a row that is not taken up, (n,).
+    """
+    angle, place, of_curve = data.theta[data.pose[rows], joint], data.position[rows], np.eye(curve.max() + 1)[curve]
+    angle = angle - (angle @ of_curve / np.maximum(of_curve.sum(axis=0), 1))[curve]
+    span = max(float(np.ptp(angle)), STILL)
+    powers = (angle / span)[:, None] ** np.arange(DEGREE + 1)
+    slopes = np.arange(1, DEGREE + 1) * powers[:, :-1] / span
+    cubics, tangents = (
+        (p[:, None, :] * of_curve[:, :, None]).reshape(len(rows), -1)
+        for p in (powers, np.column_stack([np.zeros(len(rows)), slopes]))
+    )
+    inverse = np.linalg.pinv(cubics)
+    keep = np.eye(len(rows)) - cubics @ inverse
+    moved = -sides[:, data.pose[rows], None] * (tangents @ (inverse @ place))
+    return keep @ place, keep @ moved, np.diag(keep)
+
+
+def _without_wild(
+    data: Measurements, rows: IntArray, curve: IntArray, joint: int, sides: Array
+) -> tuple[IntArray, IntArray]:
+    """Rows and their curves without places that no width explains, the wildest first.
+
+    Without a row that leaves e, of which a cubic takes h up, the sum of squares is |e|^2 / (1 - h) less.
+    """
+    while (free := _free(curve) - 3) > 0:
+        left, moved, share = _without_cubics(data, rows, curve, joint, sides)
+        half = (left * moved).sum(axis=(1, 2)) / np.maximum((moved**2).sum(axis=(1, 2)), 1e-30)
+        squares = ((left - half[:, None, None] * moved) ** 2).sum(axis=2)
+        best = squares[np.argmin(squares.sum(axis=1))]
+        wild = best / share
+        n = int(np.argmax(wild))
+        if wild[n] / (best.sum() - wild[n]) * free <= outlier_threshold(len(rows)):
+            break
+        rows, curve = np.delete(rows, n), np.delete(curve, n)
+    return rows, curve

@@ -24,7 +24,7 @@ from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source
 from compgen.identification.parameters import without_force
 from compgen.identification.reversals import has_runs, with_directions
-from compgen.identification.verdict import set_aside_findings
+from compgen.identification.verdict import left_findings, set_aside_findings
 from compgen.robot.robot import Robot
 
 FEWEST = 10  # rows from which one can be told to be far from the others
@@ -94,6 +94,7 @@ def validate(
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
         findings.append(Finding(Level.WARNING, Code.OUTLIERS, message))
         outlier = np.zeros_like(outlier)
+    findings += left_findings(data, distances[1], outlier, None, [k.source.NAME for k in known])
     farthest = np.argsort(-distances[1])
     usual = np.full(len(outlier), np.median(distances[1]))
     findings += set_aside_findings(data.label, farthest[outlier[farthest]], distances[1], usual)

@@ -1,6 +1,6 @@
 """The verdict on an identification, with its reasons: what it gains, what it leaves out, what it cannot tell."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +9,12 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM, UM
+from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
+from compgen.identification.evidence import USUAL_NOISE
 from compgen.identification.fit import Fit
 from compgen.identification.identifiability import Identifiability
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import PLACE, Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.parameters import CandidateModel
 from compgen.identification.pose_files import STILL
@@ -27,6 +29,7 @@ FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
 NAMED = 20  # rows set aside that are named one by one
 FOREIGN = 5 * MM  # [m] from the file's length: that of another robot
+BEYOND = 1.5  # times what instrument and repeatability explain
 MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
 
 
@@ -80,6 +83,31 @@ def set_aside_findings(label: Sequence[str], rows: IntArray, distance: Array, us
     ]
     messages += [f"{len(rows) - NAMED} more rows were set aside"] if len(rows) > NAMED else []
     return [Finding(Level.WARNING, Code.OUTLIER, message) for message in messages]
+
+
+def left_findings(
+    data: Measurements, distance: Array, outlier: BoolArray, repeatability: float | None, sources: Iterable[str]
+) -> list[Finding]:
+    """What is said where places that no fit saw are further off than an instrument and repeatability explain.
+
+    Args:
+        data: Measurements.
+        distance: Of their rows from what is predicted without them, (N,) [m]; NaN: not predicted.
+        outlier: Which of them are wild, (N,).
+        repeatability: Of the arm, of a coordinate [m]; None: not measured.
+        sources: Names of those that were fitted.
+    """
+    squares = distance[(data.kind == PLACE) & ~outlier & np.isfinite(distance)] ** 2
+    left = np.sqrt(squares.sum() / max(3 * len(squares), 1))
+    explained = np.hypot(USUAL_NOISE[PLACE], repeatability or 0.0)
+    if left <= BEYOND * explained:
+        return []
+    sag = "" if JointCompliance.NAME in sources else "; sag was not fitted: masses are missing, give [sources.loads]"
+    message = (
+        f"unseen places are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability explain "
+        f"{explained / UM:.0f}: the arm does what the model has not{sag}"
+    )
+    return [Finding(Level.WARNING, Code.LEFT, message)]
 
 
 def _frames_told_apart(
@@ -191,6 +219,7 @@ def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:
     alone, elsewhere = _moved_alone(data.theta), np.abs(data.theta - usual) > DEG
     limits = [
         *((f"the series in which J{k + 1} alone moves", (alone == k)[data.pose]) for k in range(6)),
+        ("all series in which one joint alone moves", (alone >= 0)[data.pose]),
         ("all rows", np.ones(len(data.pose), dtype=bool)),
         *((f"the rows with J{k + 1} off its usual angle", elsewhere[data.pose, k]) for k in range(6)),
     ]

@@ -120,15 +120,16 @@ def log_file(arm, folder, name, hours, rng):
     return str(folder / name)
 
 
-def touches_file(arm, robot, place, folder, rng):
-    """Joints at which the ball of the true, warm arm was at the spheres' centres but for its repeatability."""
+def touches_file(arm, robot, place, folder, rng, hours=TAUGHT_AT):
+    """Joints at which the ball of the true arm, warm for so long, was at the spheres' centres to its repeatability."""
     centre = np.repeat(place.act(SPHERES), ORIENTATIONS, axis=0)
     N = len(centre)
     rotation = np.diag([1.0, -1.0, -1.0]) @ rotation_matrix(rng.uniform(-0.35, 0.35, (N, 3)))
     goal = centre + rng.normal(0, REPEATABILITY, centre.shape)
     q = solve_tool(robot, Pose(centre, rotation), Pose(PROBE, np.eye(3)), Posture())[0]
     clock = TAUGHT_AT * 3600 - 40.0 * np.arange(N)[::-1]
-    rise, still = arm.rises(clock), np.zeros((N, 6))
+    rise = arm.rises(clock) if hours else np.zeros((N, 5))
+    still = np.zeros((N, 6))
     tip = PROBE + PROBE_ERROR
     for _ in range(6):
         at, _ = arm.tool_pose(q, rise, still, tip)
@@ -194,7 +195,8 @@ def flown(arm, job, program, path, place, rng, hot):
     repeat = rng.normal(0, REPEATABILITY, places.shape)
     best = aligned(places, target)
     return {"found": p99(places, target, repeat), "aligned": p99(best, target, repeat),
-            "quiet": p99(places, target, 0), "quiet_aligned": p99(best, target, 0)}  # fmt: skip
+            "quiet": p99(places, target, 0), "quiet_aligned": p99(best, target, 0),
+            "rms": float(np.sqrt(((places - target) ** 2).sum(axis=1).mean()) / UM)}  # fmt: skip
 
 
 def trial(seed, runs=RUNS, folder=None):

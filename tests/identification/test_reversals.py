@@ -13,7 +13,7 @@ from compgen.core.units import DEG, MDEG, UM
 from compgen.error_model.source import ReversalWidths
 from compgen.identification.measurements import Measurements
 from compgen.identification.pose_files import motion_directions
-from compgen.identification.reversals import fit_lost_motion, with_directions, without_run_interiors
+from compgen.identification.reversals import fit_lost_motion, with_runs_as_poses
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.kinematics import flange_pose
 
@@ -121,8 +121,8 @@ def test_of_a_run_only_the_poses_at_its_ends_count_as_poses(plan):
     data = measurements(theta, measured(robot, theta, "dahl", 10 * UM, 1))
     motion = fit_lost_motion(data, ASSUMED)
     assert motion is not None
-    kept = without_run_interiors(with_directions(data, motion.widths))
-    assert 6 * 2 * 2 <= len(kept.pose) < 0.7 * len(data.pose)
+    kept = with_runs_as_poses(data, motion)
+    assert len(kept.pose) == 6 * 2 * 2
 
 
 @pytest.mark.parametrize("law", ["dahl", "play"])

@@ -9,6 +9,7 @@ Pokrovskii 1989) for the one that ends, Gautier and Khalil's load-dependent fric
 the reference study's hysteresis, 50 to 350 um, which it gives as a half-width. The repeatable part only.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -17,6 +18,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import MDEG, URAD
+from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.expressions import entries
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import HysteresisTable
@@ -30,10 +32,13 @@ from compgen.error_model.source import (
     Parameter,
     ReversalWidths,
     Shapes,
+    Source,
     State,
     Visibility,
 )
 from compgen.robot.kinematics import Chain, is_zero
+
+STEEPEST = 0.02  # of a width: what is left of it where a joint loses as much as it turns
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,3 +103,25 @@ class Hysteresis(DeclaredSource):
             half = b if is_zero(w) else b + w * ca.sqrt(t * t + 1)
             theta.append(q if is_zero(half) else q - state.direction[i] * half)
         return replace(chain, theta=tuple(theta))
+
+
+def before_play(sources: Sequence[Source], theta: Array, direction: Array) -> tuple[ReversalWidths | None, Array]:
+    """Widths and joints (N, 6) [rad] that tell the direction of a command which makes up for the play.
+
+    A joint that shall be at a is commanded c = a + b u, and u follows c. By the play operator, while u changes,
+
+        w du = dc = da + b du,    so    du = da / (w - b)
+
+    u follows a as it follows c, over the width w - b. Of joints that move by little more than their play the command
+    turns round where a does not, and their directions could not be found one after the other.
+
+    Args:
+        sources: Of the arm.
+        theta: Joints c of a command, (N, 6) [rad].
+        direction: u that it makes up for, (N, 6).
+    """
+    widths = reversal_widths(sources)
+    if widths is None or widths.law != "play":
+        return widths, theta
+    half = sum((s.backlash for s in sources if isinstance(s, Hysteresis)), np.zeros(6))
+    return replace(widths, joint=np.maximum(widths.joint - half, STEEPEST * widths.joint)), theta - half * direction
