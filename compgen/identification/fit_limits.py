@@ -115,7 +115,7 @@ def fit_limits_record(limits: FitLimits) -> dict[str, float | int]:
         "fit_noise_um": limits.noise / UM,
         "thermal_missing_percent": None if limits.missing is None else limits.missing / PERCENT,
         "repeatability_um": None if limits.repeatability is None else limits.repeatability / UM,
-        "forecast_scale": limits.scale,
+        "forecast_scale": min(limits.scale, 100.0),
     }
     numbers: dict[str, float | int] = {key: float(f"{v:.4g}") for key, v in values.items() if v is not None}
     return {**numbers, "forecast_blocks": limits.blocks}

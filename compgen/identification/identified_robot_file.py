@@ -223,7 +223,7 @@ def sensorless_nodes(model: ArmModel, fitted: Fit, names: Sequence[str]) -> list
         if field == "height":
             at, lag = numbers["height", k], numbers["lag", k]
             factors = 1 + float(fitted.p[at]), float(np.exp(fitted.p[lag]))
-            is_plausible = bool((np.abs(fitted.p) <= PLAUSIBLE * model.prior)[[at, lag]].all())
+            is_plausible = factors[0] > 0 and bool((np.abs(fitted.p) <= PLAUSIBLE * model.prior)[[at, lag]].all())
             node = SensorlessNode(
                 name=names[k],
                 height=factors[0],

@@ -77,7 +77,7 @@ class Identification:
         return {
             "model": self.selected.candidate.name,
             "noise_um": float(f"{self.selected.fit.noise / UM:.9g}"),
-            "held_out_um": _nine_digits(held_out / UM),
+            "held_out_um": _nine_digits(held_out[np.isfinite(held_out)] / UM),
             **fit_limits_record(self.limits),
             **self._frames(frames),
             "reflector_mm": _millimetres(self.data.reflectors, frames.reflector),
@@ -161,13 +161,18 @@ def identify(
     progress(stages.JUDGE, 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
     findings = verdict_findings(robot, model, data, candidates[0], candidates[best], identifiability, moved)
-    findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
-    findings += unobservable(model, data, candidates[best].fit)
+    chosen = [s for s in sources if is_fitted(s, candidates[best])]
     limits = assess_fit_limits(model, data, candidates[best].fit, temperatures=temperatures)
-    free = {p.source for p, is_free in zip(model.parameters, fitted.active, strict=True) if is_free}
-    findings += left_findings(data, validated.distance, fitted.outlier, limits.repeatability, free)
-    findings += [*forecast_findings(limits, warm=warm), *misread, *shared, *held]
-    findings += _unwritten_warmth(nodes) if states else ()
+    findings += [
+        *left_findings(data, validated.distance, fitted.outlier, limits.repeatability, [s.original for s in chosen]),
+        *lost_motion_findings(robot, lost_motion, chosen),
+        *unobservable(model, data, candidates[best].fit),
+        *forecast_findings(limits, warm=warm),
+        *misread,
+        *shared,
+        *held,
+        *(_unwritten_warmth(nodes) if states else ()),
+    ]
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures=temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(

@@ -23,7 +23,6 @@ from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import NONE, Measurements
 from compgen.identification.model import ArmModel
 
-HALF_WIDTH = (Hysteresis.NAME, "backlash")  # what runs measure
 SHORTEST = 1e-9  # [m] a distance that has no direction
 
 
@@ -132,15 +131,13 @@ def _with_half_widths(
     model: ArmModel, data: Measurements, active: BoolArray, p: Array, known: Array, C: Array
 ) -> tuple[Array, Array]:
     """What was known beforehand (H,), its slopes (H, D), with what runs say of half-widths: (b_run - b) / sigma."""
-    if data.half_width is None:
-        return known, C
+    measured = np.full((6, 2), np.nan) if data.half_width is None else data.half_width
     for column, k in enumerate(np.flatnonzero(active).tolist()):
         t = model.parameters[k]
-        if (t.source, t.field) == HALF_WIDTH and np.isfinite(data.half_width[t.index[0], 0]):
-            value, sigma = data.half_width[t.index[0]]
-            slope = np.zeros((1, C.shape[1]))
-            slope[0, column] = model.prior[k] / sigma
-            known, C = np.append(known, (value - p[k]) / sigma), np.concatenate([C, slope])
+        if (t.source, t.field) == (Hysteresis.NAME, "backlash") and np.isfinite(measured[t.index[0], 0]):
+            half, sigma = measured[t.index[0]]
+            known = np.append(known, (half - p[k]) / sigma)
+            C = np.vstack([C, model.prior[k] / sigma * (np.arange(C.shape[1]) == column)])
     return known, C
 
 

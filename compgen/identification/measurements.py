@@ -159,8 +159,6 @@ class Measurements:
             own(self, lag=("M", "K"))
         if self.shifted is not None:
             own(self, shifted=("S", "M", "K"))
-        if self.half_width is not None:
-            own(self, half_width=(6, 2))
 
     @property
     def kind(self) -> IntArray:

@@ -59,7 +59,6 @@ class LostMotion:
     width_sigma: Array  # (6,) of its logarithm; infinite where runs do not tell
     half_width: Array  # (6,) [rad] b; NaN where there is no run
     half_sigma: Array  # (6,) [rad]
-    rows: IntArray  # (6,) measured places in runs of each joint
 
     @property
     def widths(self) -> ReversalWidths:
@@ -96,7 +95,6 @@ def fit_lost_motion(data: Measurements, assumed: ReversalWidths | None) -> LostM
         width_sigma=np.where(known, [f.sigma for f in best], np.inf),
         half_width=np.where([f.rows > 0 for f in best], [f.half for f in best], np.nan),
         half_sigma=np.array([f.half_sigma for f in best]),
-        rows=np.array([f.rows for f in best]),
     )
 
 
@@ -142,8 +140,8 @@ def with_runs_as_poses(data: Measurements, motion: LostMotion) -> Measurements:
         through = poses[np.abs(data.direction[poses, joint]) >= THROUGH]
         order = through[np.argsort(data.theta[through, joint])]
         inner += np.setdiff1d(poses, order[[0, -1]] if len(order) else poses[-1]).tolist()
-    sigma = np.hypot(motion.half_sigma, POSTURE * motion.half_width)
-    return replace(data.subset(~np.isin(data.pose, inner)), half_width=np.column_stack([motion.half_width, sigma]))
+    half_width = np.column_stack([motion.half_width, np.hypot(motion.half_sigma, POSTURE * motion.half_width)])
+    return replace(data.subset(~np.isin(data.pose, inner)), half_width=half_width)
 
 
 def with_lost_motion(sources: Sequence[SymbolicSource], motion: LostMotion) -> list[SymbolicSource]:
@@ -223,10 +221,9 @@ def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: La
     left, moved, _ = _without_cubics(data, rows, curve, joint, sides[law])
     square, product, lever = (float((left**2).sum()), (left * moved).sum(axis=(1, 2)), (moved**2).sum(axis=(1, 2)))
     noise2 = float((square - product**2 / np.maximum(lever, 1e-30)).min()) / free
-    weight = lever * HALF**2 / noise2
     chi2 = (square - product**2 / (lever + noise2 / HALF**2)) / noise2
     log_width = np.log(GRID)
-    log = -0.5 * chi2 - 0.5 * np.log1p(weight) - 0.5 * ((log_width - np.log(ASSUMED)) / SPREAD) ** 2
+    log = -0.5 * chi2 - 0.5 * np.log1p(lever * HALF**2 / noise2) - 0.5 * ((log_width - np.log(ASSUMED)) / SPREAD) ** 2
     share = np.exp(log - log.max())
     share /= share.sum()
     middle = float(share @ log_width)
@@ -247,16 +244,14 @@ def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: La
 
 def _curves(data: Measurements, runs: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
     """Rows of the places on runs, (n,), and the curve of each: that of a reflector on a run."""
-    rows, curve = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
-    for poses in runs:
-        inside = np.isin(data.pose, poses)
-        pairs = np.column_stack([data.reflector, data.instrument])
-        for pair in np.unique(pairs[inside], axis=0):
-            of_pair = np.flatnonzero(inside & (pairs == pair).all(axis=1))
-            if len(of_pair) > DEGREE + 3:
-                rows.append(of_pair)
-                curve.append(np.full(len(of_pair), len(rows) - 2))
-    return np.concatenate(rows), np.concatenate(curve)
+    run = np.full(len(data.theta), -1)
+    for number, poses in enumerate(runs):
+        run[poses] = number
+    rows = np.flatnonzero(run[data.pose] >= 0)
+    columns = run[data.pose[rows]], data.reflector[rows], data.instrument[rows]
+    _, curve, count = np.unique(np.column_stack(columns), axis=0, return_inverse=True, return_counts=True)
+    rows, curve = rows[count[curve.ravel()] > DEGREE + 3], curve.ravel()[count[curve.ravel()] > DEGREE + 3]
+    return rows, curve
 
 
 def _sides(data: Measurements, joint: int, law: Law) -> Array:
@@ -289,11 +284,8 @@ def _without_cubics(
     angle = angle - (angle @ of_curve / np.maximum(of_curve.sum(axis=0), 1))[curve]
     span = max(float(np.ptp(angle)), STILL)
     powers = (angle / span)[:, None] ** np.arange(DEGREE + 1)
-    slopes = np.arange(1, DEGREE + 1) * powers[:, :-1] / span
-    cubics, tangents = (
-        (p[:, None, :] * of_curve[:, :, None]).reshape(len(rows), -1)
-        for p in (powers, np.column_stack([np.zeros(len(rows)), slopes]))
-    )
+    slopes = np.column_stack([0 * angle, np.arange(1, DEGREE + 1) * powers[:, :-1] / span])
+    cubics, tangents = ((p[:, None, :] * of_curve[:, :, None]).reshape(len(rows), -1) for p in (powers, slopes))
     inverse = np.linalg.pinv(cubics)
     keep = np.eye(len(rows)) - cubics @ inverse
     moved = -sides[:, data.pose[rows], None] * (tangents @ (inverse @ place))
@@ -312,9 +304,9 @@ def _without_wild(
         half = (left * moved).sum(axis=(1, 2)) / np.maximum((moved**2).sum(axis=(1, 2)), 1e-30)
         squares = ((left - half[:, None, None] * moved) ** 2).sum(axis=2)
         best = squares[np.argmin(squares.sum(axis=1))]
-        wild = best / share
-        n = int(np.argmax(wild))
-        if wild[n] / (best.sum() - wild[n]) * free <= outlier_threshold(len(rows)):
+        n = int(np.argmax(best / share))
+        wild = best[n] / share[n]
+        if wild * free <= outlier_threshold(len(rows)) * (best.sum() - wild):
             break
         rows, curve = np.delete(rows, n), np.delete(curve, n)
     return rows, curve

@@ -94,7 +94,6 @@ def validate(
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
         findings.append(Finding(Level.WARNING, Code.OUTLIERS, message))
         outlier = np.zeros_like(outlier)
-    findings += left_findings(data, distances[1], outlier, None, [k.source.NAME for k in known])
     farthest = np.argsort(-distances[1])
     usual = np.full(len(outlier), np.median(distances[1]))
     findings += set_aside_findings(data.label, farthest[outlier[farthest]], distances[1], usual)
@@ -109,7 +108,7 @@ def validate(
         nominal=distances[0],
         identified=distances[1],
         outlier=outlier,
-        findings=tuple(findings),
+        findings=(*findings, *left_findings(data, distances[1], outlier, None, [k.source for k in known])),
     )
 
 

@@ -9,6 +9,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM, UM
+from compgen.error_model.source import Source
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.evidence import USUAL_NOISE
@@ -86,7 +87,7 @@ def set_aside_findings(label: Sequence[str], rows: IntArray, distance: Array, us
 
 
 def left_findings(
-    data: Measurements, distance: Array, outlier: BoolArray, repeatability: float | None, sources: Iterable[str]
+    data: Measurements, distance: Array, outlier: BoolArray, repeatability: float | None, sources: Iterable[Source]
 ) -> list[Finding]:
     """What is said where places that no fit saw are further off than an instrument and repeatability explain.
 
@@ -95,14 +96,18 @@ def left_findings(
         distance: Of their rows from what is predicted without them, (N,) [m]; NaN: not predicted.
         outlier: Which of them are wild, (N,).
         repeatability: Of the arm, of a coordinate [m]; None: not measured.
-        sources: Names of those that were fitted.
+        sources: Those that were fitted.
     """
     squares = distance[(data.kind == PLACE) & ~outlier & np.isfinite(distance)] ** 2
     left = np.sqrt(squares.sum() / max(3 * len(squares), 1))
     explained = np.hypot(USUAL_NOISE[PLACE], repeatability or 0.0)
     if left <= BEYOND * explained:
         return []
-    sag = "" if JointCompliance.NAME in sources else "; sag was not fitted: masses are missing, give [sources.loads]"
+    sag = (
+        ""
+        if any(isinstance(s, JointCompliance) for s in sources)
+        else "; sag was not fitted: masses are missing, give [sources.loads]"
+    )
     message = (
         f"unseen places are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability explain "
         f"{explained / UM:.0f}: the arm does what the model has not{sag}"

@@ -14,14 +14,13 @@ import csv
 import subprocess
 import sys
 import tempfile
-import tomllib
 from functools import lru_cache
 from pathlib import Path
 
 import flown_arms
 import numpy as np
 import seed_journal
-from arms import ROOT, Site, identify_arm, pose_csv, wild
+from arms import LOADS, ROOT, Site, identify_arm, pose_csv, wild
 from flown_arms import TrueArm
 from shipped import quiet
 from wider_arm import ARCSEC, MDEG
@@ -93,23 +92,14 @@ def _whole(row):
     return f"{float(order):.0f},{rest}"
 
 
-def robot_file(folder, loads):
-    """The shipped arm; with its network's assumed masses as loads, which are not the true arm's."""
-    text = (ROOT / "robots" / "m710ic50.toml").read_text()
-    of = tomllib.loads(text)["thermal"]["network"]
-    keys = ("link_kg", "link_centre_mm", "payload_kg", "payload_centre_mm")
-    table = "".join(f"{key} = {of[key]}\n" for key in keys)
-    file = folder / "m710ic50.toml"
-    file.write_text(text + f"\n[sources.loads]\n{table}" * loads)
-    return str(file)
-
-
 def trial(seed, runs=True, loads=True, paths=RUNS, folder=None):
     """One arm."""
     if folder is None:
         with tempfile.TemporaryDirectory() as name:
             return trial(seed, runs, loads, paths, Path(name))
-    nominal = load_arm(robot_file(folder, loads))
+    nominal_file = folder / "m710ic50.toml"
+    nominal_file.write_text((ROOT / "robots" / "m710ic50.toml").read_text() + LOADS * loads)
+    nominal = load_arm(str(nominal_file))
     site = Site(seed, nominal.robot)
     site.arm = arm = PlannedArm(seed)
     rng = np.random.default_rng([seed, 43])

@@ -3,15 +3,21 @@
 import csv
 import json
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from command_line import run
+from numpy.testing import assert_allclose
 from shipped import ROOT
 
 from compgen.core.units import DEG, MDEG, UM
 from compgen.error_model.source import ReversalWidths
+from compgen.identification.frames import initial_frames
+from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import Measurements
+from compgen.identification.model import build_model
+from compgen.identification.parameters import symbolic_sources
 from compgen.identification.pose_files import motion_directions
 from compgen.identification.reversals import fit_lost_motion, with_runs_as_poses
 from compgen.pipelines.files.robot_file import load_arm
@@ -154,3 +160,61 @@ def test_identify_writes_the_widths_and_the_law(plan, tmp_path, law):
     )  # the file loads: the program is missing
     only = run("identify", ROOT / "robots" / "m710ic50.toml", *words[:2], "-o", tmp_path / "held.toml", "--json")
     assert "reversals.held" in {f["code"] for f in json.loads(only.stdout)["findings"]}
+
+
+@pytest.mark.parametrize("law", ["dahl", "play"])
+def test_wild_places_on_runs_change_nothing_by_themselves(plan, law):
+    """One reading in each run, a millimetre off: width and half-width stay within what noise moves them by."""
+    robot = load_arm("m710ic50").robot
+    theta, _ = joints_of(robot, plan / "reversals.csv")
+    places = measured(robot, theta, law, 10 * UM, 4)
+    clean = fit_lost_motion(measurements(theta, places), ASSUMED)
+    wild = places.copy()
+    wild[18 * np.arange(6) + [3, 17, 9, 2, 12, 6], [0, 1, 0, 1, 0, 1]] += 0.6e-3 * np.array([1, -1, 1])
+    motion = fit_lost_motion(measurements(theta, wild), ASSUMED)
+    assert motion is not None
+    assert clean is not None
+    assert motion.law == clean.law == law
+    off = (motion.half_width - clean.half_width) / clean.half_sigma
+    assert np.abs(off).max() < 1
+    known = clean.measured
+    assert np.abs(np.log(motion.width / clean.width))[known].max() < 0.15
+
+
+def test_play_of_a_joint_that_stands_ahead_is_known_as_well(plan):
+    """Overdone compensation of backlash in the drive: the sign is another one, the runs tell as much."""
+    robot = load_arm("m710ic50").robot
+    theta, _ = joints_of(robot, plan / "reversals.csv")
+    motion = fit_lost_motion(measurements(theta, measured(robot, theta, "play", 10 * UM, 1, -BACKLASH)), ASSUMED)
+    assert motion is not None
+    known = np.flatnonzero(motion.measured)
+    assert len(known) >= 3
+    assert np.abs((motion.half_width + BACKLASH)[known] / motion.half_sigma[known]).max() < 3.5
+
+
+def test_what_runs_say_of_half_widths_are_rows_of_the_fit(plan):
+    """(b_run - b) / sigma, sigma^2 = sigma_run^2 + (0.1 b_run)^2, and its slope by finite differences."""
+    arm = load_arm("m710ic50")
+    theta, _ = joints_of(arm.robot, plan / "reversals.csv")
+    data = measurements(theta, measured(arm.robot, theta, "play", 10 * UM, 1))
+    data = replace(data, rise=np.zeros((len(theta), len(arm.nodes))))
+    motion = fit_lost_motion(data, ASSUMED)
+    assert motion is not None
+    kept = with_runs_as_poses(data, motion)
+    model = build_model(arm.robot, symbolic_sources(arm.robot, (), np.ones(6, bool), warm=False), len(arm.nodes))
+    backlash = np.array([(t.source, t.field) == ("hysteresis", "backlash") for t in model.parameters])
+    p = np.where(backlash, 1 * MDEG, 0.0)
+    frames = initial_frames(kept, *model.pose(kept, 0 * p))
+    jacobian = model.jacobian_function(backlash)
+
+    def known(p):
+        linear = linearise(model, jacobian, kept, backlash, p, frames, np.tile(np.eye(3), (2, 1, 1)))
+        return linear.known, linear.C[:, :6]
+
+    rows, slopes = known(p)
+    sigma = np.hypot(motion.half_sigma, 0.1 * motion.half_width)
+    assert_allclose(rows, (motion.half_width - 1 * MDEG) / sigma, rtol=1e-12)
+    step = 1e-6
+    for column, k in enumerate(np.flatnonzero(backlash).tolist()):
+        moved, _ = known(p + step * model.prior[k] * np.eye(len(p))[k])
+        assert_allclose(-(moved - rows) / step, slopes[:, column], rtol=1e-6, atol=1e-9)

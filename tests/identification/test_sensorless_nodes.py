@@ -10,13 +10,19 @@ import pytest
 from campaign import SOURCES
 from flawed import flawed_file
 from numpy.testing import assert_allclose
+from shipped import ROOT
 from synthetic import made_up, warming
 
 from compgen.core.codes import Level
+from compgen.core.exceptions import InputError
+from compgen.error_model.sources.joint_zeros import JointZeros
+from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit
 from compgen.identification.identified_robot_file import sensorless_findings, sensorless_nodes, with_sensorless_nodes
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
+from compgen.pipelines.files.robot_file import arm_of
+from compgen.pipelines.measure.identification_files import identified_robot_text
 from compgen.thermal.filled_rises import fill_rises
 from compgen.thermal.log_fit import TemperatureLog
 
@@ -97,6 +103,39 @@ def test_what_no_node_can_be_is_not_written(truth, warm, height, lag):
     assert "j3 has no sensor" in finding.message
     assert "the log does not show it" in finding.message
     assert with_sensorless_nodes(arm.text, nodes) == arm.text
+
+
+def test_whatever_is_fitted_of_a_node_its_file_can_be_read_again(truth, warm):
+    """Heights and time constants far beyond their priors, to either side: what is written is what a node can be."""
+    arm, (data, _) = truth.arm, warm
+    model = build_model(
+        arm.robot, symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=True), 5, (), data.modelled
+    )
+    scale = np.array([model.prior[k] if t.source == "warm_up" else 0.0 for k, t in enumerate(model.parameters)])
+    rng, written = np.random.default_rng(11), 0
+    for spread in (0.3, 1.0, 3.0, 10.0) * 10:
+        p = scale * rng.normal(0, spread, len(scale))
+        fitted: Any = SimpleNamespace(p=p, active=np.ones(len(p), bool), sigma=model.prior, gamma=np.ones(len(p)))
+        text = with_sensorless_nodes(arm.text, sensorless_nodes(model, fitted, arm.nodes))
+        again = arm_of(tomllib.loads(text), text, "written")
+        assert again.law is not None
+        assert (again.law.reference_rise > 0).all()
+        written += text != arm.text
+    assert 10 < written < 40
+
+
+def test_a_value_that_no_file_may_have_is_said_of_the_measurements(truth):
+    """A zero of 20 deg: the robot file was right."""
+    arm = truth.arm
+    wild = UncertainSource(JointZeros(np.full(6, 0.35)), {}, {"offset": np.full(6, 1e-5)}, "")
+    identified: Any = SimpleNamespace(
+        data=SimpleNamespace(theta=np.zeros((3, 6))), selected=SimpleNamespace(candidate=SimpleNamespace(name="zeros")),
+        known=[wild], box=np.zeros((6, 2)), record=lambda: {"reflector_mm": {}},
+    )  # fmt: skip
+    measured = ROOT / "robots" / "m710ic50_temperatures.csv"  # any file
+    with pytest.raises(InputError, match=r"^what was fitted to m710ic50_temperatures\.csv: .*offset_mdeg") as refusal:
+        identified_robot_text(replace(arm, heat=None), identified, [str(measured)])
+    assert arm.source not in str(refusal.value)
 
 
 def fixed_at(model, p, active):

@@ -10,10 +10,11 @@ from synthetic import made_up, measured, random_theta
 
 from compgen.core.codes import Level
 from compgen.core.units import DEG, MM
+from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.verdict import refuse_foreign_lengths, refuse_set_aside
+from compgen.identification.verdict import left_findings, refuse_foreign_lengths, refuse_set_aside
 
 
 @pytest.fixture(scope="module")
@@ -102,3 +103,28 @@ def test_a_coupling_that_the_arm_has_not_is_refused_however_much_it_gains(truth)
     assert "coupled joints" in finding.message
     right = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), quiet, temperatures=False)
     assert not right.refused
+
+
+def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
+    """45 um of a coordinate are 1.5 times what is usual; wild rows and those that nothing predicts do not count."""
+    rng = np.random.default_rng(9)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
+    wild = np.arange(len(data.pose)) < 3
+    place = rng.normal(0, 1, (len(data.pose), 3))
+    place /= np.sqrt((place[4:] ** 2).mean())
+    distance = np.linalg.norm(place, axis=1)
+    distance[wild], distance[3] = 500.0, np.nan
+    sag = "sag was not fitted: masses are missing"
+    assert left_findings(data, 44e-6 * distance, wild, None, []) == []
+    (finding,) = left_findings(data, 46e-6 * distance, wild, None, [])
+    assert finding.level is Level.WARNING
+    assert "46 um off" in finding.message
+    assert "explain 30" in finding.message
+    assert sag in finding.message
+    assert len(finding.message) <= 300
+    (finding,) = left_findings(
+        data, 46e-6 * distance, wild, None, [JointCompliance(np.zeros(6), truth.arm.facts.loads)]
+    )
+    assert sag not in finding.message
+    assert left_findings(data, 70e-6 * distance, wild, 40e-6, []) == []  # 1.5 x hypot(30, 40) um
+    assert len(left_findings(data, 76e-6 * distance, wild, 40e-6, [])) == 1

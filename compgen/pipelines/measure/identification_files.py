@@ -228,7 +228,8 @@ def identified_robot_text(
     text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], record)
     if arm.law is not None:
         text = with_sensorless_nodes(text, _sensorless(arm, identified))
-    arm_of(tomllib.loads(text), text, arm.source)  # a file that would not load is refused here
+    # a file that would not load is refused here: by what the measurements ask for, the file they began with is right
+    arm_of(tomllib.loads(text), text, f"what was fitted to {Path(files[0]).name}")
     return text
 
 
