@@ -230,14 +230,12 @@ def _fit_joint(data: Measurements, runs: Sequence[IntArray], joint: int, law: La
     halves = product / (lever + noise2 / HALF**2)
     half = float(share @ halves)
     spread = share @ (noise2 / (lever + noise2 / HALF**2) + (halves - half) ** 2)
-    evidence = float(log.max() + np.log(np.exp(log - log.max()).sum()) - 1.5 * len(rows) * np.log(noise2))
-    sigma = float(np.sqrt(share @ (log_width - middle) ** 2))
     return _JointFit(
         width=float(np.exp(middle)),
-        sigma=sigma,
+        sigma=float(np.sqrt(share @ (log_width - middle) ** 2)),
         half=half,
         half_sigma=float(np.sqrt(spread)),
-        likelihood=evidence,
+        likelihood=float(log.max() + np.log(np.exp(log - log.max()).sum()) - 1.5 * len(rows) * np.log(noise2)),
         rows=len(rows),
     )
 
@@ -250,8 +248,8 @@ def _curves(data: Measurements, runs: Sequence[IntArray]) -> tuple[IntArray, Int
     rows = np.flatnonzero(run[data.pose] >= 0)
     columns = run[data.pose[rows]], data.reflector[rows], data.instrument[rows]
     _, curve, count = np.unique(np.column_stack(columns), axis=0, return_inverse=True, return_counts=True)
-    rows, curve = rows[count[curve.ravel()] > DEGREE + 3], curve.ravel()[count[curve.ravel()] > DEGREE + 3]
-    return rows, curve
+    long = count[curve.ravel()] > DEGREE + 3
+    return rows[long], curve.ravel()[long]
 
 
 def _sides(data: Measurements, joint: int, law: Law) -> Array:

@@ -28,7 +28,7 @@ from compgen.error_model.source import ReversalWidths, State
 from compgen.error_model.sources import ORDER
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
-from compgen.error_model.sources.hysteresis import Hysteresis, before_play
+from compgen.error_model.sources.hysteresis import Hysteresis, command_directions
 from compgen.error_model.sources.joint_coupling import JointCoupling
 from compgen.error_model.sources.joint_waves import GearHarmonics
 from compgen.error_model.sources.joint_zeros import JointZeros
@@ -467,28 +467,35 @@ def test_link_centres_are_read_from_each_joint_in_world_axes(cell):
     assert_allclose(carried.force, [20, 0, -150])
 
 
-@pytest.mark.parametrize("half", [-24.0, -12.0, -3.0, 0.0, 4.0, 9.0])
-def test_directions_of_a_command_that_makes_up_for_play_are_those_that_it_has(half):
-    """The command walked in small steps, each by bisection: c - b u(c) = a, with the play operator's u of c itself."""
+@pytest.mark.parametrize("law", ["play", "dahl"])
+@pytest.mark.parametrize("half", [-24.0, -12.0, -3.0, 0.0, 4.0])
+def test_directions_of_a_command_that_makes_up_for_play_are_those_that_it_has(half, law):
+    """The command walked in small steps, each by bisection: c - b u(c) = a, with the law's u of c itself."""
     rng = np.random.default_rng(3)
     width, half = 11.0 * MDEG, half * MDEG
-    wanted = np.cumsum(np.concatenate([[0.0], rng.normal(0, 1, 60)])) * 12 * MDEG
+    wanted = np.cumsum(np.concatenate([[0.0], np.repeat(rng.normal(0, 1, 40), 12) / 12])) * 12 * MDEG
+
+    def after(u, c):
+        if law == "play":
+            return min(max(u + c / width, -1.0), 1.0)
+        return np.sign(c) + np.exp(-abs(c) / width) * (u - np.sign(c))
+
     u, sides = 0.0, [0.0]
     for step in np.diff(wanted):
-        for _ in range(50):
-            low, high = -80 * MDEG, 80 * MDEG
-            for _ in range(60):
-                c = (low + high) / 2
-                moved = c - half * (min(max(u + c / width, -1.0), 1.0) - u)
-                low, high = (c, high) if moved < step / 50 else (low, c)
-            u = min(max(u + c / width, -1.0), 1.0)
+        low, high = -80 * MDEG, 80 * MDEG
+        for _ in range(60):
+            c = (low + high) / 2
+            moved = c - half * (after(u, c) - u)
+            low, high = (c, high) if moved < step else (low, c)
+        u = after(u, c)
         sides.append(u)
     source = Hysteresis(
-        backlash=np.full(6, half), windup=np.zeros(6), width=np.full(6, width), loads=loads(payload=0), law="play"
+        backlash=np.full(6, half), windup=np.zeros(6), width=np.full(6, width), loads=loads(payload=0), law=law
     )
-    theta, made_up_for = np.repeat(wanted[:, None], 6, axis=1), rng.uniform(-1, 1, (61, 6))
-    widths, free = before_play([source], theta + half * made_up_for, made_up_for)
-    state = direction_states(widths, free, np.zeros((61, 3)))
-    assert_allclose(state.direction[:, 3], sides, atol=2e-3)
-    own = direction_states(source.reversal_widths(), theta, np.zeros((61, 3))).direction[:, 3]
+    N = len(wanted)
+    theta, u = np.repeat(wanted[:, None], 6, axis=1), rng.uniform(-1, 1, (N, 6))
+    made_up = DirectionState(u, np.zeros((N, 3)))
+    state = command_directions([source], theta + half * u, np.zeros((N, 3)), made_up, NO_DIRECTION)
+    assert_allclose(state.direction[:, 3], sides, atol=1e-9 if law == "play" else 0.02)
+    own = direction_states(source.reversal_widths(), theta, np.zeros((N, 3))).direction[:, 3]
     assert abs(half) < 3 * MDEG or np.abs(own - sides).max() > 0.1  # the set-up bites

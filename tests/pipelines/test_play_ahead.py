@@ -19,7 +19,7 @@ law = "play"
 
 @pytest.mark.parametrize(("half", "most"), [(-24.0, 8.0), (9.0, 4.0)])
 def test_what_is_left_of_play_is_small_where_a_joint_moves_by_little_more(tmp_path, half, most):
-    """J4 of an upright tool turns by 163 mdeg; flown by the twin. By the directions of a first command 114 and 10 um."""
+    """J4 of an upright tool turns by 163 mdeg; flown by the twin. By directions of a first command: 114, 10 um."""
     robot = tmp_path / "robot.toml"
     robot.write_text((ROOT / "robots" / "m710ic50.toml").read_text() + PLAY.format(half))
     text = (ROOT / "paths" / "circle_1300.toml").read_text()

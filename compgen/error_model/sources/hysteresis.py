@@ -18,7 +18,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import MDEG, URAD
-from compgen.error_model.direction_memory import reversal_widths
+from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.expressions import entries
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import HysteresisTable
@@ -38,6 +38,7 @@ from compgen.error_model.source import (
 )
 from compgen.robot.kinematics import Chain, is_zero
 
+ROUNDS = 12  # of directions by Dahl
 STEEPEST = 0.02  # of a width: what is left of it where a joint loses as much as it turns
 
 
@@ -105,23 +106,34 @@ class Hysteresis(DeclaredSource):
         return replace(chain, theta=tuple(theta))
 
 
-def before_play(sources: Sequence[Source], theta: Array, direction: Array) -> tuple[ReversalWidths | None, Array]:
-    """Widths and joints (N, 6) [rad] that tell the direction of a command which makes up for the play.
+def command_directions(
+    sources: Sequence[Source], theta: Array, position: Array, made_up: DirectionState, before: DirectionState
+) -> DirectionState:
+    """Directions of a command that makes up for the play, as they are where it makes up for them.
 
     A joint that shall be at a is commanded c = a + b u, and u follows c. By the play operator, while u changes,
 
         w du = dc = da + b du,    so    du = da / (w - b)
 
-    u follows a as it follows c, over the width w - b. Of joints that move by little more than their play the command
-    turns round where a does not, and their directions could not be found one after the other.
+    u follows a as it follows c, over the width w - b. By Dahl this is where some rounds begin, each a share of the way
+    from u to the u of a + b u. Of joints that move by little more than their play the command turns round where a does
+    not: the directions of a first command are not those of the next.
 
     Args:
-        sources: Of the arm.
-        theta: Joints c of a command, (N, 6) [rad].
-        direction: u that it makes up for, (N, 6).
+        sources: Of the arm, one or more of which have a direction.
+        theta: Joints c of a first command, (N, 6) [rad].
+        position: Of its TCP, (N, 3) [m].
+        made_up: Directions that it makes up for.
+        before: What the way to it has made of them.
     """
     widths = reversal_widths(sources)
-    if widths is None or widths.law != "play":
-        return widths, theta
     half = sum((s.backlash for s in sources if isinstance(s, Hysteresis)), np.zeros(6))
-    return replace(widths, joint=np.maximum(widths.joint - half, STEEPEST * widths.joint)), theta - half * direction
+    if widths is None:
+        return made_up
+    wanted, least = theta - half * made_up.direction, STEEPEST * widths.joint
+    state = direction_states(replace(widths, joint=np.maximum(widths.joint - half, least)), wanted, position, before)
+    for _ in range(ROUNDS if widths.law == "dahl" else 0):
+        followed = direction_states(widths, wanted + half * state.direction, position, before)
+        moved = (followed.direction - state.direction) / (1 + np.abs(half) / widths.joint)
+        state = replace(followed, direction=state.direction + moved)
+    return state

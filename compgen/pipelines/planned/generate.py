@@ -19,8 +19,8 @@ from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM
-from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
-from compgen.error_model.sources.hysteresis import before_play
+from compgen.error_model.direction_memory import DirectionState, reversal_widths
+from compgen.error_model.sources.hysteresis import command_directions
 from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion
@@ -325,8 +325,7 @@ def _written_directions(problem: Problem, solution: Solution, planned: Planned) 
     joints, _ = inverse_kinematics.solve_tool(job.robot, printed, job.tool.pose, job.posture)
     theta = joint_path.nearest_turns(joints, solution.theta)
     start = problem.direction_state.at(slice(0, 1))
-    widths, theta = before_play(job.sources, theta, problem.direction_state.direction)
-    return direction_states(widths, theta, printed.position, start)
+    return command_directions(job.sources, theta, printed.position, problem.direction_state, start)
 
 
 def _stage(progress: Progress, stage: RunStage, settings: Settings) -> Callable[[float], None]:
