@@ -44,6 +44,8 @@ class Code(StrEnum):
     # fmt: off
     UNITS_UNLIKELY = ("units.unlikely", "core", "A value looks as if it were in another unit.",
         "Compare it with the unit in its key's name; mend it or keep it.", WARNING)
+    FILE_READ_AS = ("file.read_as", "core", "Says how a file of another writer's form was understood.",
+        "Compare it with the file: delimiter, decimal sign, units, times, and what is left out.", NOTE)
     PATH_POINTS = ("path.points", "planning", "Says how far the curve leaves the lines between your points.",
         "Nothing; more points bring it nearer.", NOTE)
     PATH_LINES = ("path.lines", "planning", "Says how many lines and arcs your file has, and where the tool stops.",

@@ -4,9 +4,10 @@ import csv
 import difflib
 import io
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,16 @@ class CsvTable:
     columns: Sequence[Sequence[str]]  # the cells of each column, one a row
     line: Sequence[int] | IntArray  # of each row in the file
     values: Array | None = None  # (N, C) the numbers, where every cell is one or empty: NaN
+    read_as: str = ""  # how another writer's file was understood; empty: it is of this form
+    left_out: tuple[str, ...] = ()  # columns of such a file
+    #: how such a file is parted, its decimal sign, and by our columns which theirs are and in what units
+    layout: tuple[str, str, Mapping[str, tuple[int, str]]] = ("", "", MappingProxyType({}))
+    own_names: Mapping[str, str] = field(default_factory=dict)  # what such a file calls a column, for messages
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How another writer's file was understood, for a finding."""
+        return (f"{self.source}: read as: {self.read_as}",) if self.read_as else ()
 
     def has(self, column: str) -> bool:
         """Whether the header names a column."""
@@ -63,6 +74,8 @@ class CsvTable:
 
     def label(self, column: str) -> str:
         """A column for a message: by its name, or by its number from 1 where the name cannot be quoted."""
+        if column in self.own_names:
+            return self.own_names[column]
         return f"column {column if QUOTABLE.fullmatch(column) else self.header.index(column) + 1}"
 
     def words(self, column: str) -> list[str]:

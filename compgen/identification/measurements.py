@@ -138,6 +138,7 @@ class Measurements:
     guess_sigma: Array | None = None  # (R,) [m] how well that is known; None: it says where a fit begins, and no more
     shifted: Array | None = None  # (S, M, K) [K] rises by the log with its clock moved; None: no log
     half_width: Array | None = None  # (6, 2) [rad] of each joint's play, and its sigma; NaN: no run; None: no runs
+    notes: tuple[str, ...] = ()  # how files of another writer's form were understood
 
     def __post_init__(self) -> None:
         own(
@@ -260,6 +261,7 @@ def concatenate(files: list[Measurements]) -> Measurements:
         fixed=fixed,
         shifted=_stack_shifted(files),
         guess=_stacked_guesses(files, reflector, len(names)),
+        notes=tuple(note for p in files for note in p.notes),
     )
 
 

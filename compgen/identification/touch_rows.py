@@ -95,6 +95,7 @@ def touched_poses(
             toward=touches.normal,
         ),
         timed=touches.timed,
+        notes=touches.notes,
         guess=artefact.probe[None],
     )
 

@@ -10,6 +10,7 @@ from compgen.core.arrays import Array, IntArray, own
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
+from compgen.core.recorded.table import read_recorded
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
@@ -100,6 +101,7 @@ class Touches:
     normal: Array  # (N, 3) probing direction in World, unit; NaN: the sphere's centre was located
     deflection: Array  # (N,) [m] by which the probe's ball was pushed back along it
     sigma: Array  # (N,) [m] of one coordinate; NaN: not said
+    notes: tuple[str, ...] = ()  # how a file of another writer's form was understood
 
     def __post_init__(self) -> None:
         own(self, time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",))
@@ -227,7 +229,7 @@ def read_touches(
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_csv(source, ("target",), KNOWN)
+    table = read_recorded(source, ("target",), KNOWN) or read_csv(source, ("target",), KNOWN)
     N = len(table.line)
     names = table.words("target")
     for n, name in enumerate(names):
@@ -255,6 +257,7 @@ def read_touches(
         normal=normal,
         deflection=deflection,
         sigma=sigmas(table, 0.1, 1e4, gaps=True) * UM,
+        notes=table.notes,
     )
 
 

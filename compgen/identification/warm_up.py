@@ -9,6 +9,7 @@ from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
+from compgen.core.recorded.table import read_findings
 from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
 from compgen.thermal.filled_rises import fill_rises
@@ -65,7 +66,12 @@ def with_temperatures(
     shifted = moved.reshape(len(CLOCK_SHIFTS), *filled.rise.shape)
     warm = np.maximum(filled.rise.max(axis=1) > 0.5, 0.0) * (data.time - log.time[0])
     modelled = tuple(np.flatnonzero(filled.modelled).tolist())
-    findings = [*_lukewarm(log, reference), *_swapped(log, rises, heat), *_gaps(log, data.time)]
+    findings = [
+        *read_findings(log.notes),
+        *_lukewarm(log, reference),
+        *_swapped(log, rises, heat),
+        *_gaps(log, data.time),
+    ]
     if filled.loose:
         message = f"{source}: {filled.loose} readings far from their neighbours are left out"
         findings.append(Finding(Level.NOTE, Code.LOG_LOOSE, message))

@@ -41,6 +41,7 @@ class TemperatureLog:
     air: Array  # (M,) [K]
     readings: Mapping[str, Array]  # name of a rise to (M,) [K]
     has_air: bool = True  # whether the air was measured
+    notes: tuple[str, ...] = ()  # how its file was understood
 
     def rows(self, some: BoolArray) -> "TemperatureLog":
         """The log of some of its rows."""

@@ -10,8 +10,9 @@ set back: what follows is moved on, one usual step behind the row before. A jump
 """
 
 import math
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -21,6 +22,7 @@ from compgen.core.arrays import Array
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
+from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
 from compgen.core.toml import suggest
 from compgen.core.units import MINUTE
 from compgen.thermal.log_fit import TemperatureLog
@@ -45,6 +47,12 @@ class Temperatures:
     ambient: Array | None  # (M,) [degC], gaps interpolated; None: not measured
     readings: Mapping[str, Array]  # name of a rise to (M,) [degC]; NaN where there is none
     column: Mapping[str, str]  # name of a rise to its column
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the file was understood, and which parts nobody asks for."""
+        other = [c for c in self.table.header if c not in (*self.column.values(), "time_s", "ambient_degC")]
+        return self.table.notes or ((f"{self.table.source}: left out: {', '.join(other)}",) if other else ())
 
     def rises(self, reference: Reference, window: float) -> TemperatureLog:
         """Readings as rises above a reference.
@@ -74,23 +82,48 @@ class Temperatures:
 
 
 def read_temperature_log(
-    source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str], *, air: bool = False
+    source: str | Path,
+    nodes: Sequence[str],
+    sensors: Mapping[str, str],
+    said: DialectTable = PLAIN,
+    *,
+    air: bool = False,
 ) -> Temperatures:
     """Read a log.
 
     Args:
-        source: The CSV file.
+        source: The file.
         nodes: Names of the model's rises.
-        sensors: ``part_<n>`` to the name of a rise.
+        sensors: ``part_<n>``, or another column, to the name of a rise.
+        said: What the path file says of it in [log].
         air: Whether the air alone is needed: then it must be there, and columns of any name may stand beside it.
 
     Raises:
         InputError: Not readable, a column that is missing, unknown or of a rise that another one shows too, a cell that
             is no number, time that does not rise, a temperature that no cell has.
     """
-    return temperatures_of(
-        read_csv(source, ("time_s", "ambient_degC") if air else ("time_s",)), nodes, sensors, air=air
-    )
+    required = ("time_s", "ambient_degC") if air else ("time_s",)
+    return temperatures_of(_table(source, required, nodes, sensors, said), nodes, sensors, air=air)
+
+
+def _table(
+    source: str | Path,
+    required: Sequence[str],
+    nodes: Sequence[str],
+    sensors: Mapping[str, str],
+    said: DialectTable,
+    data: bytes | None = None,
+) -> CsvTable:
+    """The table of a log, of compgen's own form or a logger's."""
+    known = ("time_s", "ambient_degC", *(f"{name}_degC" for name in (*nodes, *sensors)))
+    table = read_recorded(source, required, known, said, "[log]" if nodes else "", data) or read_csv(source, required)
+    if table.left_out and nodes and set(table.header) <= set(known[:2]):
+        theirs = ", ".join(name[:20] for name in table.left_out)[:120]
+        raise InputError(
+            f"{source}: line 1: no sensor of {', '.join(nodes)}; say which are in [log], as columns = {{ {nodes[0]} = "
+            f'"TC 03" }}, unit = "degC"; there are: {theirs}'
+        )
+    return table
 
 
 def temperatures_of(
@@ -99,7 +132,9 @@ def temperatures_of(
     """``read_temperature_log`` for a table that is at hand."""
     source = table.source
     rise_of = {f"{n}_degC": n for n in nodes} | {f"{part}_degC": n for part, n in sensors.items()}
-    unknown = next((c for c in table.header if c not in rise_of and c not in ("time_s", "ambient_degC")), None)
+    others = [c for c in table.header if c not in rise_of and c not in ("time_s", "ambient_degC")]
+    unused = [c for c in others if re.fullmatch(r"part_\d+_degC", c) and rise_of.keys() & set(table.header)]
+    unknown = next((c for c in others if c not in unused), None)
     if unknown is not None and not air:
         names = [*rise_of, "ambient_degC", "time_s"]
         raise InputError(
@@ -183,28 +218,35 @@ class GrowingLog:
     set_back: float  # [s] by which the clock was set back in all
 
 
-def read_growing_log(source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str]) -> GrowingLog:
+def read_growing_log(
+    source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str], said: DialectTable = PLAIN
+) -> GrowingLog:
     """A log so far.
 
     Args:
         source: The CSV file.
         nodes: Names of the model's rises.
-        sensors: ``part_<n>`` to the name of a rise.
+        sensors: ``part_<n>``, or another column, to the name of a rise.
+        said: What the path file says of it in [log]; of a logger's own form, times count from its first row.
 
     Raises:
         InputError: Not a readable file, or a column of no sensor.
     """
-    return growing_log(read_named(source, "the log's CSV file", MOST), str(source), nodes, sensors)
+    return growing_log(read_named(source, "the log's CSV file", MOST), str(source), nodes, sensors, said)
 
 
-def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str]) -> GrowingLog:
+def growing_log(
+    data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str], said: DialectTable = PLAIN
+) -> GrowingLog:
     """``read_growing_log`` for bytes that are at hand."""
     rows = _whole_rows(data)
     if not rows:
         return GrowingLog(None, 0, 0, 0.0)
     header = rows[0][1]
     if "time_s" not in header:
-        raise InputError(f"{source}: line {rows[0][0]}: no column time_s; the header names time_s and the sensors")
+        own = _table(source, ("time_s",), nodes, sensors, said, data[: data.rfind(b"\n") + 1])
+        begun = temperatures_of(own, nodes, sensors)
+        return GrowingLog(replace(begun, time=begun.time - begun.time[0]), 0, 0, 0.0)
     at, usual, shift, last = header.index("time_s"), 0.0, 0.0, -math.inf
     kept: list[tuple[int, list[str]]] = []
     seen: set[tuple[str, ...]] = set()

@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import rms
 from compgen.core.pose import Pose
+from compgen.core.recorded.table import read_findings
 from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.error_model.direction_memory import NO_DIRECTION
@@ -103,7 +104,7 @@ def anchor(
         touch_next=tuple(next_touches(beside, artefact, frame, chosen)),
         findings=(),
     )
-    return replace(anchored, findings=tuple(anchor_findings(anchored)))
+    return replace(anchored, findings=(*anchor_findings(anchored), *read_findings(touches.notes)))
 
 
 def _moved(artefact: Artefact, h: Hypothesis, chosen: Estimate, beside: Compared) -> tuple[Moved, ...]:

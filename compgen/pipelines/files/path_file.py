@@ -18,6 +18,7 @@ from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
+from compgen.core.recorded.table import read_findings
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
@@ -36,7 +37,15 @@ from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.boundary_schema import boundary_from_table
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.exact_path import ExactPath
-from compgen.planning.own_points.tables import OwnPoints, mesh_of, own_points_path, pattern_on_mesh, through
+from compgen.planning.own_points.csv_points import points_table
+from compgen.planning.own_points.tables import (
+    OwnPoints,
+    PointsTable,
+    mesh_of,
+    own_points_path,
+    pattern_on_mesh,
+    through,
+)
 from compgen.planning.tables import (
     MAX_LEAD,
     AnyPattern,
@@ -126,9 +135,10 @@ def job_of(files: JobFiles) -> Job:
     source, path = files.source, check(PathFile, files.path_data, str(files.source))
     cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
     air, is_air_given = tables.ambient_of(path.ambient, str(source)), bool(path.ambient.model_fields_set - NOT_OF_AIR)
-    log = None
+    log, read = None, air.notes
     if path.log is not None and path.state is None:
         log = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
+        read += log.notes
         if not is_air_given:
             air = Ambient(np.zeros(1), log.air[-1:])  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
@@ -162,7 +172,12 @@ def job_of(files: JobFiles) -> Job:
         overrides=files.overrides,
         inputs_hash=_inputs_hash(files, others),
         inputs={"path": {**input_keys(path), "robot": files.robot_source.stem}, "files": others, "robot": cell.inputs},
-        input_findings=(*values_in_other_units(files.path_data, str(source)), *cell.input_findings, *notes),
+        input_findings=(
+            *values_in_other_units(files.path_data, str(source)),
+            *cell.input_findings,
+            *notes,
+            *read_findings(read),
+        ),
         on_other_heat_model=_on_other_heat_model(files),
         log=log,
         own_file=_own_file(path, source),
@@ -207,7 +222,9 @@ def _own_file(path: PathFile, source: Path) -> OwnFile | None:
     if not isinstance(table, OwnPoints):
         return None
     shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
-    return read_own_file(source.parent / table.file, table.pattern, shift, joined=through(table) == "lines")
+    file, joined = source.parent / table.file, through(table) == "lines"
+    recorded = points_table(file, table) if isinstance(table, PointsTable) else None
+    return read_own_file(file, table.pattern, shift, recorded, joined=joined)
 
 
 def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
 from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
+from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_matrix
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, MM
@@ -126,7 +127,8 @@ def read_measurements(
     elif warm:
         warm = [as_warm_up(part) for part in warm]
     lines = [read_lines(file, arm.robot, nodes) for file in files.lines]
-    return with_one_frame_a_name(concatenate([*cold, *warm, *distances, *touches, *lines])), findings
+    measurements = with_one_frame_a_name(concatenate([*cold, *warm, *distances, *touches, *lines]))
+    return measurements, [*findings, *read_findings(measurements.notes)]
 
 
 def _read_touches(arm: Arm, files: MeasurementFiles, *, lenient: bool, frames_known: bool) -> list[Measurements]:

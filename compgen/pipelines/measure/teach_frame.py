@@ -15,6 +15,7 @@ from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
+from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.posterior import DECIMALS
@@ -75,11 +76,12 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     touches = read_touches(touches_file, arm.robot, artefact, uframes)
     motion = probed_motion(arm.robot, [k.source for k in arm.known], touches)
     data = touches_of_part(artefact, touches, motion, len(arm.nodes))
-    findings: list[Finding] = []
+    findings = read_findings(touches.notes)
     if log is not None:
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
-        data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
+        data, of_log = with_temperatures(data, log, arm.heat, arm.sensors, reference)
+        findings += of_log
     sources = [fixed_source(k.source) for k in arm.known]
     model = build_model(arm.robot, [], len(arm.nodes))
     fitted = pendant = fit_frame(artefact, touches, model, data, [])

@@ -39,11 +39,12 @@ def read_log(job: Job, file: str) -> tuple[TemperatureLog, bool]:
 
 def _whole_rows(job: Job, table: LogTable, zero: float) -> TemperatureLog | None:
     """A log that somebody is still writing, without a last line that has no end; None for one with anything wrong."""
-    log = read_growing_log(table.file, job.cell.heat.names, job.cell.sensors)
+    log = read_growing_log(table.file, job.cell.heat.names, job.cell.sensors, table)
     if log.readings is None or log.left_out or log.gaps or log.set_back or len(log.readings.time) < 2:
         return None
     refuse_doubtful(log.readings, job.cell.heat, job.cell.warmth, zero)
-    return log.readings.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
+    rises = log.readings.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
+    return replace(rises, notes=log.readings.notes)
 
 
 def path_tables(job: Job) -> PathFile:

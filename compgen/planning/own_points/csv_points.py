@@ -7,6 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, row_norms
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
+from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.planning.own_points.given_points import FEEDS, GivenPoints
@@ -15,11 +16,17 @@ PLACE = ("x_mm", "y_mm", "z_mm")
 NORMAL = ("i", "j", "k")
 ANGLES = ("w_deg", "p_deg", "r_deg")
 OTHERS = ("feed_mm_s", "contact", "stop")
+KNOWN = (*PLACE, *NORMAL, *ANGLES, *OTHERS)
 UNIT = 0.01  # that a normal's length may differ from one
 LARGEST = 1e4  # mm
 
 
-def read_points(source: str | Path) -> GivenPoints:
+def points_table(source: str | Path, said: DialectTable = PLAIN) -> CsvTable | None:
+    """A path's points in a file of another writer's form; None for one of compgen's own."""
+    return read_recorded(source, PLACE, KNOWN, said, "[path]")
+
+
+def read_points(source: str | Path, said: DialectTable = PLAIN) -> GivenPoints:
     """Read a path's points.
 
     Args:
@@ -27,11 +34,13 @@ def read_points(source: str | Path) -> GivenPoints:
             r_deg`` of the tool, or neither; optional ``feed_mm_s`` on the way to a point (empty: the process's),
             ``contact`` on that way and ``stop`` at the point, 0 or 1.
 
+        said: What the path file says of the file in [path].
+
     Raises:
         InputError: What ``read_csv`` refuses; a column of one kind without the others, or of both; a normal that is no
             unit vector; a feed that no program can say; a flag that is neither 0 nor 1.
     """
-    table = read_csv(source, PLACE, (*PLACE, *NORMAL, *ANGLES, *OTHERS))
+    table = points_table(source, said) or read_csv(source, PLACE, KNOWN)
     given = [kind for kind in (NORMAL, ANGLES) if any(table.has(c) for c in kind)]
     if len(given) == 2:
         raise InputError(f"{source}: i, j, k and w_deg, p_deg, r_deg both say how the tool stands; keep one of them")
@@ -49,6 +58,7 @@ def read_points(source: str | Path) -> GivenPoints:
         feed=_feeds(table) if table.has("feed_mm_s") else np.full(M, np.nan),
         contact=_flags(table, "contact") if table.has("contact") else np.ones(M, dtype=bool),
         stop=_flags(table, "stop") if table.has("stop") else np.zeros(M, dtype=bool),
+        read_as=table.notes,
     )
 
 

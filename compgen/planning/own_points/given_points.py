@@ -49,6 +49,7 @@ class GivenPoints:
     stop: BoolArray  # (M,) the robot stops there
     arcs: GivenArcs | None = None  # None: every way is a line
     notes: tuple[str, ...] = ()  # what of the file is not driven
+    read_as: tuple[str, ...] = ()  # how a file of another writer's form was understood
 
     def where(self, row: int) -> str:
         """File and line of a point, for messages."""

@@ -11,6 +11,7 @@ from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
+from compgen.core.recorded.table import DialectTable, read_findings
 from compgen.core.toml import Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.planning.boundaries import Boundary
@@ -27,7 +28,7 @@ from compgen.planning.own_points.tool_stands import place_points, stand_on_mesh,
 from compgen.planning.surfaces import Quadric, plane
 
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
-READERS = {"points": read_points, "apt": read_apt, "gcode": read_gcode}
+READERS = {"apt": read_apt, "gcode": read_gcode}
 CORNER = 25 * DEG  # of a curve, from where a turn is a corner
 STANDING_STEP = 10 * MM  # of points with the surface's normal on a line over it
 MOSTLY = 0.5  # share of the path that a part is under; less is a mistake as likely as a wish
@@ -55,13 +56,13 @@ class OwnPointsTable(Table):
     """Shift of all points, z."""
 
 
-class PointsTable(OwnPointsTable):
+class PointsTable(OwnPointsTable, DialectTable):
     """The user's own points, driven in their order."""
 
     pattern: Literal["points"]
     """The user's own points, from a CSV file."""
     file: FileName
-    """CSV beside this file: x_mm, y_mm, z_mm; i, j, k or w_deg, p_deg, r_deg or neither; feed_mm_s, contact, stop."""
+    """File beside this one: x_mm, y_mm, z_mm; i, j, k or w_deg, p_deg, r_deg or neither; feed_mm_s, contact, stop."""
     jump_mm: Length = 100.0
     """A step on the part that is longer, and 20 times as long as is usual, is refused."""
 
@@ -111,7 +112,8 @@ def own_points_path(
     Raises:
         InputError: A bad file, or points that no path can be laid through.
     """
-    points = READERS[table.pattern](Path(where).parent / table.file)
+    file = Path(where).parent / table.file
+    points = read_points(file, table) if isinstance(table, PointsTable) else READERS[table.pattern](file)
     check_points(points, table.jump_mm * MM if isinstance(table, PointsTable) else np.inf)
     free = points.normal is None and points.rotation is None  # what they lie on says how the tool stands
     if surface.A.any() and not free:
@@ -119,6 +121,7 @@ def own_points_path(
             f"{where}: surface.kind: the points of {points.source} say themselves how the tool stands; remove [surface]"
         )
     notes = tuple(Finding(Level.WARNING, Code.PATH_END, f"{table.file}: {text}") for text in points.notes)
+    notes += tuple(read_findings(points.read_as))
     lines = through(table) == "lines"
     if not lines:
         points = points.as_points()

@@ -1,6 +1,7 @@
 """A cell's day from the tables of a path file: its steps and shifts, its air, and its temperature log, in SI."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -116,7 +117,7 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
         log = read_temperature_log(source, (), {}, air=True)
         if log.ambient is None:
             raise InputError(f"{source}: it has no column ambient_degC; add it")
-        return Ambient(log.time, log.ambient - zero)
+        return Ambient(log.time, log.ambient - zero, notes=log.notes)
     return Ambient(np.zeros(1), np.array([level])) if level else still_air()
 
 
@@ -141,7 +142,8 @@ def log_of(
     Raises:
         InputError: A bad file, an unknown sensor, readings that no robot has or that the rest contradicts.
     """
-    log = read_temperature_log(Path(where).parent / table.file, heat.names, sensors)
+    log = read_temperature_log(Path(where).parent / table.file, heat.names, sensors, table)
     check_sensors(log, [f"{name}_degC" for name in (*sensors, *heat.names)])
     refuse_doubtful(log, heat, warmth, zero)
-    return log.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
+    rises = log.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
+    return replace(rises, notes=log.notes)

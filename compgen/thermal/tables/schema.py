@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
+from compgen.core.recorded.table import DialectTable
 from compgen.core.toml import Identifier, Length, NotNegative, Point, Positive, Range, SixRates, Table
 from compgen.core.units import MINUTE
 from compgen.robot.dh_lengths import LengthName
@@ -79,11 +80,11 @@ class AmbientTable(Table):
     """csv: file beside the path file with the columns time_s, ambient_degC."""
 
 
-class LogTable(Table):
+class LogTable(DialectTable):
     """A thermocouple log; its end is the thermal state at the first [[before]]."""
 
     file: str
-    """CSV file beside the path file: time_s, ambient_degC, <node>_degC or part_<n>_degC; empty cells are gaps."""
+    """File beside the path file: time_s, ambient_degC, <node>_degC or part_<n>_degC; or as a logger writes it."""
     reference: Literal["ambient", "start"] | Celsius | None = None
     """What rises count from: a temperature in degC (default ambient.reference_degC), the air, or the cold start."""
     window_min: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = COLD_START / MINUTE

@@ -6,18 +6,21 @@ What this reader does not know is refused: a result that only one of them has re
 """
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import acos, atan2, ceil, cos, hypot, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.csv_table import CsvTable
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
 from compgen.job.own_file import OwnFile
 
 SAG = 1e-4  # mm
+SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": None}
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "um": 0.001}
 MOTION_G, COUNTING_G, DWELL_G = (0.0, 1.0, 2.0, 3.0), (90.0, 91.0), 4.0
 QUIET_G = {17.0, 21.0, 40.0, 43.0, 49.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 61.0, 64.0, 80.0, 91.1, 94.0, 98.0, 99.0}
 ENDS = ("FINI", "END")
@@ -46,13 +49,16 @@ class _Corners:
         return InputError(f"{message}; say it in plainer words")
 
 
-def read_own_file(source: Path, pattern: str, shift: Array, *, joined: bool) -> OwnFile:
+def read_own_file(
+    source: Path, pattern: str, shift: Array, recorded: CsvTable | None = None, *, joined: bool
+) -> OwnFile:
     """Read a path's file for the judge.
 
     Args:
         source: The file.
         pattern: ``gcode``, ``apt`` or ``points`` (CSV).
         shift: Of all places, (3,) [m].
+        recorded: How the first reader took a file of points of another writer's form: its layout and lines alone.
         joined: Whether the path is the lines between the places.
 
     Raises:
@@ -61,12 +67,35 @@ def read_own_file(source: Path, pattern: str, shift: Array, *, joined: bool) -> 
     corners = _Corners(str(source))
     try:
         lines = source.read_bytes().decode("latin-1").splitlines()
-        {"gcode": _gcode, "apt": _apt, "points": _csv}[pattern](lines, corners)
+        if recorded is not None:
+            _recorded(source, recorded, corners)
+        else:
+            {"gcode": _gcode, "apt": _apt, "points": _csv}[pattern](lines, corners)
     except (OSError, ValueError, KeyError, IndexError) as fault:
         raise InputError(f"{source}: the second reading, which judges the result, fails: {fault}; mend it") from None
     given = np.array(corners.given, dtype=bool)
     place = np.array(corners.corner, dtype=float).reshape(-1, 3) * MM + shift
     return OwnFile(str(source), place, np.array(corners.line, dtype=np.int64), given, joined)
+
+
+def _recorded(source: Path, table: CsvTable, corners: _Corners) -> None:
+    """Places by the layout that is said of a file; cells are parted and numbers are read anew."""
+    from python_calamine import CalamineWorkbook
+
+    parted, sign, columns = table.layout
+    if parted in SEPARATORS:
+        data = source.read_bytes()
+        text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1").replace("\r\n", "\n")
+        rows: Sequence[Sequence[object]] = [line.split(SEPARATORS[parted]) for line in text.split("\n")]
+    else:
+        sheet = CalamineWorkbook.from_path(source).get_sheet_by_name(parted.removeprefix("sheet ").strip("'"))
+        rows = sheet.to_python(skip_empty_area=False)
+    for n in table.line:
+        place = []
+        for k, unit in (columns[f"{axis}_mm"] for axis in "xyz"):
+            cell = str(rows[n - 1][k]).strip(' "').replace("," if sign == "." else ".", "")
+            place.append(float(cell.replace(",", ".")) * MILLIMETRES[unit])
+        corners.add(int(n), (place[0], place[1], place[2]))
 
 
 def _csv(lines: list[str], corners: _Corners) -> None:

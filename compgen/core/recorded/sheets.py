@@ -1,0 +1,95 @@
+"""A file's rows of cells, whoever wrote it: text of any code page and delimiter, or a sheet of a workbook."""
+
+import csv
+import io
+from collections.abc import Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+from compgen.core.exceptions import InputError
+from compgen.core.recorded.cells import is_number
+from compgen.core.recorded.times import time_of
+
+DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": " "}
+_SEEN = 2000  # rows that say how a file is laid out
+_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # xlsx or ods, and xls
+
+Row = tuple[int, list[str]]  # its line in the file, its cells
+
+
+class Sheet(NamedTuple):
+    """Rows with a filled cell, less remarks."""
+
+    values: int  # how many more cells of readings are values than words
+    begin: int  # the row of the first reading
+    name: str  # what parts its cells, or which sheet of a workbook it is
+    rows: list[Row]
+
+
+def kinds(cells: Sequence[str]) -> str:
+    """A letter for each cell: nothing, a number or a missing reading, a time, or a word."""
+    return "".join("-" if not c else "0" if is_number(c) else "t" if time_of(c)[0] else "a" for c in cells)
+
+
+def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
+    """The table of a file: by its delimiter where one is named, else by the one with which most cells are values.
+
+    Raises:
+        InputError: No text and no workbook, or no table in it.
+    """
+    if data.startswith(_WORKBOOKS):
+        best = max(_of_workbook(source, data))
+    else:
+        text = _text(data)
+        best = max(
+            (_of_text(text, name) for name in ([delimiter] if delimiter else DELIMITERS)), key=lambda s: s.values
+        )
+    if not best.values:
+        raise InputError(f"{source}: no rows of readings in it; give a table with a line for each reading")
+    return best
+
+
+def _text(data: bytes) -> str:
+    """Text by its byte order mark, else UTF-8, else Windows's Latin letters."""
+    try:
+        return data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", "replace")
+
+
+def _of_text(text: str, name: str) -> Sheet:
+    lines = io.StringIO(text, None) if name != "blanks" else (f"{line.strip()}\n" for line in text.splitlines())
+    reader = csv.reader(lines, delimiter=DELIMITERS[name], skipinitialspace=True)
+    try:
+        return _sheet(name, [(reader.line_num, cells) for cells in reader])
+    except csv.Error:  # a cell of a megabyte: no table by this delimiter
+        return Sheet(0, 0, name, [])
+
+
+def _of_workbook(source: str, data: bytes) -> list[Sheet]:
+    from python_calamine import CalamineError, CalamineWorkbook
+
+    try:
+        book = CalamineWorkbook.from_filelike(io.BytesIO(data))
+        sheets = [(name, book.get_sheet_by_name(name).to_python(skip_empty_area=False)) for name in book.sheet_names]
+    except CalamineError as failure:
+        raise InputError(f"{source}: no workbook that can be read: {failure}; save it as CSV") from None
+    return [
+        _sheet(f"sheet '{name}'", [(n, list(map(str, row))) for n, row in enumerate(rows, 1)]) for name, rows in sheets
+    ]
+
+
+def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
+    """Rows, and where the longest run of rows of one kind begins."""
+    rows = [(line, [cell.strip() for cell in cells]) for line, cells in lines if any(map(str.strip, cells))]
+    rows = [row for row in rows if not row[1][0].startswith(("#", "//", "!"))]
+    seen = [kinds(cells) for _, cells in rows[:_SEEN]]
+    worth = [len(row) - row.count("-") - 2 * row.count("a") for row in seen]  # values less words
+    values = begin = at = 0
+    for _, run in groupby(seen, lambda row: row.replace("-", "0").rstrip("0")):
+        end = at + len(list(run))
+        values, begin = max((values, begin), (sum(worth[at:end]), at), key=lambda best: best[0])
+        at = end
+    while begin > 0 and worth[begin - 1] > 1:
+        begin -= 1
+    return Sheet(values, begin, name, rows)

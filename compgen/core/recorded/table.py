@@ -1,0 +1,277 @@
+"""A logger's or an instrument's table as the columns that compgen knows, and in words how it was read.
+
+The header is the row above the readings, or the last one that has all names that the user says. A column is known by
+its name or by ``columns``; its unit stands in the header, in a row of units, beside each value, or in ``unit``.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from compgen.core.codes import Code, Level
+from compgen.core.csv_table import MAX_BYTES, CsvTable
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_named
+from compgen.core.findings import Finding
+from compgen.core.recorded.cells import (
+    in_unit,
+    is_number,
+    measured_by,
+    name_and_unit,
+    number_text,
+    plain_name,
+    unit_named,
+    units_like,
+)
+from compgen.core.recorded.sheets import Row, Sheet, kinds, sheet_of
+from compgen.core.recorded.times import seconds_of, time_of
+from compgen.core.toml import Table
+
+TIME = "time_s"
+#: what others call a column
+_ALIASES = {
+    "target": {"point", "point name", "point id", "pointid", "name", "id", "punkt", "punktname", "punktnummer"},
+    "ambient": {"air", "room", "luft", "raum", "umgebung", "raumluft", "ambient temperature", "air temperature"},
+}
+_WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
+_SIGNS = {"point": ".", "comma": ","}
+
+
+class DialectTable(Table):
+    """How a file is written, where it does not say so itself."""
+
+    columns: dict[str, str] = {}  # noqa: RUF012 - pydantic copies it
+    """What the file calls a column, by the name it has here: j2 = "TC 03", or "#4" for the fourth."""
+    unit: str | None = None
+    """Unit of columns that name none: degC, degF or K; mm, m or inch."""
+    delimiter: Literal["comma", "semicolon", "tab", "bar", "blanks"] | None = None
+    """What parts the cells; default: recognised."""
+    decimal: Literal["point", "comma"] | None = None
+    """The decimal sign; default: recognised."""
+    dates: Literal["dmy", "mdy", "ymd"] | None = None
+    """Order of day, month and year; default: the one that fits every row."""
+
+
+PLAIN = DialectTable()
+
+
+class _Layout(NamedTuple):
+    """A file's readings under its header, and what the user says of them."""
+
+    place: str  # the file
+    table: str  # of a TOML file in which the user may say more; or nothing
+    said: DialectTable
+    names: Sequence[str]
+    units: Sequence[set[str]]  # that the file says of each column
+    line: int  # of the header
+    parted: str  # by what
+    body: Sequence[Row]
+
+    def column(self, k: int) -> list[str]:
+        """The cells of a column."""
+        return [cells[k] if k < len(cells) else "" for _, cells in self.body]
+
+    def where(self, k: int, line: int) -> str:
+        """File, line and column, for a message."""
+        return f"{self.place}: line {line}, column {k + 1} '{self.names[k][:30]}'"
+
+    def mend(self, words: str, otherwise: str) -> str:
+        """What the user can say of the file, or else do to it."""
+        return f"say {words} in {self.table}" if self.table else otherwise
+
+    def refuse(self, what: str) -> InputError:
+        """A refusal of the header, which lists its columns."""
+        listed = ", ".join(name[:20] for name in self.names)
+        line = f"line {self.line}" if self.line else f"line {self.body[0][0]}: no header above it"
+        return InputError(f"{self.place}: {line}: {what}; there are: {listed[: 200 - len(what)]}")
+
+
+def read_findings(notes: Iterable[str]) -> list[Finding]:
+    """How files were understood, for the user."""
+    return [Finding(Level.NOTE, Code.FILE_READ_AS, note) for note in dict.fromkeys(notes)]
+
+
+def read_recorded(
+    source: str | Path,
+    required: Sequence[str],
+    known: Sequence[str],
+    said: DialectTable = PLAIN,
+    table: str = "",
+    data: bytes | None = None,
+) -> CsvTable | None:
+    """A table of columns with units in their names, of another writer's form; None for a file of compgen's own.
+
+    Args:
+        source: The file: text by any delimiter, or a workbook.
+        required: Columns that must be there.
+        known: All columns that are read; others of another writer's file are left out.
+        said: What the user says of the file.
+        table: Where the user says it, for messages, as ``[log]``.
+        data: Its bytes, where they are at hand.
+
+    Raises:
+        InputError: It cannot be read, leaves something open or contradicts itself.
+    """
+    data = read_named(source, "a CSV file", MAX_BYTES) if data is None else data
+    lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
+    first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+    is_plain = not any(getattr(said, key) for key in DialectTable.model_fields)
+    if not first or (is_plain and set(required) <= {cell.strip(' "') for cell in first.split(",")}):
+        return None
+    layout = _layout(str(source), sheet_of(str(source), data, said.delimiter), said, table)
+    times = _times(layout) if TIME in known else []
+    found = _assigned(layout, [column for column in known if column != TIME or not times])
+    missing = [c for c in required if c not in found and not (c == TIME and times)]
+    if missing:
+        theirs = next((n for n, cell in zip(layout.names, layout.body[0][1], strict=False) if is_number(cell)), "#1")
+        mend = layout.mend(f'columns = {{ {missing[0]} = "{theirs[:20]}" }}', f"name it {missing[0]} in a header")
+        raise layout.refuse(f"column {missing[0]}: missing; {mend}")
+    return _table(layout, found, times)
+
+
+def _layout(source: str, sheet: Sheet, said: DialectTable, table: str) -> _Layout:
+    """Where the header and the readings are."""
+    rows, begin = sheet.rows, sheet.begin
+    wanted = {plain_name(name) for name in said.columns.values() if not name.startswith("#")}
+    heads = [n for n in range(begin) if wanted <= {p for c in rows[n][1] for p in (plain_name(c), name_and_unit(c)[0])}]
+    head = heads[-1] if wanted and heads else begin - 1
+    if head > 0 and not wanted and any(map(unit_named, rows[head][1])) and set(kinds(rows[head - 1][1])) <= set("a-"):
+        head -= 1  # a row of units lies between
+    body = rows[begin:]
+    while set(kinds(body[-1][1])) <= set("a-"):
+        body = body[:-1]  # words behind the last reading
+    line, given = rows[head] if head >= 0 else (0, [])
+    width = max(len(given), *(len(cells) for _, cells in body[:50]))
+    names = [(given[k] if k < len(given) else "") or f"#{k + 1}" for k in range(width)]
+    longer = next(((n, cells) for n, cells in body if any(cells[width:])), None)
+    if longer is not None:
+        what = f"{len(longer[1])} cells where the header has {width}; give each column a cell"
+        raise InputError(f"{source}: line {longer[0]}: {what} (commas in numbers and between cells? use semicolons)")
+    units = []
+    for k, name in enumerate(names):
+        beside = {cells[k + 1] if k + 1 < len(cells) else "" for _, cells in body}
+        alone = [cells[k] for _, cells in rows[head + 1 : begin] if k < len(cells)] + list(beside) * (len(beside) == 1)
+        units.append({name_and_unit(name)[1], *map(unit_named, alone)} - {""})
+    return _Layout(source, table, said, names, units, line, sheet.name, body)
+
+
+def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str]]:
+    """The columns that are known by their names or that the user names: which they are, and their units."""
+    bases = {name_and_unit(column)[0]: column for column in known}
+    named = {name_and_unit(key)[0]: (key, _index(layout, text)) for key, text in layout.said.columns.items()}
+    unknown = next((base for base in named if base not in bases and base not in ("time", "date")), None)
+    if unknown is not None:
+        raise InputError(f"{layout.table} columns: {unknown}: unknown; known: {', '.join(bases)}")
+    found, taken = {}, {k for _, k in named.values()}
+    for base, column in bases.items():
+        wanted, (key, k) = name_and_unit(column)[1], named.get(base, ("", -1))
+        fits = (
+            [k] if key else [k for k in _fitting(layout, {base} | _ALIASES.get(base, set()), wanted) if k not in taken]
+        )
+        if len(fits) > 1:
+            mend = layout.mend(f'columns = {{ {base} = "#{fits[0] + 1}" }}', "rename one")
+            raise layout.refuse(f"columns {fits[0] + 1} and {fits[1] + 1} both may be {column}; {mend}")
+        if fits:
+            found[column] = fits[0], _unit(layout, fits[0], name_and_unit(key)[1], wanted) if wanted else ""
+    return found
+
+
+def _fitting(layout: _Layout, names: set[str], wanted: str) -> list[int]:
+    """The columns of some names, or of seconds, whose units measure what is wanted or are not said."""
+    fits = [k for k, name in enumerate(layout.names) if name_and_unit(name)[0] in names]
+    if wanted == "s" and not fits:
+        fits = [k for k, units in enumerate(layout.units) if units]
+    return [k for k in fits if all(measured_by(unit) == measured_by(wanted) for unit in layout.units[k])]
+
+
+def _index(layout: _Layout, text: str) -> int:
+    """The column that the user names, by its name or its number."""
+    names = [(plain_name(name), name_and_unit(name)[0], f"#{k + 1}") for k, name in enumerate(layout.names)]
+    whole = [k for k, (name, _, number) in enumerate(names) if plain_name(text) == name or text == number]
+    fits = whole or [k for k, (_, base, _) in enumerate(names) if plain_name(text) == base]
+    if len(fits) != 1:
+        raise layout.refuse(f"{len(fits) or 'no'} columns are '{text[:30]}'; name it, or its number as \"#3\"")
+    return fits[0]
+
+
+def _unit(layout: _Layout, k: int, by_key: str, wanted: str) -> str:
+    """The unit of a column's cells: the one that the file, its key or the user says."""
+    said, measured = unit_named(layout.said.unit or ""), measured_by(wanted)
+    units = sorted(layout.units[k] | {u for u in (by_key, said) if u and measured_by(u) == measured})
+    if len(units) == 1 and measured_by(units[0]) == measured:
+        return units[0]
+    some = units_like(wanted)[:3]
+    mend = f"write it in the header, as '{layout.names[k][:20]} [{some[0]}]'"
+    if measured in ("temperature", "length"):
+        mend = layout.mend(" or ".join(f'unit = "{unit}"' for unit in some), mend)
+    what = f"has the units {', '.join(units)}; keep one of {measured}" if units else f"names no unit; {mend}"
+    raise InputError(f"{layout.where(k, layout.line)}: {what}")
+
+
+def _times(layout: _Layout) -> list[int]:
+    """The columns of the date and of the clock, or of both; none where there are none, or seconds are named."""
+    keys = sorted(key for key in layout.said.columns if name_and_unit(key)[0] in ("date", "time"))
+    named = [_index(layout, layout.said.columns[key]) for key in keys]
+    is_time = {k: time_of(cell)[0].strip("z") for k, cell in enumerate(layout.body[0][1]) if not is_number(cell)}
+    if named:
+        return named if is_time.get(named[0]) else []
+    both, dates, clocks = ([k for k, kind in is_time.items() if kind == wanted] for wanted in ("dc", "d", "c"))
+    several = next((some for some in (both, dates, clocks) if len(some) > 1), [])
+    if several:
+        mend = layout.mend(f'columns = {{ time = "#{several[0] + 1}" }}', "keep one")
+        raise layout.refuse(f"columns {several[0] + 1} and {several[1] + 1} both hold times; {mend}")
+    return both or dates + clocks
+
+
+def _table(layout: _Layout, found: Mapping[str, tuple[int, str]], times: Sequence[int]) -> CsvTable:
+    """The columns that were found, in our units, and how they were read."""
+    cells = {column: layout.column(k) for column, (k, _) in found.items()}
+    numeric = [c for c, (_, unit) in found.items() if unit or all(map(is_number, cells[c]))]
+    sign = _decimal(layout, [found[c][0] for c in numeric])
+    units = {unit for _, unit in found.values()} - {""}
+    words = ", ".join([layout.parted, f"decimal {'comma' if sign == ',' else 'point'}", *sorted(units)])
+    for column in numeric:
+        texts = (number_text(cell, sign) or "" for cell in cells[column])
+        cells[column] = [in_unit(text, found[column][1], name_and_unit(column)[1]) for text in texts]
+    lines = [line for line, _ in layout.body]
+    if times:
+        moments = [" ".join(parts).strip() for parts in zip(*map(layout.column, times), strict=True)]
+        mend = partial(layout.mend, otherwise="write 2026-11-22")
+        seconds = seconds_of(moments, layout.said.dates, lambda row: layout.where(times[0], lines[row]), mend)
+        cells[TIME] = list(map(repr, seconds))
+        kind = time_of(moments[0])[0]
+        words += f", {_WORDS[kind.strip('z')]} with{'' if 'z' in kind else 'out'} a zone"
+    own = {c: layout.names[k] for c, (k, _) in found.items()}
+    used = {*times, *(k for k, _ in found.values())}
+    left = tuple(name for k, name in enumerate(layout.names) if k not in used)
+    words += "".join(f"; {name[:24]} is {c}" for c, name in own.items() if plain_name(c) != plain_name(name))
+    return CsvTable(
+        layout.place,
+        tuple(cells),
+        tuple(map(tuple, cells.values())),
+        lines,
+        read_as=words + (f"; left out: {', '.join(name[:24] for name in left)}" if left else ""),
+        left_out=left,
+        layout=(layout.parted, sign, found),
+        own_names={c: f"column {found[c][0] + 1} '{name[:30]}'" for c, name in own.items()},
+    )
+
+
+def _decimal(layout: _Layout, columns: Sequence[int]) -> str:
+    """The decimal sign by which all cells of some columns are numbers.
+
+    A point alone is a decimal point: it parts thousands only in a file with decimal commas. ``1,234`` may be either.
+    """
+    cells = [(k, n, row[k]) for k in columns for n, row in layout.body if k < len(row)]
+    signs = [_SIGNS[layout.said.decimal]] if layout.said.decimal else list(_SIGNS.values())
+    misfits = {sign: [c for c in cells if number_text(c[2], sign) is None] for sign in signs}
+    sign = min(signs, key=lambda sign: len(misfits[sign]))
+    open_cells = [] if any(misfits.values()) or len(signs) == 1 else [c for c in cells if "," in c[2]]
+    if not open_cells and not misfits[sign]:
+        return sign
+    k, line, cell = (open_cells or misfits[sign])[0]
+    mend = layout.mend('decimal = "comma" or "point"', "write a decimal point and no thousands")
+    otherwise = f"is no number with a decimal {'comma' if sign == ',' else 'point'}; mend it, or empty the cell"
+    what = f"may be thousands or a decimal comma; {mend}" if open_cells else otherwise
+    raise InputError(f"{layout.where(k, line)}: '{cell[:24]}' {what}")

@@ -1,0 +1,255 @@
+"""Tables as loggers and instruments write them: read as a plain reader reads them that is told how, or refused."""
+
+import zipfile
+
+import naive_logger
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.exceptions import InputError
+from compgen.core.recorded.cells import name_and_unit, number_text
+from compgen.core.recorded.table import DialectTable, read_recorded
+from compgen.core.recorded.times import time_of
+
+NODES = ("j2", "j3", "link1", "wrist")
+LOG = ("time_s", "ambient_degC", *(f"{node}_degC" for node in NODES), "part_3_degC")
+PLACE = ("x_mm", "y_mm", "z_mm")
+POINTS = (*PLACE, "i", "j", "k", "feed_mm_s")
+
+
+def written(folder, content, name="log.csv"):
+    file = folder / name
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return file
+
+
+def read(file, required=("time_s",), known=LOG, table="[log]", **said):
+    return read_recorded(file, required, known, DialectTable(**said), table)
+
+
+def refusal(file, *arguments, **said):
+    with pytest.raises(InputError) as caught:
+        read(file, *arguments, **said)
+    message = str(caught.value).replace(str(file), "log.csv")
+    assert "\n" not in message
+    assert len(message) <= 300
+    return message
+
+
+def column(table, name):
+    return np.array([float(cell or "nan") for cell in table.columns[table.header.index(name)]])
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_drawn_file_is_read_as_by_who_is_told_how_it_is_written(tmp_path, seed):
+    data, told = naive_logger.draw(seed)
+    table = read(written(tmp_path, data), **told.said)
+    seconds, readings = naive_logger.read(data, told)
+    time = column(table, "time_s")
+    assert_allclose(time - time[0], seconds, atol=1e-6)
+    for node, values in readings.items():
+        assert_allclose(column(table, f"{node}_degC"), values, rtol=0, atol=1e-9)
+    assert np.isfinite(np.concatenate(list(readings.values()))).any()
+    assert f"decimal {'comma' if told.comma else 'point'}" in table.read_as
+    assert "No." in table.left_out
+
+
+def test_dates_are_seconds_since_2000_and_zones_are_of_utc(tmp_path):
+    text = "time;j2 [°C]\n2000-01-02T00:00:10+01:00;20,5\n2000-01-02T00:00:20+01:00;20,5\n"
+    assert_allclose(column(read(written(tmp_path, text)), "time_s"), [86410 - 3600, 86420 - 3600])
+    assert "with a zone" in read(written(tmp_path, text)).read_as
+    text = "time;j2 [°C]\n08:15;20,5\n08:16:30;20,5\n26:00:00.25;20\n"
+    assert_allclose(column(read(written(tmp_path, text)), "time_s"), [29700, 29790, 93600.25])
+
+
+@pytest.mark.parametrize(
+    ("cell", "kind", "seconds"),
+    [
+        ("08:15", "c", 29700), ("8:15:00", "c", 29700), ("08:15:00,250", "c", 29700.25), ("12:00:05 AM", "c", 5),
+        ("12:00:00 p.m.", "c", 43200), ("2026-11-22", "d", 0), ("22.11.2026 08:15:00", "dc", 29700),
+        ("11/22/2026 08:15:00:123", "dc", 29700.123), ("2026-11-22T08:15:00Z", "dcz", 29700), ("Nov 22, 2026", "d", 0),
+        ("'26-11-22 08:15:00.0", "dc", 29700), ("08:61", "", 0), ("13:00 PM", "", 0), ("2026-11-22 24:10", "", 0),
+        ("21.5", "", 0), ("-5", "", 0), ("SN-12", "", 0),
+    ],
+)  # fmt: skip
+def test_what_is_a_time(cell, kind, seconds):
+    assert (time_of(cell)[0], time_of(cell)[2]) == (kind, pytest.approx(seconds))
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "unit"),
+    [
+        ("TC 03 [°C]", "tc 03", "degC"), ("101 <J2> (C)", "101 <j2>", "degC"), ("Temp_1/°F", "temp 1", "degF"),
+        ("j2_degC", "j2", "degC"), ("X [mm]", "x", "mm"), ("feed_mm_s", "feed", "mm_s"), ("Zeit in s", "zeit", "s"),
+        ("Kanal C", "kanal c", ""), ("t/s", "t", "s"), ("T (ºC)", "t", "degC"), ("T \u2103", "t", "degC"),
+        ("TÂ°C [Â°C]", "tâ°c", "degC"), ("Y (in)", "y", "inch"), ("Alarm 102", "alarm 102", ""),
+        ("part_3", "part 3", ""),
+    ],
+)  # fmt: skip
+def test_a_name_and_its_unit(text, name, unit):
+    assert name_and_unit(text) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("cell", "point", "comma"),
+    [
+        ("21.5", "21.5", None), ("21,5", None, "21.5"), ("1,234.5", "1234.5", None), ("1.234,5", None, "1234.5"),
+        ("1,234", "1234", "1.234"), ("1 234,5", None, "1234.5"), ("+  21.5", "+21.5", None), ("-3", "-3", "-3"),
+        ("1,234,567", "1234567", None), ("1.2E+01", "1.2E+01", None), ("OL", "", ""), ("9.90000000E+37", "", None),
+        ("21x", None, None), (".", "", ""), ("1,23,4", None, None), ("١", None, None),
+    ],
+)  # fmt: skip
+def test_a_number_by_either_decimal_sign(cell, point, comma):
+    assert (number_text(cell, "."), number_text(cell, ",")) == (point, comma)
+
+
+HEAD = "time;j2 [°C];TC 04\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "words"),
+    [
+        ("time;j2 [°C]\n23:59;20,5\n00:01;20,5\n", {}, ("line 3, column 1 'time'", "runs back", "write dates")),
+        ("time;j2 [C]\n2026-11-22 08:15;20\n2026-11-22 08:14;20\n", {}, ("line 3, column 1", "runs back", "sort")),
+        ("time;j2 [C]\n03/04/2026 08:15;20,5\n", {}, ("line 2, column 1", '"dmy" or "mdy"', "dates =", "[log]")),
+        ("time;j2 [C]\n03/04/2026;20,5\n13/04/2026;20,5\n04/13/2026;21,5\n", {}, ("line 2, column 1", "write all")),
+        ("time;j2 [C]\n08:15;20,5\nlater 3;20,5\n08:17;20,5\n",
+         {}, ("line 3, column 1", "no time like '08:15'", "mend")),
+        ("time;j2 [C]\n2026-01-01 08:15Z;20\n2026-01-01 08:16;2\n", {}, ("line 3, column 1", "no time like")),
+        ("time;j2\n08:15;20,5\n", {}, ("line 1, column 2 'j2'", "names no unit", 'unit = "degC"', "[log]")),
+        ("time;j2 [C]\n08:15;20,5\n", {"unit": "degF"}, ("line 1, column 2", "units degC, degF", "keep one")),
+        ("time;j2 [mm]\n08:15;20,5\n", {"columns": {"j2": "j2"}}, ("column 2", "units mm", "temperature")),
+        ("time;j2 [C]\n08:15;20,500\n08:16;21,125\n",
+         {}, ("line 2, column 2", "thousands or a decimal comma", "decimal =")),
+        ("time;j2 [C]\n08:15;20,5\n08:16;2o,5\n",
+         {}, ("line 3, column 2 'j2 [C]'", "no number with a decimal comma", "mend")),
+        ("time;j2 [C]\n08:15;20,5\n08:16;20.5\n08:17;1,5\n",
+         {}, ("line 3, column 2", "no number with a decimal comma")),
+        (HEAD + "08:15;20,5;3\n",
+         {"columns": {"j3": "TC 05"}}, ("line 1", "'TC 05'", "there are: time, j2 [°C], TC 04")),
+        (HEAD + "08:15;20,5;3\n", {"columns": {"j9": "TC 04"}}, ("columns: j9: unknown", "known: ambient, j2")),
+        (HEAD + "08:15;20,5;3;4\n08:16;20,5;3;4\n" * 30 + "08:17;1;2;3;4;5\n",
+         {}, ("line 62: 6 cells", "has 4", "give each")),
+        ("a;j2 [C]\n1;20,5\n2;20,5\n", {}, ("line 1", "column time_s: missing", "columns = {", "there are: a, j2 [C]")),
+        ("t1;t2;j2 [C]\n08:15;08:16;20\n",
+         {}, ("line 1", "columns 1 and 2 both hold times", 'columns = { time = "#1" }')),
+        ("time;j2 [C];J2 (C)\n08:15;20;20\n", {}, ("line 1", "columns 2 and 3 both may be j2_degC", "columns = {")),
+        ("time;x;x\n08:15;20;20\n", {"columns": {"j2": "x"}}, ("line 1", "2 columns are 'x'", '"#3"')),
+        ("only words\nand more\n", {}, ("no rows of readings", "give a table")),
+        (b"PK\x03\x04 torn", {}, ("no workbook", "save it as CSV")),
+    ],
+)  # fmt: skip
+def test_what_a_file_leaves_open_is_refused_with_the_mend(tmp_path, text, said, words):
+    message = refusal(written(tmp_path, text), **said)
+    for word in words:
+        assert word in message, message
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time;j2 [C]\n03/04/2026 08:15;20,5\n03/04/2026 08:16;20,5\n", {"dates": "dmy"}),
+        ("time;j2 [C]\n03/04/2026 08:15;20,5\n13/04/2026 08:16;20,5\n", {}),  # another row decides
+        ("time;j2\n08:15;20,5\n08:16;20,5\n", {"unit": "degC"}),
+        ("time;j2\n08:15;68,9\n08:16;68,9\n", {"unit": "degF"}),
+        ("time;j2\n08:15;20,500\n08:16;20,500\n", {"unit": "degC", "decimal": "comma"}),
+        ("time;j2 [C]\n08:15;20,500\n08:16;20,50\n", {}),  # another row decides
+        ("time_s;j2_degC\n0;20,5\n1;20,5\n", {}),
+        ('time;TC 01;Unit\n08:15;68,9;F\n08:16;68,9;F\nEnd of file\n', {"columns": {"j2": "TC 01"}}),
+        ("# remark\nNo\tTime [min]\tj2 [K]\n1\t0\t293.65\n2\t1\t293.65\n", {}),
+        ("1 08:15:00 20,5\n2 08:16:00 20,5\n", {"columns": {"j2_degC": "#3"}}),
+    ],
+)  # fmt: skip
+def test_what_is_said_or_decided_by_another_row_is_read(tmp_path, text, said):
+    table = read(written(tmp_path, text), **said)
+    assert_allclose(column(table, "j2_degC"), [20.5, 20.5], atol=1e-9)
+    assert table.read_as
+    assert len(table.columns[table.header.index("time_s")]) == 2
+
+
+def test_a_file_of_our_own_form_is_left_to_its_own_reader(tmp_path):
+    for text in ("time_s,j2_degC\n0,1\n", "\ufeff# remark\n\n time_s , x\n0,1\n", '"time_s","j2_degC"\n0,1\n'):
+        assert read(written(tmp_path, text)) is None
+
+
+def workbook(file, rows, sheet="Data"):
+    """A workbook as its standard says (ECMA-376), by hand: numbers, and texts in line."""
+
+    def cell(value):
+        if isinstance(value, str):
+            return f'<c t="inlineStr"><is><t>{value}</t></is></c>'
+        return f"<c><v>{value!r}</v></c>"
+
+    body = "".join(f'<row r="{n}">{"".join(map(cell, row))}</row>' for n, row in enumerate(rows, 1))
+    main, office = "http://schemas.openxmlformats.org/spreadsheetml/2006/main", "http://schemas.openxmlformats.org"
+    kind = "application/vnd.openxmlformats-officedocument.spreadsheetml"
+    relations = f"{office}/officeDocument/2006/relationships"
+    with zipfile.ZipFile(file, "w") as book:
+        book.writestr(
+            "[Content_Types].xml",
+            f'<Types xmlns="{office}/package/2006/content-types"><Default Extension="rels" ContentType="application/'
+            f'vnd.openxmlformats-package.relationships+xml"/><Override PartName="/xl/workbook.xml" ContentType="{kind}'
+            f'.sheet.main+xml"/><Override PartName="/xl/worksheets/sheet1.xml" ContentType="{kind}.worksheet+xml"/>'
+            "</Types>",
+        )
+        book.writestr(
+            "_rels/.rels",
+            f'<Relationships xmlns="{office}/package/2006/relationships"><Relationship Id="rId1" '
+            f'Type="{relations}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
+        )
+        book.writestr(
+            "xl/workbook.xml",
+            f'<workbook xmlns="{main}" xmlns:r="{relations}"><sheets><sheet name="{sheet}" sheetId="1" r:id="rId1"/>'
+            "</sheets></workbook>",
+        )
+        book.writestr(
+            "xl/_rels/workbook.xml.rels",
+            f'<Relationships xmlns="{office}/package/2006/relationships"><Relationship Id="rId1" '
+            f'Type="{relations}/worksheet" Target="worksheets/sheet1.xml"/></Relationships>',
+        )
+        book.writestr(
+            "xl/worksheets/sheet1.xml", f'<worksheet xmlns="{main}"><sheetData>{body}</sheetData></worksheet>'
+        )
+    return file
+
+
+def test_a_workbook_is_read_without_being_saved_as_text(tmp_path):
+    rows = [["Logger 5"], ["Zeit", "TC 01 [°C]", "TC 03 [°C]"]]
+    rows += [[f"2026-11-22 08:{n:02}:00", 20.0 + n, 21.25 + n] for n in range(9)]
+    file = workbook(tmp_path / "log.xlsx", rows)
+    table = read(file, columns={"j2": "TC 03", "ambient": "TC 01"})
+    assert_allclose(column(table, "j2_degC"), 21.25 + np.arange(9))
+    assert_allclose(np.diff(column(table, "time_s")), 60)
+    assert table.line[0] == 3
+    assert "sheet 'Data'" in table.read_as
+
+
+TRACKER = "".join(
+    f"Path, G1, {n}, {2255.5 + n / 7:.6f}, -2602.986613, {-275.1 - n:.6f}, 02/12/25 16:56:08\n" for n in range(5)
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("// SpatialAnalyzer\n// AXES = CARTESIAN: X,  Y,  Z (mm)\n" + TRACKER,
+         {"columns": {"x_mm": "#4", "y_mm": "#5", "z_mm": "#6"}}),
+        ("Name\tX [mm]\tY [mm]\tZ [mm]\tDev\n" + TRACKER.replace("Path, G1, ", "P").replace(", ", "\t"), {}),
+        ("Id;X;Y;Z;T\n" + TRACKER.replace("Path, G1, ", "P").replace(", ", ";").replace(".", ","), {"unit": "mm"}),
+    ],
+)  # fmt: skip
+def test_an_instruments_points_are_read_with_their_names_in_a_column(tmp_path, text, said):
+    table = read(written(tmp_path, text), PLACE, POINTS, "[path]", **said)
+    assert_allclose(column(table, "x_mm"), np.round(2255.5 + np.arange(5) / 7, 6), atol=1e-9)
+    assert_allclose(column(table, "z_mm"), -275.1 - np.arange(5), atol=1e-9)
+
+
+@pytest.mark.parametrize(("unit", "size"), [("m", 1000.0), ("inch", 25.4), ("mm", 1.0), ("cm", 10.0)])
+def test_lengths_are_read_in_the_unit_that_the_header_says(tmp_path, unit, size):
+    text = f"Name;X [{unit}];Y [{unit}];Z [{unit}]\nP1;1,5;0,25;3\nP2;1,75;0,25;3\n"
+    assert_allclose(column(read(written(tmp_path, text), PLACE, POINTS), "x_mm"), np.array([1.5, 1.75]) * size)
+    bare = written(tmp_path, text.replace(f" [{unit}]", ""))
+    assert 'names no unit; say unit = "mm"' in refusal(bare, PLACE, POINTS, "[path]")
+    assert "names no unit; write it in the header, as 'X [mm]'" in refusal(bare, PLACE, POINTS, "")
+    assert_allclose(column(read(bare, PLACE, POINTS, unit=unit), "x_mm"), np.array([1.5, 1.75]) * size)
