@@ -5,10 +5,9 @@ import difflib
 import io
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,7 +43,17 @@ class CellsOf(Sequence[Sequence[str]]):
         return tuple(lines[row].split(",")[index] for row in self._rows)
 
 
-@dataclass(frozen=True, slots=True)
+class Recorded(NamedTuple):
+    """How the file of another writer's form was understood."""
+
+    words: str
+    left_out: tuple[str, ...]  # columns
+    parted: str  # by what, or the sheet of a workbook
+    sign: str  # of decimals
+    columns: Mapping[str, tuple[int, str]]  # by the names they have here: which of the file's they are, and their units
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CsvTable:
     """The cells of a file as text, with the line of each row for messages."""
 
@@ -53,16 +62,12 @@ class CsvTable:
     columns: Sequence[Sequence[str]]  # the cells of each column, one a row
     line: Sequence[int] | IntArray  # of each row in the file
     values: Array | None = None  # (N, C) the numbers, where every cell is one or empty: NaN
-    read_as: str = ""  # how another writer's file was understood; empty: it is of this form
-    left_out: tuple[str, ...] = ()  # columns of such a file
-    #: how such a file is parted, its decimal sign, and by our columns which theirs are and in what units
-    layout: tuple[str, str, Mapping[str, tuple[int, str]]] = ("", "", MappingProxyType({}))
-    own_names: Mapping[str, str] = field(default_factory=dict)  # what such a file calls a column, for messages
+    recorded: Recorded | None = None  # None: of compgen's own form
 
     @property
     def notes(self) -> tuple[str, ...]:
         """How another writer's file was understood, for a finding."""
-        return (f"{self.source}: read as: {self.read_as}",) if self.read_as else ()
+        return (f"{self.source}: read as: {self.recorded.words}",) if self.recorded else ()
 
     def has(self, column: str) -> bool:
         """Whether the header names a column."""
@@ -74,8 +79,6 @@ class CsvTable:
 
     def label(self, column: str) -> str:
         """A column for a message: by its name, or by its number from 1 where the name cannot be quoted."""
-        if column in self.own_names:
-            return self.own_names[column]
         return f"column {column if QUOTABLE.fullmatch(column) else self.header.index(column) + 1}"
 
     def words(self, column: str) -> list[str]:
@@ -178,7 +181,8 @@ def read_csv(
             raise InputError(
                 f"{name}: line {line}: {len(row)} cells where the header has {len(header)}; give each column a cell"
             )
-    return CsvTable(name, header, tuple(zip(*(row for _, row in body), strict=False)), tuple(line for line, _ in body))
+    cells = tuple(zip(*(row for _, row in body), strict=False))
+    return CsvTable(source=name, header=header, columns=cells, line=tuple(line for line, _ in body))
 
 
 def _all_numbers(
@@ -198,7 +202,8 @@ def _all_numbers(
     first = text.count("\n", 0, begin) + 1
     check_header(source, first, header, required, known)
     values, rows = read
-    return CsvTable(source, header, CellsOf(body, rows, len(header)), rows + first + 1, values)
+    columns = CellsOf(body, rows, len(header))
+    return CsvTable(source=source, header=header, columns=columns, line=rows + first + 1, values=values)
 
 
 def read_text(source: str) -> str:

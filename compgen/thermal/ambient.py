@@ -26,7 +26,6 @@ class Ambient:
     amplitude: float = 0.0  # [K] of the wave
     period: float = DAY  # [s]
     peak: float = 0.0  # [s] when the wave is highest
-    notes: tuple[str, ...] = ()  # how its file was understood
 
     @property
     def is_still(self) -> bool:

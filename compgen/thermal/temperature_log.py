@@ -116,13 +116,14 @@ def _table(
 ) -> CsvTable:
     """The table of a log, of compgen's own form or a logger's."""
     known = ("time_s", "ambient_degC", *(f"{name}_degC" for name in (*nodes, *sensors)))
-    table = read_recorded(source, required, known, said, "[log]" if nodes else "", data) or read_csv(source, required)
-    if table.left_out and nodes and set(table.header) <= set(known[:2]):
-        theirs = ", ".join(name[:20] for name in table.left_out)[:120]
-        raise InputError(
-            f"{source}: line 1: no sensor of {', '.join(nodes)}; say which are in [log], as columns = {{ {nodes[0]} = "
-            f'"TC 03" }}, unit = "degC"; there are: {theirs}'
+    where = "" if type(said) is DialectTable else "[log]"
+    table = read_recorded(source, required, known, said, where, data) or read_csv(source, required)
+    if table.recorded and nodes and set(table.header) <= set(known[:2]):
+        theirs = ", ".join(name[:20] for name in table.recorded.left_out)[:100]
+        mend = (
+            f'in [log] as columns = {{ {nodes[0]} = "TC 03" }}, unit = "degC", or in thermal.sensors of the robot file'
         )
+        raise InputError(f"{source}: line {table.line[0]}: no sensor; name it {mend}; there are: {theirs}")
     return table
 
 
@@ -269,7 +270,10 @@ def growing_log(
         gaps += sum(bool(cell) and not new for cell, new in zip(cells, clean, strict=False))
         kept.append((n, clean))
     table = CsvTable(
-        source, tuple(header), tuple(zip(*(cells for _, cells in kept), strict=False)), tuple(n for n, _ in kept)
+        source=source,
+        header=tuple(header),
+        columns=tuple(zip(*(cells for _, cells in kept), strict=False)),
+        line=tuple(n for n, _ in kept),
     )
     if not kept:
         return GrowingLog(None, left_out, gaps, shift)
@@ -293,7 +297,7 @@ def _with_readings(table: CsvTable) -> CsvTable | None:
     names = tuple(table.header[k] for k in keep)
     if not set(names) - {"time_s", "ambient_degC"}:
         return None
-    return CsvTable(table.source, names, tuple(table.columns[k] for k in keep), table.line)
+    return replace(table, header=names, columns=tuple(table.columns[k] for k in keep))
 
 
 def _number(cell: str) -> float:

@@ -51,14 +51,14 @@ def test_a_drawn_file_is_read_as_by_who_is_told_how_it_is_written(tmp_path, seed
     for node, values in readings.items():
         assert_allclose(column(table, f"{node}_degC"), values, rtol=0, atol=1e-9)
     assert np.isfinite(np.concatenate(list(readings.values()))).any()
-    assert f"decimal {'comma' if told.comma else 'point'}" in table.read_as
-    assert "No." in table.left_out
+    assert f"decimal {'comma' if told.comma else 'point'}" in table.recorded.words
+    assert "No." in table.recorded.left_out
 
 
 def test_dates_are_seconds_since_2000_and_zones_are_of_utc(tmp_path):
     text = "time;j2 [°C]\n2000-01-02T00:00:10+01:00;20,5\n2000-01-02T00:00:20+01:00;20,5\n"
     assert_allclose(column(read(written(tmp_path, text)), "time_s"), [86410 - 3600, 86420 - 3600])
-    assert "with a zone" in read(written(tmp_path, text)).read_as
+    assert "with a zone" in read(written(tmp_path, text)).recorded.words
     text = "time;j2 [°C]\n08:15;20,5\n08:16:30;20,5\n26:00:00.25;20\n"
     assert_allclose(column(read(written(tmp_path, text)), "time_s"), [29700, 29790, 93600.25])
 
@@ -74,7 +74,8 @@ def test_dates_are_seconds_since_2000_and_zones_are_of_utc(tmp_path):
     ],
 )  # fmt: skip
 def test_what_is_a_time(cell, kind, seconds):
-    assert (time_of(cell)[0], time_of(cell)[2]) == (kind, pytest.approx(seconds))
+    assert time_of(cell)[0] == kind
+    assert time_of(cell)[2] == pytest.approx(seconds)
 
 
 @pytest.mark.parametrize(
@@ -164,7 +165,7 @@ def test_what_a_file_leaves_open_is_refused_with_the_mend(tmp_path, text, said, 
 def test_what_is_said_or_decided_by_another_row_is_read(tmp_path, text, said):
     table = read(written(tmp_path, text), **said)
     assert_allclose(column(table, "j2_degC"), [20.5, 20.5], atol=1e-9)
-    assert table.read_as
+    assert table.recorded.words
     assert len(table.columns[table.header.index("time_s")]) == 2
 
 
@@ -215,14 +216,14 @@ def workbook(file, rows, sheet="Data"):
 
 
 def test_a_workbook_is_read_without_being_saved_as_text(tmp_path):
-    rows = [["Logger 5"], ["Zeit", "TC 01 [°C]", "TC 03 [°C]"]]
+    rows: list[list[object]] = [["Logger 5"], ["Zeit", "TC 01 [°C]", "TC 03 [°C]"]]
     rows += [[f"2026-11-22 08:{n:02}:00", 20.0 + n, 21.25 + n] for n in range(9)]
     file = workbook(tmp_path / "log.xlsx", rows)
     table = read(file, columns={"j2": "TC 03", "ambient": "TC 01"})
     assert_allclose(column(table, "j2_degC"), 21.25 + np.arange(9))
     assert_allclose(np.diff(column(table, "time_s")), 60)
     assert table.line[0] == 3
-    assert "sheet 'Data'" in table.read_as
+    assert "sheet 'Data'" in table.recorded.words
 
 
 TRACKER = "".join(

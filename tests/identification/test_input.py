@@ -69,10 +69,9 @@ BAD = {
     "nothing in it": (lambda r: "", ("empty",)),
     "no rows": (lambda r: HEAD + "\n", ("no rows",)),
     "column missing": (lambda r: text([x[:-1] for x in r], HEAD[: -len(",z_mm")]), ("column z_mm", "missing")),
-    "column in metres": (lambda r: text(r, HEAD.replace("x_mm", "x_m")), ("x_mm", "missing", "is it 'x_m'")),
+    "column in metres": (lambda r: text(r, HEAD.replace("x_mm", "x_m")), ("misses the places",)),
     "column unknown": (lambda r: text([[*x, "1"] for x in r], HEAD + ",colour"), ("column colour", "unknown")),
     "column twice": (lambda r: text([[*x, "1"] for x in r], HEAD + ",x_mm"), ("x_mm", "twice")),
-    "semicolons": (lambda r: text(r).replace(",", ";"), ("semicolons",)),
     "short row": (lambda r: text([*r, ["99", "a", "1"]]), ("line 26", "3 cells")),
     "NaN": (lambda r: text(changed(r, 3, "y_mm", "nan")), ("line 5, column y_mm", "remove")),
     "empty cell": (lambda r: text(changed(r, 3, "y_mm", "")), ("line 5, column y_mm", "empty")),
@@ -401,3 +400,15 @@ def test_an_arm_millimetres_off_its_nominal_figures_is_not_taken_for_another_con
 def flange_pose_of(arm, theta):
     pose = flange_pose(arm, theta)
     return pose.position, pose.rotation
+
+
+def test_poses_of_a_spreadsheet_are_read_as_those_of_a_script(tmp_path, arm, rows):
+    plain = read(tmp_path, arm, text(rows))
+    heads = (
+        HEAD.replace("x_mm", "X [mm]").replace("y_mm", "Y (mm)").replace("z_mm", "z in mm").replace("j1_deg", "J1 [°]")
+    )
+    german = read(tmp_path, arm, text(rows, heads).replace(",", ";").replace(".", ","))
+    np.testing.assert_array_equal(german.position, plain.position)
+    np.testing.assert_array_equal(german.theta, plain.theta)
+    assert "read as: semicolon, decimal comma, deg, mm" in german.notes[0]
+    assert plain.notes == ()

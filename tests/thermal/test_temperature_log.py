@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.thermal.tables.schema import LogTable
-from compgen.thermal.temperature_log import Temperatures, growing_log, read_temperature_log, readings_in_steps
+from compgen.thermal.temperature_log import growing_log, read_temperature_log, readings_in_steps
 
 NODES, SENSORS = ("j2", "face"), {"part_3": "j2"}
 HEAD = "time_s,ambient_degC,part_3_degC\n"
@@ -115,22 +115,19 @@ Zeit;TC 01;TC 03;TC 09
 def test_a_loggers_own_columns_are_those_that_the_path_file_or_the_robot_file_names(tmp_path):
     (tmp_path / "log.csv").write_bytes(LOGGER.encode("cp1252"))
     said = LogTable(file="log.csv", columns={"j2": "TC 03", "ambient": "TC 01"})
-    for log in (
-        read_temperature_log(tmp_path / "log.csv", NODES, SENSORS, said),
-        growing_log(LOGGER.encode("cp1252"), "log.csv", NODES, {"TC 03": "j2"}),
-    ):
-        assert_allclose(
-            log.readings["j2"] if isinstance(log, Temperatures) else log.readings.readings["j2"], [21.5, np.nan]
-        )
     log = read_temperature_log(tmp_path / "log.csv", NODES, SENSORS, said)
+    assert_allclose(log.readings["j2"], [21.5, np.nan])
+    assert log.ambient is not None
     assert_allclose(log.ambient, 20.5)
-    words = "read as: semicolon, decimal comma, degC, dates and times without a zone"
-    assert words in log.notes[0]
+    assert "read as: semicolon, decimal comma, degC, dates and times without a zone" in log.notes[0]
     assert "left out: TC 09" in log.notes[0]
+    log = read_temperature_log(tmp_path / "log.csv", NODES, {"TC 03": "j2"})
+    assert_allclose(log.readings["j2"], [21.5, np.nan])
 
 
 def test_a_growing_log_of_a_loggers_form_counts_from_its_first_row_and_waits_for_the_end_of_its_last():
     log = growing_log(LOGGER.encode("cp1252") + b"22.11.2026 08:16:00;2", "log.csv", NODES, {"TC 03": "j2"})
+    assert log.readings is not None
     assert_allclose(log.readings.time, [0, 30])
 
 
@@ -139,6 +136,6 @@ def test_a_log_whose_sensors_nobody_named_says_how_to_name_them(tmp_path):
     with pytest.raises(InputError) as caught:
         read_temperature_log(tmp_path / "log.csv", NODES, SENSORS)
     message = str(caught.value)
-    assert 'say which are in [log], as columns = { j2 = "TC 03" }, unit = "degC"' in message
+    assert 'no sensor; name it in [log] as columns = { j2 = "TC 03" }, unit = "degC", or in thermal.sensors' in message
     assert "there are: TC 01, TC 03, TC 09" in message
     assert len(message) - len(str(tmp_path)) <= 300

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import NamedTuple
 
+from python_calamine import CalamineError, CalamineWorkbook
+
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import is_number
 from compgen.core.recorded.times import time_of
@@ -67,8 +69,6 @@ def _of_text(text: str, name: str) -> Sheet:
 
 
 def _of_workbook(source: str, data: bytes) -> list[Sheet]:
-    from python_calamine import CalamineError, CalamineWorkbook
-
     try:
         book = CalamineWorkbook.from_filelike(io.BytesIO(data))
         sheets = [(name, book.get_sheet_by_name(name).to_python(skip_empty_area=False)) for name in book.sheet_names]

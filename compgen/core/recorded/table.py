@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from compgen.core.codes import Code, Level
-from compgen.core.csv_table import MAX_BYTES, CsvTable
+from compgen.core.csv_table import MAX_BYTES, CsvTable, Recorded
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.findings import Finding
@@ -153,7 +153,9 @@ def _layout(source: str, sheet: Sheet, said: DialectTable, table: str) -> _Layou
         beside = {cells[k + 1] if k + 1 < len(cells) else "" for _, cells in body}
         alone = [cells[k] for _, cells in rows[head + 1 : begin] if k < len(cells)] + list(beside) * (len(beside) == 1)
         units.append({name_and_unit(name)[1], *map(unit_named, alone)} - {""})
-    return _Layout(source, table, said, names, units, line, sheet.name, body)
+    return _Layout(
+        place=source, table=table, said=said, names=names, units=units, line=line, parted=sheet.name, body=body
+    )
 
 
 def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str]]:
@@ -246,15 +248,13 @@ def _table(layout: _Layout, found: Mapping[str, tuple[int, str]], times: Sequenc
     used = {*times, *(k for k, _ in found.values())}
     left = tuple(name for k, name in enumerate(layout.names) if k not in used)
     words += "".join(f"; {name[:24]} is {c}" for c, name in own.items() if plain_name(c) != plain_name(name))
+    words += f"; left out: {', '.join(name[:24] for name in left)}" if left else ""
     return CsvTable(
-        layout.place,
-        tuple(cells),
-        tuple(map(tuple, cells.values())),
-        lines,
-        read_as=words + (f"; left out: {', '.join(name[:24] for name in left)}" if left else ""),
-        left_out=left,
-        layout=(layout.parted, sign, found),
-        own_names={c: f"column {found[c][0] + 1} '{name[:30]}'" for c, name in own.items()},
+        source=layout.place,
+        header=tuple(cells),
+        columns=tuple(map(tuple, cells.values())),
+        line=lines,
+        recorded=Recorded(words, left, layout.parted, sign, found),
     )
 
 

@@ -64,6 +64,7 @@ from compgen.thermal import Ambient, tables
 from compgen.thermal.ensemble import Ensemble, started
 from compgen.thermal.history import History
 from compgen.thermal.log_end import end_of
+from compgen.thermal.temperature_log import read_temperature_log
 from compgen.verification.own_file.second_reading import read_own_file
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
@@ -135,7 +136,8 @@ def job_of(files: JobFiles) -> Job:
     source, path = files.source, check(PathFile, files.path_data, str(files.source))
     cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
     air, is_air_given = tables.ambient_of(path.ambient, str(source)), bool(path.ambient.model_fields_set - NOT_OF_AIR)
-    log, read = None, air.notes
+    air_file = path.ambient.file
+    log, read = None, read_temperature_log(source.parent / air_file, (), {}, air=True).notes if air_file else ()
     if path.log is not None and path.state is None:
         log = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
         read += log.notes

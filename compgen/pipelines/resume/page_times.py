@@ -104,7 +104,12 @@ def _whole_rows(source: str) -> CsvTable | None:
         if len(cells) != len(header):
             raise InputError(f"{source}: line {n}: {len(cells)} cells where the header has {len(header)}; mend the row")
     return (
-        CsvTable(source, header, tuple(zip(*(c for _, c in body), strict=True)), tuple(n for n, _ in body))
+        CsvTable(
+            source=source,
+            header=header,
+            columns=tuple(zip(*(c for _, c in body), strict=True)),
+            line=tuple(n for n, _ in body),
+        )
         if body
         else None
     )

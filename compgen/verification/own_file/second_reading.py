@@ -11,9 +11,10 @@ from math import acos, atan2, ceil, cos, hypot, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
+from python_calamine import CalamineWorkbook
 
-from compgen.core.arrays import Array
-from compgen.core.csv_table import CsvTable
+from compgen.core.arrays import Array, IntArray
+from compgen.core.csv_table import CsvTable, Recorded
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
 from compgen.job.own_file import OwnFile
@@ -67,8 +68,8 @@ def read_own_file(
     corners = _Corners(str(source))
     try:
         lines = source.read_bytes().decode("latin-1").splitlines()
-        if recorded is not None:
-            _recorded(source, recorded, corners)
+        if recorded is not None and recorded.recorded is not None:
+            _recorded(source, recorded.line, recorded.recorded, corners)
         else:
             {"gcode": _gcode, "apt": _apt, "points": _csv}[pattern](lines, corners)
     except (OSError, ValueError, KeyError, IndexError) as fault:
@@ -78,22 +79,19 @@ def read_own_file(
     return OwnFile(str(source), place, np.array(corners.line, dtype=np.int64), given, joined)
 
 
-def _recorded(source: Path, table: CsvTable, corners: _Corners) -> None:
+def _recorded(source: Path, lines: Sequence[int] | IntArray, how: Recorded, corners: _Corners) -> None:
     """Places by the layout that is said of a file; cells are parted and numbers are read anew."""
-    from python_calamine import CalamineWorkbook
-
-    parted, sign, columns = table.layout
-    if parted in SEPARATORS:
+    if how.parted in SEPARATORS:
         data = source.read_bytes()
         text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1").replace("\r\n", "\n")
-        rows: Sequence[Sequence[object]] = [line.split(SEPARATORS[parted]) for line in text.split("\n")]
+        rows: Sequence[Sequence[object]] = [line.split(SEPARATORS[how.parted]) for line in text.split("\n")]
     else:
-        sheet = CalamineWorkbook.from_path(source).get_sheet_by_name(parted.removeprefix("sheet ").strip("'"))
+        sheet = CalamineWorkbook.from_path(source).get_sheet_by_name(how.parted.removeprefix("sheet ").strip("'"))
         rows = sheet.to_python(skip_empty_area=False)
-    for n in table.line:
+    for n in lines:
         place = []
-        for k, unit in (columns[f"{axis}_mm"] for axis in "xyz"):
-            cell = str(rows[n - 1][k]).strip(' "').replace("," if sign == "." else ".", "")
+        for k, unit in (how.columns[f"{axis}_mm"] for axis in "xyz"):
+            cell = str(rows[n - 1][k]).strip(' "').replace("," if how.sign == "." else ".", "")
             place.append(float(cell.replace(",", ".")) * MILLIMETRES[unit])
         corners.add(int(n), (place[0], place[1], place[2]))
 
