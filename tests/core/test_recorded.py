@@ -147,6 +147,9 @@ def test_what_a_file_leaves_open_is_refused_with_the_mend(tmp_path, text, said, 
         assert word in message, message
 
 
+TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -159,6 +162,10 @@ def test_what_a_file_leaves_open_is_refused_with_the_mend(tmp_path, text, said, 
         ("time_s;j2_degC\n0;20,5\n1;20,5\n", {}),
         ('time;TC 01;Unit\n08:15;68,9;F\n08:16;68,9;F\nEnd of file\n', {"columns": {"j2": "TC 01"}}),
         ("# remark\nNo\tTime [min]\tj2 [K]\n1\t0\t293.65\n2\t1\t293.65\n", {}),
+        ("Time;101;102;103;104\n08:15;1;20,5;1;1\n08:16;1;20,5;1;1\n", {"columns": {"j2": "102"}, "unit": "degC"}),
+        ("VarName;TimeString;VarValue;Validity;Time_ms\n" + "".join(
+            f"{name};22.11.2026 08:{m}:00;{value};1;46348343750,0\n" for m in (15, 16) for name, value in TREND)
+         + "$RT_OFF$;22.11.2026 08:17:00;0;2;1,0\n", {"columns": {"j2": "Temp_J2"}, "unit": "degC"}),
         ("1 08:15:00 20,5\n2 08:16:00 20,5\n", {"columns": {"j2_degC": "#3"}}),
     ],
 )  # fmt: skip

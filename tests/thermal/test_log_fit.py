@@ -163,9 +163,9 @@ def test_the_log_is_an_input_like_any_other(tmp_path):
         (HEAD, ["0,20,20,20,20,20", "60,20,20,20,20,20", "30,20,20,20,20,20"], ("line 4", "time must rise")),
         (HEAD, ["-5,20,20,20,20,20", "60,20,20,20,20,20"], ("line 2", "negative")),
         (
-            HEAD.replace("part_4", "part_9"),
+            HEAD.replace("part_4", "prt_4"),
             ["0,20,20,20,20,20", "1,20,20,20,20,20"],
-            ("part_9_degC", "unknown", "part_4"),
+            ("prt_4_degC", "unknown", "part_4"),
         ),
         (HEAD, ["0,20,20,nan,20,20", "60,20,20,,20,20"], ("part_4_degC", "no number at all")),
         (HEAD, ["0,200,20,20,20,20", "60,20,20,20,20,20"], ("line 2", "ambient_degC = 200")),

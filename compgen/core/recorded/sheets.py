@@ -14,6 +14,7 @@ from compgen.core.recorded.times import time_of
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": " "}
 _SEEN = 2000  # rows that say how a file is laid out
+_TREND = ("varname", "timestring", "varvalue")  # of WinCC
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # xlsx or ods, and xls
 
 Row = tuple[int, list[str]]  # its line in the file, its cells
@@ -90,6 +91,21 @@ def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
         end = at + len(list(run))
         values, begin = max((values, begin), (sum(worth[at:end]), at), key=lambda best: best[0])
         at = end
-    while begin > 0 and worth[begin - 1] > 1:
+    while begin > 0 and worth[begin - 1] > 1 and ("t" in seen[begin - 1]) >= ("t" in seen[begin]):
         begin -= 1
-    return Sheet(values, begin, name, rows)
+    return _by_time(Sheet(values, begin, name, rows))
+
+
+def _by_time(sheet: Sheet) -> Sheet:
+    """A row a time, of a trend that has a row for each variable."""
+    head = [cell.casefold() for cell in sheet.rows[sheet.begin - 1][1]] if sheet.begin else []
+    if not set(_TREND) <= set(head):
+        return sheet
+    variable, moment, value = map(head.index, _TREND)
+    body = [row for row in sheet.rows[sheet.begin :] if not row[1][variable].startswith("$")]  # $RT_OFF$: it stopped
+    names = list(dict.fromkeys(cells[variable] for _, cells in body))
+    rows: dict[str, Row] = {}
+    for line, cells in body:
+        row = rows.setdefault(cells[moment], (line, [cells[moment], *[""] * len(names)]))
+        row[1][1 + names.index(cells[variable])] = cells[value]
+    return Sheet(sheet.values, 1, sheet.name, [(sheet.rows[sheet.begin - 1][0], ["time", *names]), *rows.values()])

@@ -134,11 +134,13 @@ def _layout(source: str, sheet: Sheet, said: DialectTable, table: str) -> _Layou
     """Where the header and the readings are."""
     rows, begin = sheet.rows, sheet.begin
     wanted = {plain_name(name) for name in said.columns.values() if not name.startswith("#")}
-    heads = [n for n in range(begin) if wanted <= {p for c in rows[n][1] for p in (plain_name(c), name_and_unit(c)[0])}]
+    heads = [
+        n for n in range(begin + 1) if wanted <= {p for c in rows[n][1] for p in (plain_name(c), name_and_unit(c)[0])}
+    ]
     head = heads[-1] if wanted and heads else begin - 1
     if head > 0 and not wanted and any(map(unit_named, rows[head][1])) and set(kinds(rows[head - 1][1])) <= set("a-"):
         head -= 1  # a row of units lies between
-    body = rows[begin:]
+    body = rows[max(begin, head + 1) :]
     while set(kinds(body[-1][1])) <= set("a-"):
         body = body[:-1]  # words behind the last reading
     line, given = rows[head] if head >= 0 else (0, [])
@@ -168,9 +170,8 @@ def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str
     found, taken = {}, {k for _, k in named.values()}
     for base, column in bases.items():
         wanted, (key, k) = name_and_unit(column)[1], named.get(base, ("", -1))
-        fits = (
-            [k] if key else [k for k in _fitting(layout, {base} | _ALIASES.get(base, set()), wanted) if k not in taken]
-        )
+        others = _fitting(layout, {base} | _ALIASES.get(base, set()), wanted)
+        fits = [k] if key else [n for n in others if n not in taken]
         if len(fits) > 1:
             mend = layout.mend(f'columns = {{ {base} = "#{fits[0] + 1}" }}', "rename one")
             raise layout.refuse(f"columns {fits[0] + 1} and {fits[1] + 1} both may be {column}; {mend}")
@@ -246,7 +247,7 @@ def _table(layout: _Layout, found: Mapping[str, tuple[int, str]], times: Sequenc
         words += f", {_WORDS[kind.strip('z')]} with{'' if 'z' in kind else 'out'} a zone"
     own = {c: layout.names[k] for c, (k, _) in found.items()}
     used = {*times, *(k for k, _ in found.values())}
-    left = tuple(name for k, name in enumerate(layout.names) if k not in used)
+    left = tuple(name for k, name in enumerate(layout.names) if k not in used and any(layout.column(k)))
     words += "".join(f"; {name[:24]} is {c}" for c, name in own.items() if plain_name(c) != plain_name(name))
     words += f"; left out: {', '.join(name[:24] for name in left)}" if left else ""
     return CsvTable(
