@@ -1,5 +1,6 @@
 """The user's own file, read a second time, and how far a flown path is from it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
+from compgen.planning.own_points.csv_points import points_table, read_points
+from compgen.planning.own_points.tables import PointsTable
 from compgen.verification.own_file.distance import distance_from_file
 from compgen.verification.own_file.second_reading import SAG, read_own_file
 
@@ -149,3 +152,37 @@ def test_of_a_curve_only_the_places_count(tmp_path):
     distance = distance_from_file(file, np.vstack([first, second]))
     assert distance.off == 0
     assert distance.missed < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        ("// AXES = X, Y, Z (mm)\n{}", "utf-8",
+         {"columns": {"x_mm": "#3", "y_mm": "#4", "z_mm": "#5"}, "row": "A, P{n}, {}, {}, {}, x"}),
+        ("Nr;X [mm];Y [m];Z [inch]\n{}", "cp1252", {"row": "P{n};{};{};{}", "comma": True}),
+        ("Gerät\tX\n\nName\tX\tY\tZ\n{}", "utf-16", {"unit": "m", "row": "P{n}\t{}\t{}\t{}"}),
+    ],
+)  # fmt: skip
+def test_points_of_an_instrument_are_read_alike_by_both_readers(tmp_path, text, code, said):
+    rng, row, comma = np.random.default_rng(4), said.pop("row"), said.pop("comma", False)
+    values = rng.uniform(0.1, 5, (20, 3)).round(4)
+    rows = "\n".join(row.format(*(repr(v) for v in xyz), n=n) for n, xyz in enumerate(values.tolist()))
+    file = tmp_path / "given.txt"
+    file.write_bytes(text.format(rows.replace(".", ",") if comma else rows).encode(code))
+    table = PointsTable(pattern="points", file=file.name, **said)
+    read = read_own_file(file, "points", np.zeros(3), points_table(file, table), joined=False)
+    factor = np.array([1e-3, 1.0, 25.4e-3]) if comma else 1.0 if "unit" in said else 1e-3
+    assert_allclose(read.corner, values * factor, rtol=1e-12)
+    assert_allclose(read_points(file, table).position, read.corner, rtol=1e-12)
+    assert read.line[0] == len(text.format("").split("\n"))
+
+
+def test_points_that_the_first_reader_takes_for_others_are_seen(tmp_path):
+    file = tmp_path / "given.txt"
+    file.write_text("Name;X;Y;Z\nP1;1,5;2,5;3,5\nP2;2,5;2,5;3,5\n")
+    table = points_table(file, PointsTable(pattern="points", file=file.name, unit="mm"))
+    assert table is not None
+    assert table.recorded is not None
+    other = replace(table, recorded=table.recorded._replace(columns={**table.recorded.columns, "x_mm": (2, "mm")}))
+    assert_allclose(read_own_file(file, "points", np.zeros(3), table, joined=False).corner[0], [1.5e-3, 2.5e-3, 3.5e-3])
+    assert read_own_file(file, "points", np.zeros(3), other, joined=False).corner[0][0] == 2.5e-3

@@ -23,7 +23,7 @@ Row = tuple[int, list[str]]  # its line in the file, its cells
 class Sheet(NamedTuple):
     """Rows with a filled cell, less remarks."""
 
-    values: int  # how many more cells of readings are values than words
+    values: int  # how many of its cells are, less some for words
     begin: int  # the row of the first reading
     name: str  # what parts its cells, or which sheet of a workbook it is
     rows: list[Row]
@@ -85,13 +85,13 @@ def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
     rows = [(line, [cell.strip() for cell in cells]) for line, cells in lines if any(map(str.strip, cells))]
     rows = [row for row in rows if not row[1][0].startswith(("#", "//", "!"))]
     seen = [kinds(cells) for _, cells in rows[:_SEEN]]
-    worth = [len(row) - row.count("-") - 2 * row.count("a") for row in seen]  # values less words
+    worth = [4 * (row.count("0") + row.count("t") - 1) - row.count("a") for row in seen]  # a word and a number: nothing
     values = begin = at = 0
     for _, run in groupby(seen, lambda row: row.replace("-", "0").rstrip("0")):
         end = at + len(list(run))
         values, begin = max((values, begin), (sum(worth[at:end]), at), key=lambda best: best[0])
         at = end
-    while begin > 0 and worth[begin - 1] > 1 and ("t" in seen[begin - 1]) >= ("t" in seen[begin]):
+    while begin > 0 and worth[begin - 1] > 4 and ("t" in seen[begin - 1]) >= ("t" in seen[begin]):
         begin -= 1
     return _by_time(Sheet(values, begin, name, rows))
 

@@ -88,12 +88,12 @@ def _recorded(source: Path, lines: Sequence[int] | IntArray, how: Recorded, corn
     else:
         sheet = CalamineWorkbook.from_path(source).get_sheet_by_name(how.parted.removeprefix("sheet ").strip("'"))
         rows = sheet.to_python(skip_empty_area=False)
+    thousands = "," if how.sign == "." else "."
     for n in lines:
-        place = []
-        for k, unit in (how.columns[f"{axis}_mm"] for axis in "xyz"):
-            cell = str(rows[n - 1][k]).strip(' "').replace("," if how.sign == "." else ".", "")
-            place.append(float(cell.replace(",", ".")) * MILLIMETRES[unit])
-        corners.add(int(n), (place[0], place[1], place[2]))
+        cells = [(str(rows[n - 1][k]), unit) for k, unit in (how.columns[f"{axis}_mm"] for axis in "xyz")]
+        plain = (cell.strip(' "').replace(thousands, "").replace(",", ".") for cell, _ in cells)
+        x, y, z = (float(cell) * MILLIMETRES[unit] for cell, (_, unit) in zip(plain, cells, strict=True))
+        corners.add(int(n), (x, y, z))
 
 
 def _csv(lines: list[str], corners: _Corners) -> None:
