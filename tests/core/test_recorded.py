@@ -131,12 +131,14 @@ HEAD = "time;j2 [°C];TC 04\n"
          {"columns": {"j3": "TC 05"}}, ("line 1", "'TC 05'", "there are: time, j2 [°C], TC 04")),
         (HEAD + "08:15;20,5;3\n", {"columns": {"j9": "TC 04"}}, ("columns: j9: unknown", "known: ambient, j2")),
         (HEAD + "08:15;20,5;3;4\n08:16;20,5;3;4\n" * 30 + "08:17;1;2;3;4;5\n",
-         {}, ("line 62: 6 cells", "has 4", "give each")),
+         {}, ("line 2: 4 cells", "has 3", "give each")),
         ("a;j2 [C]\n1;20,5\n2;20,5\n", {}, ("line 1", "column time_s: missing", "columns = {", "there are: a, j2 [C]")),
         ("t1;t2;j2 [C]\n08:15;08:16;20\n",
          {}, ("line 1", "columns 1 and 2 both hold times", 'columns = { time = "#1" }')),
         ("time;j2 [C];J2 (C)\n08:15;20;20\n", {}, ("line 1", "columns 2 and 3 both may be j2_degC", "columns = {")),
         ("time;x;x\n08:15;20;20\n", {"columns": {"j2": "x"}}, ("line 1", "2 columns are 'x'", '"#3"')),
+        ("time,j2 [C],j3 [C]\n08:15,20,5,21,5\n08:16,20,5,21,5\n", {}, ("line 2: 5 cells", "has 3", "use others")),
+        ("No j2 [C] time\n1 20 08:15\n2 21 08:16\n", {}, ("line 2: 3 cells", "has 4", "give each column")),
         ("only words\nand more\n", {}, ("no rows of readings", "give a table")),
         (b"PK\x03\x04 torn", {}, ("no workbook", "save it as CSV")),
     ],
@@ -166,6 +168,7 @@ TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
         ("VarName;TimeString;VarValue;Validity;Time_ms\n" + "".join(
             f"{name};22.11.2026 08:{m}:00;{value};1;46348343750,0\n" for m in (15, 16) for name, value in TREND)
          + "$RT_OFF$;22.11.2026 08:17:00;0;2;1,0\n", {"columns": {"j2": "Temp_J2"}, "unit": "degC"}),
+        ("# start 8 h\n#time;TC 03\n08:15;20,5\n08:16;20,5\n", {"columns": {"j2": "TC 03"}, "unit": "degC"}),
         ("1 08:15:00 20,5\n2 08:16:00 20,5\n", {"columns": {"j2_degC": "#3"}}),
     ],
 )  # fmt: skip

@@ -15,6 +15,7 @@ from compgen.core.recorded.times import time_of
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": " "}
 _SEEN = 2000  # rows that say how a file is laid out
 _TREND = ("varname", "timestring", "varvalue")  # of WinCC
+_REMARK = ("#", "//", "!")
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # xlsx or ods, and xls
 
 Row = tuple[int, list[str]]  # its line in the file, its cells
@@ -83,7 +84,8 @@ def _of_workbook(source: str, data: bytes) -> list[Sheet]:
 def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
     """Rows, and where the longest run of rows of one kind begins."""
     rows = [(line, [cell.strip() for cell in cells]) for line, cells in lines if any(map(str.strip, cells))]
-    rows = [row for row in rows if not row[1][0].startswith(("#", "//", "!"))]
+    remarks = [(line, cells) for line, cells in rows if cells[0].startswith(_REMARK)]
+    rows = [(line, cells) for line, cells in rows if not cells[0].startswith(_REMARK)]
     seen = [kinds(cells) for _, cells in rows[:_SEEN]]
     worth = [4 * (row.count("0") + row.count("t") - 1) - row.count("a") for row in seen]  # a word and a number: nothing
     values = begin = at = 0
@@ -93,6 +95,9 @@ def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
         at = end
     while begin > 0 and worth[begin - 1] > 4 and ("t" in seen[begin - 1]) >= ("t" in seen[begin]):
         begin -= 1
+    if remarks and rows and not begin and len(remarks[-1][1]) == len(rows[0][1]):  # the header is a remark
+        line, cells = remarks[-1]
+        begin, rows = 1, [(line, [cell.strip("#/! ") for cell in cells]), *rows]
     return _by_time(Sheet(values, begin, name, rows))
 
 

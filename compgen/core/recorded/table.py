@@ -144,12 +144,14 @@ def _layout(source: str, sheet: Sheet, said: DialectTable, table: str) -> _Layou
     while set(kinds(body[-1][1])) <= set("a-"):
         body = body[:-1]  # words behind the last reading
     line, given = rows[head] if head >= 0 else (0, [])
-    width = max(len(given), *(len(cells) for _, cells in body[:50]))
+    width = len(given) or max(len(cells) for _, cells in body)
     names = [(given[k] if k < len(given) else "") or f"#{k + 1}" for k in range(width)]
-    longer = next(((n, cells) for n, cells in body if any(cells[width:])), None)
-    if longer is not None:
-        what = f"{len(longer[1])} cells where the header has {width}; give each column a cell"
-        raise InputError(f"{source}: line {longer[0]}: {what} (commas in numbers and between cells? use semicolons)")
+    other = next(((n, c) for n, c in body if any(c[width:]) or (sheet.name == "blanks" and len(c) != width)), None)
+    if other is not None:
+        what = f"{len(other[1])} cells where the header has {width}; give each column a cell"
+        raise InputError(
+            f"{source}: line {other[0]}: {what} (commas, or blanks, in cells and between them? use others)"
+        )
     units = []
     for k, name in enumerate(names):
         beside = {cells[k + 1] if k + 1 < len(cells) else "" for _, cells in body}
@@ -170,7 +172,7 @@ def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str
     found, taken = {}, {k for _, k in named.values()}
     for base, column in bases.items():
         wanted, (key, k) = name_and_unit(column)[1], named.get(base, ("", -1))
-        others = _fitting(layout, {base} | _ALIASES.get(base, set()), wanted)
+        others = _fitting(layout, {base}, wanted) or _fitting(layout, _ALIASES.get(base, set()), wanted)
         fits = [k] if key else [n for n in others if n not in taken]
         if len(fits) > 1:
             mend = layout.mend(f'columns = {{ {base} = "#{fits[0] + 1}" }}', "rename one")
