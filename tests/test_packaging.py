@@ -8,7 +8,7 @@ from shipped import ROOT
 
 yaml = pytest.importorskip("yaml")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-FLOORS = dict(re.findall(r"^([a-z][a-z0-9]*)>=([\d.]+)$", "\n".join(PROJECT["dependencies"]), re.M))
+FLOORS = dict(re.findall(r"^([a-z][a-z0-9-]*)>=([\d.]+)$", "\n".join(PROJECT["dependencies"]), re.M))
 assert len(FLOORS) == len(PROJECT["dependencies"])
 
 
@@ -17,7 +17,7 @@ def test_the_environment_of_conda_has_the_floors_of_the_package():
     from_pip = next(line["pip"] for line in lines if isinstance(line, dict))
     there = dict(
         re.findall(
-            r"^([a-z][a-z0-9]*) *>=([\d.]+)$",
+            r"^([a-z][a-z0-9-]*) *>=([\d.]+)$",
             "\n".join([line for line in lines if isinstance(line, str)] + from_pip),
             re.M,
         )
@@ -27,7 +27,7 @@ def test_the_environment_of_conda_has_the_floors_of_the_package():
 
 def test_the_page_about_installing_gives_a_reason_for_every_floor():
     page = (ROOT / "docs" / "install.md").read_text()
-    assert dict(re.findall(r"^\| `([a-z][a-z0-9]*)` \| ([\d.]+) \| .+ \|$", page, re.MULTILINE)) == FLOORS
+    assert dict(re.findall(r"^\| `([a-z][a-z0-9-]*)` \| ([\d.]+) \| .+ \|$", page, re.MULTILINE)) == FLOORS
 
 
 def test_the_classifiers_name_the_pythons_that_the_page_calls_run():
