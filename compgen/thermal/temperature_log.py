@@ -245,8 +245,8 @@ def growing_log(
         return GrowingLog(None, 0, 0, 0.0)
     header = rows[0][1]
     if "time_s" not in header:
-        own = _table(source, ("time_s",), nodes, sensors, said, data[: data.rfind(b"\n") + 1])
-        begun = temperatures_of(own, nodes, sensors)
+        whole = data[: data.rfind(b"\n") + 1]
+        begun = temperatures_of(_table(source, ("time_s",), nodes, sensors, said, whole), nodes, sensors)
         return GrowingLog(replace(begun, time=begun.time - begun.time[0]), 0, 0, 0.0)
     at, usual, shift, last = header.index("time_s"), 0.0, 0.0, -math.inf
     kept: list[tuple[int, list[str]]] = []
@@ -269,14 +269,10 @@ def growing_log(
         ]
         gaps += sum(bool(cell) and not new for cell, new in zip(cells, clean, strict=False))
         kept.append((n, clean))
-    table = CsvTable(
-        source=source,
-        header=tuple(header),
-        columns=tuple(zip(*(cells for _, cells in kept), strict=False)),
-        line=tuple(n for n, _ in kept),
-    )
     if not kept:
         return GrowingLog(None, left_out, gaps, shift)
+    lines, columns = tuple(n for n, _ in kept), tuple(zip(*(cells for _, cells in kept), strict=False))
+    table = CsvTable(source=source, header=tuple(header), columns=columns, line=lines)
     read = _with_readings(table)
     return GrowingLog(None if read is None else temperatures_of(read, nodes, sensors), left_out, gaps, shift)
 

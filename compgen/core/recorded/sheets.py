@@ -13,6 +13,7 @@ from compgen.core.recorded.cells import is_number
 from compgen.core.recorded.times import time_of
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": " "}
+_SAMPLE = 200_000  # characters that say what parts the cells
 _SEEN = 2000  # rows that say how a file is laid out
 _TREND = ("varname", "timestring", "varvalue")  # of WinCC
 _REMARK = ("#", "//", "!")
@@ -45,9 +46,8 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
         best = max(_of_workbook(source, data))
     else:
         text = _text(data)
-        best = max(
-            (_of_text(text, name) for name in ([delimiter] if delimiter else DELIMITERS)), key=lambda s: s.values
-        )
+        tried = [_of_text(text[:_SAMPLE], name) for name in ([delimiter] if delimiter else DELIMITERS)]
+        best = _of_text(text, max(tried, key=lambda sheet: sheet.values).name)
     if not best.values:
         raise InputError(f"{source}: no rows of readings in it; give a table with a line for each reading")
     return best

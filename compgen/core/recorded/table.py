@@ -237,8 +237,8 @@ def _table(layout: _Layout, found: Mapping[str, tuple[int, str]], times: Sequenc
     units = {unit for _, unit in found.values()} - {""}
     words = ", ".join([layout.parted, f"decimal {'comma' if sign == ',' else 'point'}", *sorted(units)])
     for column in numeric:
-        texts = (number_text(cell, sign) or "" for cell in cells[column])
-        cells[column] = [in_unit(text, found[column][1], name_and_unit(column)[1]) for text in texts]
+        given, wanted = found[column][1], name_and_unit(column)[1]
+        cells[column] = [in_unit(number_text(cell, sign) or "", given, wanted) for cell in cells[column]]
     lines = [line for line, _ in layout.body]
     if times:
         moments = [" ".join(parts).strip() for parts in zip(*map(layout.column, times), strict=True)]

@@ -82,4 +82,5 @@ def begin_with_log(whole: Planned, known: Known, file: str) -> Beginning:
     air = float(log.air[-1]) if keeps_air else None
     end_of_log = state_at_end(whole, log)
     known = replace(known, cell=replace(known.cell, warmth=end_of_log.warmth))
-    return begin_at(whole, known, end_of_log.state, air, f"thermocouple log {cause['log']} until {end:.0f} s", cause)
+    why = "; ".join([f"thermocouple log {cause['log']} until {end:.0f} s", *log.notes])
+    return begin_at(whole, known, end_of_log.state, air, why, cause)

@@ -281,6 +281,6 @@ class ThermalTable(Table):
     profile: list[ProfileTable]
     """Lengths that grow, and the rise along them."""
     sensors: dict[str, str] = {}
-    """Which rise each part_<n> of a thermocouple log shows."""
+    """Which rise each part_<n> of a thermocouple log shows, or a column of the logger's own name."""
     network: NetworkTable | None = None
     uncertainty: UncertaintyTable | None = None
