@@ -188,9 +188,32 @@ def test_what_makes_a_german_program_unsafe_is_told(words, reason):
     assert all(reason in told for told in reasons)
 
 
+def test_an_english_program_with_german_remarks_stays_english():
+    remarks = [
+        b"!Nach P[1] 2sek warten, KONFIG : 'N U T' ;",
+        b"!WENN AUFRUF:",
+        b"  :  WARTE BIS ENDE ;",
+        b"CALL AUFRUF ;",
+    ]
+    body = b"".join((b"" if r.startswith(b"  :") else b"%4d:  " % n) + r + b"\n" for n, r in enumerate(remarks, 1))
+    read = loads(b'/PROG  WARTE\n/ATTR\nCOMMENT = "KOMMENTAR";\n/MN\n' + body + b"/POS\n/END\n")
+    assert not read.is_german
+    assert read.data is read.source
+
+
+@pytest.mark.parametrize("sign", [b"EIGN.", b"KONFIG", b"sek", b"AUFRUF"])
+def test_each_sign_alone_makes_a_program_german(sign):
+    whole = in_german(program(["J P[1] 10% CNT0", "L P[1] 5mm/sec CNT0", "CALL A"], [at(1, HOME)], head="OWNER = X;\n"))
+    plain = {b"EIGN.": b"OWNER", b"KONFIG": b"CONFIG", b"sek": b"sec", b"AUFRUF": b"CALL"}
+    for other in plain.keys() - {sign}:
+        whole = whole.replace(other, plain[other])
+    assert loads(whole).is_german
+    assert not loads(whole.replace(sign, plain[sign])).is_german
+
+
 def test_words_that_have_no_room_are_refused():
     with pytest.raises(InputError, match="line 3: its German words cannot be read"):
-        loads(b"/PROG  X\n/MN\n:WKZ_NUM=2;\n/POS\n/END\n")
+        loads(b"/PROG  X\n/MN\n1:WKZ_NUM=2;\n/POS\n/END\n")
 
 
 def test_a_german_program_is_corrected_to_the_same_numbers_in_its_own_words(cell):

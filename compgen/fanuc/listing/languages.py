@@ -12,15 +12,19 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc.vocabulary import GERMAN, GERMAN_HEAD, GERMAN_REGISTERS
 
 _STATEMENTS = r"AUFRUF|WARTE|WENN|SPRUNG|LABEL\[|BENUTZER_NUM|WKZ_NUM|TRAGLST"
-#: Where a program says that it is German: a key of its head, the posture of a position, a speed's unit, a statement.
+#: Where a program says that it is German: a key of its head, a statement behind the end of another, the speed of a
+#: motion, the posture of a position. Remarks of an English program may be German, and wrap to lines of their own.
 _SIGNS = re.compile(
     rb"(?:\A|(?<=[\r\n]))(?:(?:EIGN\.|" + "|".join(GERMAN_HEAD).encode() + rb")[ \t]*="
-    rb"|[ \t]*\d*[ \t]*:[ \t]*(?:" + _STATEMENTS.encode() + rb"))"
-    rb"|\bKONFIG[ \t]*:[ \t]*'|\](?:[ \t]+\d[\d.]*|[ \t]*)(?:mm/|deg/|m)?sek\b"
+    rb"|[ \t]*UF[ \t]*:[^'\r\n]*\bKONFIG[ \t]*:[ \t]*'"
+    rb"|[ \t]*\d*[ \t]*:[ \t]*[JLCAS][ \t]+P[^;!\r\n]*[\d\]][ \t]*(?:mm/|deg/|m)?sek\b)"
+    rb"|(?:;|/MN)[ \t]*[\r\n]+[ \t]*\d*[ \t]*:[ \t]*(?:" + _STATEMENTS.encode() + rb")"
 )
 #: One of them is in what has a sign; they are sought much faster than a pattern.
 _HINTS = [word.replace("\\", "").encode() for word in ("EIGN.", "KONFIG", "sek", *GERMAN_HEAD, *_STATEMENTS.split("|"))]
+LOOKED_AT = 50_000  # bytes: some hundred statements, or positions
 _REMARK = re.compile(rb"[ \t]*\d*[ \t]*:[ \t]*(?://)?[ \t]*(?:!|--)")
+_POS, _POSTURE = re.compile(rb"(?<=[\r\n])/POS\b"), re.compile(rb"\bKONFIG(?=[ \t]*:)")  # as long in English
 _BLANK = re.compile(rb"[ \t]")
 #: Texts of the user's, that no word is in: names in brackets, quotes and messages, and of programs.
 _TEXTS = (
@@ -50,8 +54,9 @@ _GERMAN_WORDS = {english: german for german, english in _ENGLISH_WORDS.items()}
 
 
 def is_german(source: bytes) -> bool:
-    """Whether a program says that it is of a controller set to German."""
-    return any(hint in source for hint in _HINTS) and _SIGNS.search(source) is not None
+    """Whether a program says that it is of a controller set to German; looked for where it begins and where it ends."""
+    ends = source if len(source) <= 2 * LOOKED_AT else source[:LOOKED_AT] + b"\n" + source[-LOOKED_AT:]
+    return any(hint in ends for hint in _HINTS) and _SIGNS.search(ends) is not None
 
 
 def in_english(source: bytes) -> bytes:
@@ -60,7 +65,10 @@ def in_english(source: bytes) -> bytes:
     Raises:
         InputError: A line has no room for its words; names it.
     """
-    return b"".join(_english_line(line, number) for number, line in enumerate(source.splitlines(keepends=True), 1))
+    positions = tag.start() if (tag := _POS.search(source)) else len(source)
+    lines = enumerate(source[:positions].splitlines(keepends=True), 1)
+    statements = b"".join(_english_line(line, number) for number, line in lines)
+    return statements + _POSTURE.sub(GERMAN["KONFIG"].encode(), source[positions:])
 
 
 def _english_line(line: bytes, number: int) -> bytes:
