@@ -35,7 +35,7 @@ class _Rule:
 _SHORT = 3  # mm: of no arm, tool, frame or pattern
 _RULES = (
     _Rule(
-        keys=r"(tool|u(frame|tool)\.\d+)\.[xyz]_mm",
+        keys=r"(tool|u(frame|tool)\.\d+)\.([xyz]|length)_mm",
         together=True,
         least=_SHORT,
         factor=1e3,
@@ -79,7 +79,7 @@ _RULES = (
     ),
     _Rule(keys=r"limits\.speed_deg_s", together=True, least=12, factor=1 / DEG, unit="rad/s", expected="deg/s"),
 )
-_ANGLES = r"(tool|u(frame|tool)\.\d+)\.([wpr]|spin)_deg|dh\.alpha_deg|pendant\.offset_deg"
+_ANGLES = r"(tool|u(frame|tool)\.\d+)\.([wpr]|spin|tilt|tilt_towards)_deg|dh\.alpha_deg|pendant\.offset_deg"
 _AT_AXIS = 100  # mm from the J1 axis: no pattern has its centre there
 _RIGHT = 2e-3  # rad: how near to a multiple of pi/4 three digits come
 

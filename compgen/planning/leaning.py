@@ -1,7 +1,7 @@
 r"""A tool that leans on the surface: ahead or back along the feed (lead), and to its sides (lean).
 
-With n the surface's normal out of the part, f the direction of travel and c = n x f, to the left of the way, the tool's
-axis out of the part is
+With n the surface's normal out of the part, f the direction of travel, square to it, and c = n x f, to the left of the
+way, the tool's axis out of the part is
 
     u = (n + tan(lead) f + tan(lean) c) / sqrt(1 + tan(lead)^2 + tan(lean)^2)
 
