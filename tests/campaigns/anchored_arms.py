@@ -316,7 +316,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arms", default="0:10")
     parser.add_argument("--draws", default="0:1")
-    parser.add_argument("--keep", required=True, type=Path)
+    parser.add_argument("--keep", required=True, type=lambda text: Path(text).resolve())
     parser.add_argument("--table", action="store_true")
     asked = parser.parse_args()
     asked.keep.mkdir(parents=True, exist_ok=True)
