@@ -80,13 +80,13 @@ COLD = np.array([[0.9, 1.2, 5.0], [0.1, 0.2, 9.0]]), np.zeros((1, 3)), np.zeros(
         (
             "growth of the spindle",
             ["sources.thermal_shift.of=['tool']", "sources.thermal_shift.node=['face']",
-             "sources.thermal_shift.rate_um_K=[3]"],
+             "sources.thermal_shift.rate_um_K=[3]", "sources.thermal_shift.sigma.rate_um_K=[1]"],
             [],
         ),
         (
             "growth of fixture and sphere plate",
             ["sources.thermal_shift.of=['fixture z']", "sources.thermal_shift.node=['face']",
-             "sources.thermal_shift.rate_um_K=[3]"],
+             "sources.thermal_shift.rate_um_K=[3]", "sources.thermal_shift.sigma.rate_um_K=[1]"],
             [],
         ),
         (
@@ -104,6 +104,18 @@ def test_a_declared_number_ends_its_row_and_no_other(ended, overrides, sources):
     left = set(rows_of(*overrides, sources=sources))
     also = {"payload and sag"} if ended == "process force" else set()
     assert set(rows_of()) - left == {ended} | also
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["sources.compliance.compliance_urad_Nm=[0, 0.3, 0.4, 0, 0, 0]"],  # of no mass
+        ["sources.thermal_shift.of=['tool']", "sources.thermal_shift.node=['face']",
+         "sources.thermal_shift.rate_um_K=[3]"],  # which nobody says how well it is known
+    ],
+)  # fmt: skip
+def test_what_is_in_no_band_ends_no_row(overrides):
+    assert set(rows_of(*overrides)) >= set(rows_of())
 
 
 def test_what_a_path_file_declares_is_a_source_of_its_budget():

@@ -14,7 +14,7 @@ from compgen.error_model.source import LoadDependent
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.thermal_bend import ARCSEC
-from compgen.error_model.sources.thermal_shift import STEEL, ThermalShift
+from compgen.error_model.sources.thermal_shift import STEEL
 from compgen.error_model.unknown import Unknown
 from compgen.job.job import Cell
 from compgen.verification.band import COVERAGE, Band
@@ -69,11 +69,13 @@ def _declared(cell: Cell, band: Band) -> set[str]:
     names = {share.source for share in band.budget}
     for known in cell.known:
         source = known.source
-        names |= {source.NAME, *([source.BUDGET] if known.sigma else [])}
-        if isinstance(source, ThermalShift):
-            names |= {f"growth of {of.partition(' ')[0]}" for of in source.of}
-        if isinstance(source, LoadDependent) and source.loads.force.any():
+        loads = source.loads if isinstance(source, LoadDependent) else None
+        if loads is None or loads.have_weight:
+            names.add(source.NAME)
+        if loads is not None and loads.force.any():
             names.add("force")
+        if known.sigma:
+            names |= {source.BUDGET, *(f"growth of {of.partition(' ')[0]}" for of in getattr(source, "of", ()))}
     # compliance and frames stand under geometry in a budget, and end no cold geometry
     return names if names & OF_GEOMETRY else names - {LinkOffsets.BUDGET}
 
