@@ -145,10 +145,10 @@ def test_a_waypoint_that_goes_back_is_no_walk_along_the_path(altered):
 
 def test_the_command_prints_a_table_and_exits_by_what_it_finds(output, altered, capsys):
     assert main([str(output)]) == 0
-    assert "all 24 checks agree" in capsys.readouterr().out
+    assert "all 30 checks agree" in capsys.readouterr().out
     assert main([str(altered("report.json", r'("duration_s": )[0-9.]+', r"\g<1>7.3"))]) == 1
     output = capsys.readouterr().out
-    assert "1 of 24 checks outside" in output
+    assert "1 of 30 checks outside" in output
     assert re.search(r"^duration, s .* OUTSIDE$", output, re.M)
 
 
