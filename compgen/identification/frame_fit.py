@@ -30,6 +30,7 @@ FAR = 4.5  # standard deviations beyond which a touch is set aside
 MOST = 0.1  # share of touches that may be
 MISFIT = 2e-3  # [m] rms beyond which it is no noise
 SWAPPED = 0.3  # of the misfit: less is left where the names of two spheres are exchanged that were swapped
+MISSING = 0.05  # of what warmth did: no model is believed to leave out less
 VAGUE = 5e-3  # [rad] of the frame's turn: the spheres lie on a line
 
 
@@ -43,6 +44,7 @@ class FrameFit:
     middle: Array  # (3,) [m] of what was touched, in World
     flange: Array  # (3, 3) mean rotation of the flange at the touches
     noise: float  # [m] of one coordinate
+    shared: float  # factor of its variance, for what touches of one sphere share
     residual: Array  # (N,) [m] distance, or along the probing direction
     outlier: BoolArray  # (N,) touches set aside
 
@@ -84,7 +86,12 @@ def touches_of_part(artefact: Artefact, touches: Touches, direction: Array, node
 
 
 def fit_frame(
-    artefact: Artefact, touches: Touches, model: ArmModel, data: Measurements, variants: list[Measurements]
+    artefact: Artefact,
+    touches: Touches,
+    model: ArmModel,
+    data: Measurements,
+    variants: list[Measurements],
+    missing: float = 0.0,
 ) -> FrameFit:
     """The frame that explains the touches.
 
@@ -94,6 +101,7 @@ def fit_frame(
         model: The arm as it is known, nothing in it free.
         data: The touches as rows (``touches_of_part``), with the rises of their moments.
         variants: The same with one unknown of the temperatures moved by its sigma each.
+        missing: Share of what warmth did there that the model leaves out, along any direction.
 
     Raises:
         InputError: Too few touches, spheres on a line, or touches that are not of this artefact.
@@ -122,7 +130,9 @@ def fit_frame(
             f"{turn / DEG:.2f} deg only; touch spheres apart"
         )
     changes = [_change(frame, _fit(artefact, touches, model, variant, outlier)) for variant in variants]
-    return replace(frame, covariance=frame.covariance + sum(np.outer(c, c) for c in changes))
+    warmth = _change(frame, _fit(artefact, touches, model, replace(data, rise=0 * data.rise), outlier))[3:6]
+    left_out = np.diag(np.repeat([0.0, missing * np.linalg.norm(warmth), 0.0], 3)) ** 2
+    return replace(frame, covariance=frame.covariance + left_out + sum(np.outer(c, c) for c in changes))
 
 
 def _change(frame: FrameFit, moved: FrameFit) -> Array:
@@ -164,6 +174,7 @@ def _fit(artefact: Artefact, touches: Touches, model: ArmModel, data: Measuremen
         middle=middle,
         flange=flange,
         noise=unit * np.sqrt(scale),
+        shared=shared,
         residual=measured_distance(fitted.frames, data, position, rotation),
         outlier=outlier,
     )
@@ -185,13 +196,13 @@ def _variance_over(touches: Touches, kept: Measurements, fitted: Fit, unit: floa
 def _shared_by_sphere(target: IntArray, normal: Array, residual: Array) -> float:
     """How much more the touches of a sphere err alike than each by itself, as a factor of the variance, 1 or more.
 
-    Sums of residuals over S spheres, of which the frame has taken up six numbers, against those of independent ones.
+    Sums of residuals over S spheres, of which the frame has taken up six numbers, against those of independent ones;
+    learnt from n = 3 S - 6 numbers it counts as Student's t does, n / (n - 2), at most twice.
     """
     away = np.where(np.isfinite(normal), residual[:, :1] * np.nan_to_num(normal), residual)
     sums = np.eye(int(target.max()) + 1)[:, target] @ away
-    numbers = 3 * len(np.unique(target))
-    share = float((sums**2).sum()) / max(float((away**2).sum()), EXACT**2)
-    return max(share * numbers / (numbers - 6), 1.0)
+    share, learnt = float((sums**2).sum()) / max(float((away**2).sum()), EXACT**2), 3 * len(np.unique(target)) - 6
+    return max(share * (learnt + 6) / learnt, 1.0) * (learnt / (learnt - 2) if learnt > 4 else 2.0)
 
 
 def measured_lengths(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> list[tuple[int, float]]:

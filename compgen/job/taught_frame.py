@@ -5,7 +5,7 @@ fitted along, by u = G c (``rigid_share``). On the part c(n) - D(n) u is left: t
 and the tool by t where it is that probe, so these are added to what the quantity changes. Rises that sensors show
 wrongly were shown so too when a warm arm taught. What is open of an anchored state is open now, and was not then.
 
-What is open of the frame itself has the covariance of its fit: place, turn and probe together.
+What is open of the frame itself is the touches' noise: G diag(sigma^2) G^T of place, turn and probe together.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,6 @@ from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import build_error_model
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
-from compgen.error_model.posterior import correlation_matrix
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.rigid_share import rigid_share
 from compgen.job.job import Cell, Job
@@ -45,22 +44,21 @@ def is_probe(tool: Pose, taught: TaughtTable | None) -> bool:
     return taught is not None and float(np.abs(tool.position - np.array(taught.probe_mm) * MM).max()) < SAME_TOOL
 
 
-def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, flange: Array, nothing: Cause) -> list[Quantity]:
-    """What is open of a frame: the columns of the square root of its covariance.
+def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, nothing: Cause) -> list[Quantity]:
+    """What is open of a frame that does not say its touches: place and turn by their sigmas.
 
     Args:
-        taught: How it was taught; its place is as well known as the probe finds it.
+        taught: How it was taught.
         rows: Where base and tool stand among the parameters (``frame_rows``).
         middle: What it may be turned about, World, (3,) [m].
-        flange: Mean rotation at the touches, (3, 3); zero where the touches are not known.
         nothing: The cause that changes nothing.
     """
-    known = (taught.sigma_um, UM), (taught.sigma_mdeg, MDEG), (taught.probe_sigma_um, UM)
-    sigma = np.concatenate([np.array(values) * unit for values, unit in known])
-    lower = taught.correlation or [[*[0.0] * k, 1.0] for k in range(len(OPEN))]
-    values, vectors = np.linalg.eigh(correlation_matrix(lower, OPEN, "frame.taught", "teach the frame anew"))
-    factor = sigma[:, None] * ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
-    factor[:3] += flange @ factor[6:]
+    sigma = np.concatenate([np.array(taught.sigma_um) * UM, np.array(taught.sigma_mdeg) * MDEG, np.zeros(3)])
+    return _of_factor(np.diag(sigma), rows, middle, nothing)
+
+
+def _of_factor(factor: Array, rows: Array, middle: Array, nothing: Cause) -> list[Quantity]:
+    """The columns of a factor (9, 9) of the covariance of place, turn and probe, each a quantity."""
     changes = [rows @ _about_origin(u, middle) for u in factor.T]
     return [
         Quantity(name, "part's frame", replace(nothing, parameters=change))
@@ -112,7 +110,8 @@ def taken_up(
         cause = replace(quantity.cause, parameters=change + rows @ _about_origin(u, share.middle))
         shared.append(replace(quantity, cause=cause, source=named))
     warm = share.motion((at.position - cold.position)[:, :, None])[:, 0]
-    of_frame = open_of_frame(taught, rows, share.middle, at.rotation.mean(axis=0), nothing)
+    values, vectors = np.linalg.eigh((share.gain * noise[share.touch] ** 2) @ share.gain.T)
+    of_frame = _of_factor((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T, rows, share.middle, nothing)
     return [*shared, *of_frame], rows.any(axis=0) * _about_origin(warm, share.middle)
 
 

@@ -45,7 +45,7 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
         quantities, taken = taken_up(job.cell, taught, parameters, quantities, rows, nothing)
     elif job.frame is not None and job.frame.taught is not None:
         about = job.frame.place.position if middle is None else middle
-        quantities += open_of_frame(job.frame.taught, rows, about, np.zeros((3, 3)), nothing)
+        quantities += open_of_frame(job.frame.taught, rows, about, nothing)
     if not is_taught_tool:
         quantities += _of_tool(job, parameters, nothing)
     if window > 0:

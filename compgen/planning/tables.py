@@ -288,7 +288,7 @@ class TaughtTouchTable(Table):
     joints_deg: Annotated[list[Coordinate], Field(min_length=6, max_length=6)]
     """Pendant angles at which the probe touched."""
     noise_um: Length
-    """Standard deviation of one coordinate."""
+    """Standard deviation of one coordinate: the touch's, and of what touches of one sphere share."""
     probing: Annotated[list[Unit], Field(min_length=3, max_length=3)] | None = None
     """Unit vector in World in which the probe moved; left out: the sphere's centre was located."""
     direction: Annotated[list[Unit], Field(min_length=6, max_length=6)] = [0.0] * 6
@@ -310,10 +310,6 @@ class TaughtTable(Table):
     """Standard deviation of the part's orientation about World's axes."""
     probe_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
     """The probe in the flange, as the touches say."""
-    probe_sigma_um: Three = [0.0, 0.0, 0.0]
-    """Its standard deviation."""
-    correlation: list[list[Unit]] = []
-    """Of place, turn and probe, row by row to the diagonal."""
     touches: list[TaughtTouchTable] = []
     """What touched: with them the band knows what the frame has taken up of the robot's errors."""
 

@@ -111,12 +111,29 @@ def test_what_is_left_of_each_quantity_is_what_a_frame_fitted_to_the_touches_lea
     assert compared >= 8
 
 
-def test_the_frame_and_the_probe_count_once(jobs):
-    """The probe that taught is the tool: its sigma is in the frame's; a tool of its own counts beside it."""
-    _, taught, _, words = jobs
-    sources = [q.source for q in quantities_of(taught).quantities]
-    assert sources.count("part's frame") == 3
-    assert "tool" not in sources
+def test_the_frame_and_the_probe_count_once_and_together(jobs):
+    """The probe that taught is the tool: both are open by the touches' noise, through numpy's pseudo-inverse."""
+    _, taught, theta, words = jobs
+    program = driven(taught)
+    rows = np.arange(0, len(program.time), 40)
+    uncertainty = uncertainty_of(program)
+    columns = columns_along(program, uncertainty, rows)
+    own = columns.column[:, :, [name == "part's frame" for name in columns.source]]
+    at, place = (
+        twin_of(taught).actual_pose(q, r, lambda share: None)
+        for q, r in ((theta, np.tile(RISE, (len(theta), 1))), (program.theta[rows], program.rise[rows]))
+    )
+    middle = at.position.mean(axis=0)
+
+    def design(pose):
+        turned = [np.array([np.cross(e, p - middle) for e in np.eye(3)]).T for p in pose.position]
+        return np.stack([np.hstack([np.eye(3), w, -R]) for w, R in zip(turned, pose.rotation, strict=True)])
+
+    held = np.hstack([np.zeros((3, 6)), np.eye(3) * NOISE / 500e-6])
+    gain = np.linalg.pinv(np.vstack([design(at).reshape(-1, 9), held]))[:, :-3]
+    F = design(place) @ gain * NOISE
+    assert_allclose(np.einsum("miq,mjq->mij", own, own), np.einsum("mir,mjr->mij", F, F), rtol=2e-3, atol=1e-15)
+    assert "tool" not in columns.source
     other = load_job(path_file("spiral_1300"), None, [*words, "tool.z_mm=120"])
     assert [q.source for q in quantities_of(other).quantities].count("tool") == 3
 

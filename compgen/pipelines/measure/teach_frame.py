@@ -17,9 +17,8 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_vector, to_wpr
-from compgen.core.units import DEG, MDEG, MM, UM
-from compgen.error_model.posterior import DECIMALS
-from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
+from compgen.core.units import DEG, MDEG, MM, PERCENT, UM
+from compgen.identification.frame_fit import MISSING, FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
@@ -41,7 +40,7 @@ class TaughtFrame:
     robot_file: str  # name and hash
     rise: Mapping[str, float]  # largest of each node [K]
     touches: Touches
-    together: dict[str, Any]  # what its file says for the band
+    for_band: dict[str, Any]  # what its file says for the band
     pendant: FrameFit | None  # what the pendant would have taught: by the nominal arm
     findings: tuple[Finding, ...]
 
@@ -87,7 +86,8 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     fitted = pendant = fit_frame(artefact, touches, model, data, [])
     if not nominal:
         model = build_model(arm.robot, sources, len(arm.nodes))
-        fitted = fit_frame(artefact, touches, model, data, _variants(data))
+        missing = 0.0 if arm.identified is None else (arm.identified.thermal_missing_percent or 0.0) * PERCENT
+        fitted = fit_frame(artefact, touches, model, data, _variants(data), max(missing, MISSING))
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
@@ -99,7 +99,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         robot_file=robot_file,
         rise=rise,
         touches=touches,
-        together={} if nominal else _known_together(arm.robot, touches, data, fitted),
+        for_band={} if nominal else _for_the_band(arm.robot, artefact, touches, data, fitted),
         pendant=None if nominal else pendant,
         findings=tuple(findings),
     )
@@ -196,7 +196,7 @@ def frame_text(taught: TaughtFrame) -> str:
             "rise_K": rises,
             "sigma_um": _listed(sigma[3:6] / UM, 2),
             "sigma_mdeg": _listed(sigma[:3] / MDEG, 4),
-            **taught.together,
+            **taught.for_band,
         },
     }
     centre = {key: float(f"{value:.9g}") for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)}
@@ -205,22 +205,26 @@ def frame_text(taught: TaughtFrame) -> str:
     return tomlkit.dumps(file)
 
 
-def _known_together(robot: Robot, touches: Touches, data: Measurements, fit: FrameFit) -> dict[str, Any]:
-    """What tells a band what the frame took up: the touches, and how place, turn and probe are known together."""
-    pendant, order = robot.to_pendant(data.theta) / DEG, [3, 4, 5, 0, 1, 2, 6, 7, 8]
-    together = (fit.covariance / np.outer(fit.sigma, fit.sigma))[np.ix_(order, order)]
+def _for_the_band(
+    robot: Robot, artefact: Artefact, touches: Touches, data: Measurements, fit: FrameFit
+) -> dict[str, Any]:
+    """What tells a band what the frame took up: the probe, and the touches that count.
+
+    What n touches of a sphere share, its place by sigma, counts as n sigma^2 in each: their mean errs by as much.
+    """
+    pendant, counted = robot.to_pendant(data.theta) / DEG, np.flatnonzero(~fit.outlier)
+    together = np.bincount(touches.target[counted], minlength=len(artefact.sigma))[touches.target]
+    noise = np.sqrt((fit.noise * data.sigma) ** 2 * fit.shared + together * artefact.sigma[touches.target] ** 2)
     return {
         "probe_mm": _listed(fit.probe / MM, 4),
-        "probe_sigma_um": _listed(fit.sigma[6:] / UM, 2),
-        "correlation": [_listed(row[: k + 1], DECIMALS) for k, row in enumerate(together)],
         "touches": [
             {
                 "joints_deg": _listed(pendant[n], 4),
-                "noise_um": round(fit.noise * float(data.sigma[n]) / UM, 2),
+                "noise_um": round(float(noise[n]) / UM, 2),
                 **({"probing": _listed(touches.normal[n], 6)} if np.isfinite(touches.normal[n, 0]) else {}),
                 **({"direction": _listed(data.direction[n], 3)} if data.direction[n].any() else {}),
             }
-            for n in np.flatnonzero(~fit.outlier).tolist()
+            for n in counted.tolist()
         ],
     }
 
