@@ -145,6 +145,7 @@ def job_of(files: JobFiles) -> Job:
             air = Ambient(np.zeros(1), log.air[-1:])  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
+    notes = (*notes, *read_findings(read))
     programs = _programs(program, cell)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
@@ -174,12 +175,7 @@ def job_of(files: JobFiles) -> Job:
         overrides=files.overrides,
         inputs_hash=_inputs_hash(files, others),
         inputs={"path": {**input_keys(path), "robot": files.robot_source.stem}, "files": others, "robot": cell.inputs},
-        input_findings=(
-            *values_in_other_units(files.path_data, str(source)),
-            *cell.input_findings,
-            *notes,
-            *read_findings(read),
-        ),
+        input_findings=(*values_in_other_units(files.path_data, str(source)), *cell.input_findings, *notes),
         on_other_heat_model=_on_other_heat_model(files),
         log=log,
         own_file=_own_file(path, source),

@@ -75,12 +75,11 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     touches = read_touches(touches_file, arm.robot, artefact, uframes)
     motion = probed_motion(arm.robot, [k.source for k in arm.known], touches)
     data = touches_of_part(artefact, touches, motion, len(arm.nodes))
-    findings = read_findings(touches.notes)
+    findings: list[Finding] = []
     if log is not None:
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
-        data, of_log = with_temperatures(data, log, arm.heat, arm.sensors, reference)
-        findings += of_log
+        data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
     sources = [fixed_source(k.source) for k in arm.known]
     model = build_model(arm.robot, [], len(arm.nodes))
     fitted = pendant = fit_frame(artefact, touches, model, data, [])
@@ -101,7 +100,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         touches=touches,
         for_band={} if nominal else _for_the_band(arm.robot, artefact, touches, data, fitted),
         pendant=None if nominal else pendant,
-        findings=tuple(findings),
+        findings=(*findings, *read_findings(touches.notes)),
     )
 
 
