@@ -18,7 +18,6 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import cross_matrix, rotation_vector
-from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import NONE, Measurements
 from compgen.identification.model import ArmModel
@@ -134,7 +133,7 @@ def _with_half_widths(
     measured = np.full((6, 2), np.nan) if data.half_width is None else data.half_width
     for column, k in enumerate(np.flatnonzero(active).tolist()):
         t = model.parameters[k]
-        if (t.source, t.field) == (Hysteresis.NAME, "backlash") and np.isfinite(measured[t.index[0], 0]):
+        if t.field == "backlash" and np.isfinite(measured[t.index[0], 0]):
             half, sigma = measured[t.index[0]]
             known = np.append(known, (half - p[k]) / sigma)
             C = np.vstack([C, model.prior[k] / sigma * (np.arange(C.shape[1]) == column)])

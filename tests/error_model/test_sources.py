@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.error_model.command_directions import command_directions
 from compgen.error_model.direction_memory import (
     NO_DIRECTION,
     DirectionState,
@@ -28,7 +29,7 @@ from compgen.error_model.source import ReversalWidths, State
 from compgen.error_model.sources import ORDER
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
-from compgen.error_model.sources.hysteresis import Hysteresis, command_directions
+from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_coupling import JointCoupling
 from compgen.error_model.sources.joint_waves import GearHarmonics
 from compgen.error_model.sources.joint_zeros import JointZeros
@@ -493,9 +494,9 @@ def test_directions_of_a_command_that_makes_up_for_play_are_those_that_it_has(ha
         backlash=np.full(6, half), windup=np.zeros(6), width=np.full(6, width), loads=loads(payload=0), law=law
     )
     N = len(wanted)
-    theta, u = np.repeat(wanted[:, None], 6, axis=1), rng.uniform(-1, 1, (N, 6))
-    made_up = DirectionState(u, np.zeros((N, 3)))
-    state = command_directions([source], theta + half * u, np.zeros((N, 3)), made_up, NO_DIRECTION)
+    theta, sides_before = np.repeat(wanted[:, None], 6, axis=1), rng.uniform(-1, 1, (N, 6))
+    made_up = DirectionState(sides_before, np.zeros((N, 3)))
+    state = command_directions([source], theta + half * sides_before, np.zeros((N, 3)), made_up, NO_DIRECTION)
     assert_allclose(state.direction[:, 3], sides, atol=1e-9 if law == "play" else 0.02)
     own = direction_states(source.reversal_widths(), theta, np.zeros((N, 3))).direction[:, 3]
     assert abs(half) < 3 * MDEG or np.abs(own - sides).max() > 0.1  # the set-up bites

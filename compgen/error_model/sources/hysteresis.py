@@ -9,7 +9,6 @@ Pokrovskii 1989) for the one that ends, Gautier and Khalil's load-dependent fric
 the reference study's hysteresis, 50 to 350 um, which it gives as a half-width. The repeatable part only.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -18,7 +17,6 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import MDEG, URAD
-from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.expressions import entries
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import HysteresisTable
@@ -32,14 +30,10 @@ from compgen.error_model.source import (
     Parameter,
     ReversalWidths,
     Shapes,
-    Source,
     State,
     Visibility,
 )
 from compgen.robot.kinematics import Chain, is_zero
-
-ROUNDS = 12  # of directions by Dahl
-STEEPEST = 0.02  # of a width: what is left of it where a joint loses as much as it turns
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,36 +98,3 @@ class Hysteresis(DeclaredSource):
             half = b if is_zero(w) else b + w * ca.sqrt(t * t + 1)
             theta.append(q if is_zero(half) else q - state.direction[i] * half)
         return replace(chain, theta=tuple(theta))
-
-
-def command_directions(
-    sources: Sequence[Source], theta: Array, position: Array, made_up: DirectionState, before: DirectionState
-) -> DirectionState:
-    """Directions of a command that makes up for the play, as they are where it makes up for them.
-
-    A joint that shall be at a is commanded c = a + b u, and u follows c. By the play operator, while u changes,
-
-        w du = dc = da + b du,    so    du = da / (w - b)
-
-    u follows a as it follows c, over the width w - b. By Dahl this is where some rounds begin, each a share of the way
-    from u to the u of a + b u. Of joints that move by little more than their play the command turns round where a does
-    not: the directions of a first command are not those of the next.
-
-    Args:
-        sources: Of the arm, one or more of which have a direction.
-        theta: Joints c of a first command, (N, 6) [rad].
-        position: Of its TCP, (N, 3) [m].
-        made_up: Directions that it makes up for.
-        before: What the way to it has made of them.
-    """
-    widths = reversal_widths(sources)
-    half = sum((s.backlash for s in sources if isinstance(s, Hysteresis)), np.zeros(6))
-    if widths is None:
-        return made_up
-    wanted, least = theta - half * made_up.direction, STEEPEST * widths.joint
-    state = direction_states(replace(widths, joint=np.maximum(widths.joint - half, least)), wanted, position, before)
-    for _ in range(ROUNDS if widths.law == "dahl" else 0):
-        followed = direction_states(widths, wanted + half * state.direction, position, before)
-        moved = (followed.direction - state.direction) / (1 + np.abs(half) / widths.joint)
-        state = replace(followed, direction=state.direction + moved)
-    return state
