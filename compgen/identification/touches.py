@@ -298,14 +298,7 @@ def unit_of(place: Array, known: Array) -> str:
 
 
 def probing_directions(robot: Robot, theta: Array, normal: Array, least: float = 1e-6) -> Array:
-    """Signs of the joints' speeds while the flange moves along a direction in World without turning, (M, 6).
-
-    Args:
-        robot: The nominal arm.
-        theta: Where, (M, 6) [rad].
-        normal: The direction, unit (M, 3).
-        least: Slower than that a joint stands [rad/m].
-    """
+    """Signs of the joints' speeds, from ``least`` [rad/m] up, while the flange moves along a direction, (M, 6)."""
     J = np.zeros((len(theta), 6, 6))
     flange = flange_pose(robot, theta)
     for k in range(6):
@@ -318,14 +311,7 @@ def probing_directions(robot: Robot, theta: Array, normal: Array, least: float =
 
 
 def probed_motion(robot: Robot, sources: Sequence[Source], touches: Touches, least: float = 1e-6) -> Array:
-    """The direction that each joint came with, (N, 6), where an arm has play and the probing direction says it.
-
-    Args:
-        robot: The nominal arm.
-        sources: Its error sources.
-        touches: N of them.
-        least: Of a joint that turned slower than that on the way it is not known [rad/m].
-    """
+    """The direction that each joint came with, (N, 6), where an arm has play and the probing direction says it."""
     sided = np.isfinite(touches.normal[:, 0])
     direction = np.zeros((len(touches.theta), 6))
     if reversal_widths(sources) is not None and sided.any():
