@@ -1,6 +1,7 @@
 """The IRB 120 is shipped with what its joints carry: its sag is fitted unasked; arms without masses are told."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -44,14 +45,15 @@ class Fitted:
     """What the fit found, which does not matter here."""
 
     findings: tuple[Finding, ...] = ()
-    thermal: None = None
+    model: None = None
+    selected: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(fit=None))
 
 
 @pytest.mark.parametrize(("name", "codes"), [("irb120", []), ("ur5", [Code.SOURCES_LOADS])])
 def test_an_arm_without_masses_is_told_of_its_sag(name, codes, monkeypatch):
     monkeypatch.setattr(identification_files, "read_measurements", lambda *_, **__: (None, []))
     monkeypatch.setattr(identification_files, "identify", lambda *_, **__: Fitted())
-    monkeypatch.setattr(identification_files, "_sensorless", lambda *_: [])
+    monkeypatch.setattr(identification_files, "sensorless_nodes", lambda *_: [])
     files = identification_files.MeasurementFiles(poses=["poses.csv"])
     identified = identification_files.identify_files(load_arm(name), files, "start", quiet, force=False)
     assert [finding.code for finding in identified.findings] == codes
