@@ -32,7 +32,7 @@ PLAIN_NUMBERS = {
     "confidence", "conic_constant", "coulomb", "cycles", "decimals", "draws", "drives", "drifting", "duty", "excess_a",
     "excess_d", "exponent", "forecast_blocks", "forecast_scale", "holding", "idle_fraction", "margin_sigma", "matrix",
     "max_lines", "max_positions", "name_length", "number", "order", "payload", "repeat", "run", "runs", "seed", "share",
-    "turn_joints", "turns", "viscous", "volumes",
+    "direction", "probing", "turn_joints", "turns", "viscous", "volumes",
 }  # fmt: skip
 
 
