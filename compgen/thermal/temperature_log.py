@@ -85,7 +85,7 @@ def read_temperature_log(
     source: str | Path,
     nodes: Sequence[str],
     sensors: Mapping[str, str],
-    said: DialectTable = PLAIN,
+    dialect: DialectTable = PLAIN,
     *,
     air: bool = False,
 ) -> Temperatures:
@@ -95,7 +95,7 @@ def read_temperature_log(
         source: The file.
         nodes: Names of the model's rises.
         sensors: ``part_<n>``, or another column, to the name of a rise.
-        said: What the path file says of it in [log].
+        dialect: What the path file says of it in [log].
         air: Whether the air alone is needed: then it must be there, and columns of any name may stand beside it.
 
     Raises:
@@ -103,7 +103,7 @@ def read_temperature_log(
             is no number, time that does not rise, a temperature that no cell has.
     """
     required = ("time_s", "ambient_degC") if air else ("time_s",)
-    return temperatures_of(_table(source, required, nodes, sensors, said), nodes, sensors, air=air)
+    return temperatures_of(_table(source, required, nodes, sensors, dialect), nodes, sensors, air=air)
 
 
 def _table(
@@ -111,13 +111,13 @@ def _table(
     required: Sequence[str],
     nodes: Sequence[str],
     sensors: Mapping[str, str],
-    said: DialectTable,
+    dialect: DialectTable,
     data: bytes | None = None,
 ) -> CsvTable:
     """The table of a log, of compgen's own form or a logger's."""
     known = ("time_s", "ambient_degC", *(f"{name}_degC" for name in (*nodes, *sensors)))
-    where = "" if type(said) is DialectTable else "[log]"
-    table = read_recorded(source, required, known, said, where, data) or read_csv(source, required)
+    where = "" if type(dialect) is DialectTable else "[log]"
+    table = read_recorded(source, required, known, dialect, where, data) or read_csv(source, required)
     if table.recorded and nodes and set(table.header) <= set(known[:2]):
         theirs = ", ".join(name[:20] for name in table.recorded.left_out)[:100]
         mend = (
@@ -220,7 +220,7 @@ class GrowingLog:
 
 
 def read_growing_log(
-    source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str], said: DialectTable = PLAIN
+    source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str], dialect: DialectTable = PLAIN
 ) -> GrowingLog:
     """A log so far.
 
@@ -228,16 +228,16 @@ def read_growing_log(
         source: The CSV file.
         nodes: Names of the model's rises.
         sensors: ``part_<n>``, or another column, to the name of a rise.
-        said: What the path file says of it in [log]; of a logger's own form, times count from its first row.
+        dialect: What the path file says of it in [log]; of a logger's own form, times count from its first row.
 
     Raises:
         InputError: Not a readable file, or a column of no sensor.
     """
-    return growing_log(read_named(source, "the log's CSV file", MOST), str(source), nodes, sensors, said)
+    return growing_log(read_named(source, "the log's CSV file", MOST), str(source), nodes, sensors, dialect)
 
 
 def growing_log(
-    data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str], said: DialectTable = PLAIN
+    data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str], dialect: DialectTable = PLAIN
 ) -> GrowingLog:
     """``read_growing_log`` for bytes that are at hand."""
     rows = _whole_rows(data)
@@ -246,7 +246,7 @@ def growing_log(
     header = rows[0][1]
     if "time_s" not in header:
         whole = data[: data.rfind(b"\n") + 1]
-        begun = temperatures_of(_table(source, ("time_s",), nodes, sensors, said, whole), nodes, sensors)
+        begun = temperatures_of(_table(source, ("time_s",), nodes, sensors, dialect, whole), nodes, sensors)
         return GrowingLog(replace(begun, time=begun.time - begun.time[0]), 0, 0, 0.0)
     at, usual, shift, last = header.index("time_s"), 0.0, 0.0, -math.inf
     kept: list[tuple[int, list[str]]] = []

@@ -61,7 +61,7 @@ class _Layout(NamedTuple):
 
     place: str  # the file
     table: str  # of a TOML file in which the user may say more; or nothing
-    said: DialectTable
+    dialect: DialectTable
     names: Sequence[str]
     units: Sequence[set[str]]  # that the file says of each column
     line: int  # of the header
@@ -96,7 +96,7 @@ def read_recorded(
     source: str | Path,
     required: Sequence[str],
     known: Sequence[str],
-    said: DialectTable = PLAIN,
+    dialect: DialectTable = PLAIN,
     table: str = "",
     data: bytes | None = None,
 ) -> CsvTable | None:
@@ -106,7 +106,7 @@ def read_recorded(
         source: The file: text by any delimiter, or a workbook.
         required: Columns that must be there.
         known: All columns that are read; others of another writer's file are left out.
-        said: What the user says of the file.
+        dialect: What the user says of the file.
         table: Where the user says it, for messages, as ``[log]``.
         data: Its bytes, where they are at hand.
 
@@ -116,24 +116,24 @@ def read_recorded(
     data = read_named(source, "a CSV file", MAX_BYTES) if data is None else data
     lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
-    is_plain = not any(getattr(said, key) for key in DialectTable.model_fields)
+    is_plain = not any(getattr(dialect, key) for key in DialectTable.model_fields)
     if not first or (is_plain and set(required) <= {cell.strip(' "') for cell in first.split(",")}):
         return None
-    layout = _layout(str(source), sheet_of(str(source), data, said.delimiter), said, table)
+    layout = _layout(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
     times = _times(layout) if TIME in known else []
-    found = _assigned(layout, [column for column in known if column != TIME or not times])
-    missing = [c for c in required if c not in found and not (c == TIME and times)]
+    assigned = _assigned(layout, [column for column in known if column != TIME or not times])
+    missing = [c for c in required if c not in assigned and not (c == TIME and times)]
     if missing:
         theirs = next((n for n, cell in zip(layout.names, layout.body[0][1], strict=False) if is_number(cell)), "#1")
         mend = layout.mend(f'columns = {{ {missing[0]} = "{theirs[:20]}" }}', f"name it {missing[0]} in a header")
         raise layout.refuse(f"column {missing[0]}: missing; {mend}")
-    return _table(layout, found, times)
+    return _table(layout, assigned, times)
 
 
-def _layout(source: str, sheet: Sheet, said: DialectTable, table: str) -> _Layout:
+def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _Layout:
     """Where the header and the readings are."""
     rows, begin = sheet.rows, sheet.begin
-    wanted = {plain_name(name) for name in said.columns.values() if not name.startswith("#")}
+    wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
     heads = [
         n for n in range(begin + 1) if wanted <= {p for c in rows[n][1] for p in (plain_name(c), name_and_unit(c)[0])}
     ]
@@ -158,18 +158,18 @@ def _layout(source: str, sheet: Sheet, said: DialectTable, table: str) -> _Layou
         alone = [cells[k] for _, cells in rows[head + 1 : begin] if k < len(cells)] + list(beside) * (len(beside) == 1)
         units.append({name_and_unit(name)[1], *map(unit_named, alone)} - {""})
     return _Layout(
-        place=source, table=table, said=said, names=names, units=units, line=line, parted=sheet.name, body=body
+        place=source, table=table, dialect=dialect, names=names, units=units, line=line, parted=sheet.name, body=body
     )
 
 
 def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str]]:
     """The columns that are known by their names or that the user names: which they are, and their units."""
     bases = {name_and_unit(column)[0]: column for column in known}
-    named = {name_and_unit(key)[0]: (key, _index(layout, text)) for key, text in layout.said.columns.items()}
+    named = {name_and_unit(key)[0]: (key, _index(layout, text)) for key, text in layout.dialect.columns.items()}
     unknown = next((base for base in named if base not in bases and base not in ("time", "date")), None)
     if unknown is not None:
         raise InputError(f"{layout.table} columns: {unknown}: unknown; known: {', '.join(bases)}")
-    found, taken = {}, {k for _, k in named.values()}
+    assigned, taken = {}, {k for _, k in named.values()}
     for base, column in bases.items():
         wanted, (key, k) = name_and_unit(column)[1], named.get(base, ("", -1))
         others = _fitting(layout, {base}, wanted) or _fitting(layout, _ALIASES.get(base, set()), wanted)
@@ -178,8 +178,8 @@ def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str
             mend = layout.mend(f'columns = {{ {base} = "#{fits[0] + 1}" }}', "rename one")
             raise layout.refuse(f"columns {fits[0] + 1} and {fits[1] + 1} both may be {column}; {mend}")
         if fits:
-            found[column] = fits[0], _unit(layout, fits[0], name_and_unit(key)[1], wanted) if wanted else ""
-    return found
+            assigned[column] = fits[0], _unit(layout, fits[0], name_and_unit(key)[1], wanted) if wanted else ""
+    return assigned
 
 
 def _fitting(layout: _Layout, names: set[str], wanted: str) -> list[int]:
@@ -202,8 +202,8 @@ def _index(layout: _Layout, text: str) -> int:
 
 def _unit(layout: _Layout, k: int, by_key: str, wanted: str) -> str:
     """The unit of a column's cells: the one that the file, its key or the user says."""
-    said, measured = unit_named(layout.said.unit or ""), measured_by(wanted)
-    units = sorted(layout.units[k] | {u for u in (by_key, said) if u and measured_by(u) == measured})
+    by_user, measured = unit_named(layout.dialect.unit or ""), measured_by(wanted)
+    units = sorted(layout.units[k] | {u for u in (by_key, by_user) if u and measured_by(u) == measured})
     if len(units) == 1 and measured_by(units[0]) == measured:
         return units[0]
     some = units_like(wanted)[:3]
@@ -216,8 +216,8 @@ def _unit(layout: _Layout, k: int, by_key: str, wanted: str) -> str:
 
 def _times(layout: _Layout) -> list[int]:
     """The columns of the date and of the clock, or of both; none where there are none, or seconds are named."""
-    keys = sorted(key for key in layout.said.columns if name_and_unit(key)[0] in ("date", "time"))
-    named = [_index(layout, layout.said.columns[key]) for key in keys]
+    keys = sorted(key for key in layout.dialect.columns if name_and_unit(key)[0] in ("date", "time"))
+    named = [_index(layout, layout.dialect.columns[key]) for key in keys]
     is_time = {k: time_of(cell)[0].strip("z") for k, cell in enumerate(layout.body[0][1]) if not is_number(cell)}
     if named:
         return named if is_time.get(named[0]) else []
@@ -229,26 +229,26 @@ def _times(layout: _Layout) -> list[int]:
     return both or dates + clocks
 
 
-def _table(layout: _Layout, found: Mapping[str, tuple[int, str]], times: Sequence[int]) -> CsvTable:
-    """The columns that were found, in our units, and how they were read."""
-    cells = {column: layout.column(k) for column, (k, _) in found.items()}
-    numeric = [c for c, (_, unit) in found.items() if unit or all(map(is_number, cells[c]))]
-    sign = _decimal(layout, [found[c][0] for c in numeric])
-    units = {unit for _, unit in found.values()} - {""}
+def _table(layout: _Layout, assigned: Mapping[str, tuple[int, str]], times: Sequence[int]) -> CsvTable:
+    """The columns that were assigned, in our units, and how they were read."""
+    cells = {column: layout.column(k) for column, (k, _) in assigned.items()}
+    numeric = [c for c, (_, unit) in assigned.items() if unit or all(map(is_number, cells[c]))]
+    sign = _decimal(layout, [assigned[c][0] for c in numeric])
+    units = {unit for _, unit in assigned.values()} - {""}
     words = ", ".join([layout.parted, f"decimal {'comma' if sign == ',' else 'point'}", *sorted(units)])
     for column in numeric:
-        given, wanted = found[column][1], name_and_unit(column)[1]
+        given, wanted = assigned[column][1], name_and_unit(column)[1]
         cells[column] = [in_unit(number_text(cell, sign) or "", given, wanted) for cell in cells[column]]
     lines = [line for line, _ in layout.body]
     if times:
         moments = [" ".join(parts).strip() for parts in zip(*map(layout.column, times), strict=True)]
         mend = partial(layout.mend, otherwise="write 2026-11-22")
-        seconds = seconds_of(moments, layout.said.dates, lambda row: layout.where(times[0], lines[row]), mend)
+        seconds = seconds_of(moments, layout.dialect.dates, lambda row: layout.where(times[0], lines[row]), mend)
         cells[TIME] = list(map(repr, seconds))
         kind = time_of(moments[0])[0]
         words += f", {_WORDS[kind.strip('z')]} with{'' if 'z' in kind else 'out'} a zone"
-    own = {c: layout.names[k] for c, (k, _) in found.items()}
-    used = {*times, *(k for k, _ in found.values())}
+    own = {c: layout.names[k] for c, (k, _) in assigned.items()}
+    used = {*times, *(k for k, _ in assigned.values())}
     left = tuple(name for k, name in enumerate(layout.names) if k not in used and any(layout.column(k)))
     words += "".join(f"; {name[:24]} is {c}" for c, name in own.items() if plain_name(c) != plain_name(name))
     words += f"; left out: {', '.join(name[:24] for name in left)}" if left else ""
@@ -257,7 +257,7 @@ def _table(layout: _Layout, found: Mapping[str, tuple[int, str]], times: Sequenc
         header=tuple(cells),
         columns=tuple(map(tuple, cells.values())),
         line=lines,
-        recorded=Recorded(words, left, layout.parted, sign, found),
+        recorded=Recorded(words, left, layout.parted, sign, assigned),
     )
 
 
@@ -267,7 +267,7 @@ def _decimal(layout: _Layout, columns: Sequence[int]) -> str:
     A point alone is a decimal point: it parts thousands only in a file with decimal commas. ``1,234`` may be either.
     """
     cells = [(k, n, row[k]) for k in columns for n, row in layout.body if k < len(row)]
-    signs = [_SIGNS[layout.said.decimal]] if layout.said.decimal else list(_SIGNS.values())
+    signs = [_SIGNS[layout.dialect.decimal]] if layout.dialect.decimal else list(_SIGNS.values())
     misfits = {sign: [c for c in cells if number_text(c[2], sign) is None] for sign in signs}
     sign = min(signs, key=lambda sign: len(misfits[sign]))
     open_cells = [] if any(misfits.values()) or len(signs) == 1 else [c for c in cells if "," in c[2]]

@@ -21,12 +21,12 @@ UNIT = 0.01  # that a normal's length may differ from one
 LARGEST = 1e4  # mm
 
 
-def points_table(source: str | Path, said: DialectTable = PLAIN) -> CsvTable | None:
+def points_table(source: str | Path, dialect: DialectTable = PLAIN) -> CsvTable | None:
     """A path's points in a file of another writer's form; None for one of compgen's own."""
-    return read_recorded(source, PLACE, KNOWN, said, "[path]")
+    return read_recorded(source, PLACE, KNOWN, dialect, "[path]")
 
 
-def read_points(source: str | Path, said: DialectTable = PLAIN) -> GivenPoints:
+def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoints:
     """Read a path's points.
 
     Args:
@@ -34,13 +34,13 @@ def read_points(source: str | Path, said: DialectTable = PLAIN) -> GivenPoints:
             r_deg`` of the tool, or neither; optional ``feed_mm_s`` on the way to a point (empty: the process's),
             ``contact`` on that way and ``stop`` at the point, 0 or 1.
 
-        said: What the path file says of the file in [path].
+        dialect: What the path file says of the file in [path].
 
     Raises:
         InputError: What ``read_csv`` refuses; a column of one kind without the others, or of both; a normal that is no
             unit vector; a feed that no program can say; a flag that is neither 0 nor 1.
     """
-    table = points_table(source, said) or read_csv(source, PLACE, KNOWN)
+    table = points_table(source, dialect) or read_csv(source, PLACE, KNOWN)
     given = [kind for kind in (NORMAL, ANGLES) if any(table.has(c) for c in kind)]
     if len(given) == 2:
         raise InputError(f"{source}: i, j, k and w_deg, p_deg, r_deg both say how the tool stands; keep one of them")
