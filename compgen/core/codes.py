@@ -173,8 +173,7 @@ class Code(StrEnum):
         "Find out whether instrument, reflector or base moved; measure again.", REFUSED, WARNING)
     FORECAST_FEW = ("forecast.few", "identification", "Too few blocks could be foretold to judge the fit's own band.",
         "Measure as many poses as the message says.", NOTE)
-    REVERSALS_WIDTH = ("reversals.width", "identification", "Says the lost motion that reversal runs show.", "Nothing.",
-        NOTE)
+    REVERSALS_WIDTH = ("reversals.width", "identification", "Says the lost motion of reversal runs.", "Nothing.", NOTE)
     REVERSALS_HELD = ("reversals.held", "identification", "No small reversal shows a joint's play until it is through.",
         "Run and measure reversals.csv of cgen plan-poses.", NOTE)
     WARM_UP = ("warm_up", "identification", "The warm-up was fitted without temperatures; nothing of it is written.",
@@ -210,8 +209,7 @@ class Code(StrEnum):
         "Log corners at CNT100, or curvature that changes, at full speed.", WARNING)
     MOTION_UNSURE = ("motion.unsure", "identification", "A time of the smoothing is known too loosely.",
         "Log corners at CNT100, or curvature that changes, at full speed.", WARNING)
-    MOTION_SLOWED = ("motion.slowed", "identification", "Rows where the motion was slowed down are left out.",
-        "Nothing.", NOTE)
+    MOTION_SLOWED = ("motion.slowed", "identification", "Rows of slowed-down motion are left out.", "Nothing.", NOTE)
     MOTION_LAG = ("motion.lag", "identification", "A log does not show a lag of the whole motion, which moves no path.",
         "Nothing.", NOTE)
     TIMING_LIMIT = ("timing.limit", "pipelines", "A joint passes a limit of speed, acceleration or jerk.",
@@ -220,10 +218,8 @@ class Code(StrEnum):
         "A joint cannot keep the written speeds: the controller is slower.", "Lower process.feed_mm_s.", WARNING)
     TIMING_BELOW_FEED = ("timing.below_feed", "pipelines", "A part of the path is programmed below the feed.",
         "Lower the feed, or lengthen segments, as the message says.", NOTE)
-    TIMING_FEED = ("timing.feed", "pipelines", "The feed is written as the nearest that a program can say.", "Nothing.",
-        NOTE)
-    TIMING_FEED_ERROR = ("timing.feed_error", "pipelines", "Written speeds are rounded to what a program can say.",
-        "Nothing.", NOTE)
+    TIMING_FEED = ("timing.feed", "pipelines", "The feed is the nearest that a program can say.", "Nothing.", NOTE)
+    TIMING_FEED_ERROR = ("timing.feed_error", "pipelines", "Speeds are rounded to what programs say.", "Nothing.", NOTE)
     TIMING_CLOCK = ("timing.clock", "pipelines", "The written text takes another time than was planned.",
         "Nothing; the report has the text's time.", NOTE)
     TIMING_RAMPS = ("timing.ramps", "pipelines", "Assumed accelerations move the tool while it changes speed.",
@@ -263,8 +259,7 @@ class Code(StrEnum):
         "Move the path, or raise the limit that the message names.", WARNING)
     COMPENSATION_MID_SPATIAL = ("compensation.mid_spatial", "pipelines",
         "The correction ripples the surface at 1 to 20 mm.", "Raise compensation.curvature_period_mm.", WARNING)
-    COMPENSATION_SOLVER = ("compensation.solver", "pipelines", "Says which solver made the correction.", "Nothing.",
-        NOTE)
+    COMPENSATION_SOLVER = ("compensation.solver", "pipelines", "Says which solver corrected.", "Nothing.", NOTE)
     BAND_LINEAR = ("band.linear", "pipelines", "The linear band differs from what flown draws say.",
         "Trust the guaranteed bounds, which are flown.", WARNING)
     BOUNDS_KNOWLEDGE = ("bounds.knowledge", "pipelines", "The bound is tighter than the robot file knows the arm.",
@@ -318,9 +313,8 @@ class Code(StrEnum):
     ANCHOR_TOUCH = ("anchor.touch", "pipelines", "A touch went wrong and is left out.", "Touch it again.", WARNING)
     ANCHOR_NOISE = ("anchor.noise", "pipelines", "Touches scatter more than their sigma says.",
         "Clean probe and spheres, and touch again, or give the true sigma_um.", WARNING)
-    ANCHOR_LEFT_OUT = ("anchor.left_out", "pipelines", "The other touches predict one of them badly.",
-        "Touch it again.", WARNING)
-    ANCHOR_SIGMA = ("anchor.sigma", "pipelines", "The touches have no sigma_um: a usual one is taken.",
+    ANCHOR_LEFT_OUT = ("anchor.left_out", "pipelines", "The others foretell a touch badly.", "Touch it again.", WARNING)
+    ANCHOR_SIGMA = ("anchor.sigma", "pipelines", "No sigma_um of touches: a usual one is taken.",
         "Give sigma_um.", NOTE)
     ANCHOR_COLD = ("anchor.cold", "pipelines", "No history is given: the forecast is a cold robot.",
         "Give [[before]] or a log if it was warm.", NOTE)
@@ -387,8 +381,7 @@ class Code(StrEnum):
     CORRECTION_ARC = ("correction.arc", "pipelines",
         "An arc sweeps more than 180 deg once corrected; a controller may refuse it.", "Part it in two.", WARNING)
     CORRECTION_FLAT_ARC = ("correction.flat_arc", "pipelines",
-        "An arc is one straight line; a controller may refuse it.", "Teach the via elsewhere, or make it a line.",
-        WARNING)
+        "An arc is one straight line; a controller may refuse it.", "Teach its via elsewhere, or a line.", WARNING)
     CORRECTION_MARK = ("correction.mark", "pipelines", "The program cannot carry compgen's mark.",
         "Keep the provenance file beside it.", NOTE)
     OFFSETS_JOINT_FORM = ("offsets.joint_form", "pipelines", "No offset moves positions in joint form.",

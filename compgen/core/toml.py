@@ -300,7 +300,8 @@ def _types(annotation: Any) -> list[Any]:
 
 def suggest(word: str, known: Sequence[str], *, listed: bool = False) -> str:
     """The end of a message: the word that was probably meant, or all there are."""
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    close = [key for key in known if key.startswith(f"{word}_")]  # its unit is missing
+    close = close or difflib.get_close_matches(word, known, n=1, cutoff=0.5)
     if close:
         return f"; did you mean '{close[0]}'?"
     return "" if listed or len(known) > 12 else f"; known: {', '.join(known)}"

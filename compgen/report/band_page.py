@@ -99,19 +99,19 @@ def budget_figure(record: dict[str, Any]) -> Figure:
         axes["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", range=[0, 1.5 * high.max()])
         axes["yaxis2"] = {"anchor": "x2", "automargin": True}
         words += [f"not known: {name}, {extent} µm" for name, extent in zip(names[::-1], extents[::-1], strict=True)]
-        narrow = _below_each_other(len(sources), len(sized))
+        narrow = _below_each_other(len(sources), len(sized), [0, 2.4 * high.max()])
     return figure(traces, height, sentence("What the part will see beyond the arithmetic", words), narrow, **axes)
 
 
-def _below_each_other(above: int, below: int) -> dict[str, Any]:
-    """Two plots with so many bars for a phone."""
+def _below_each_other(above: int, below: int, reach: list[float]) -> dict[str, Any]:
+    """Two plots with so many bars for a phone, the lower with room for words beside long names."""
     height = 75 + 30 * below
     tall = 75 + 30 * above + height
     return {
         "height": tall + 60,
-        "xaxis": {"domain": [0.0, 1.0]},
+        "xaxis": {"domain": [0.0, 1.0], "title": {"text": "left open [µm], 95 %"}},
         "yaxis": {"domain": [height / tall, 1.0]},
-        "xaxis2": {"domain": [0.0, 1.0]},
+        "xaxis2": {"domain": [0.0, 1.0], "range": reach, "title": {"text": "not known [µm]"}},
         "yaxis2": {"domain": [0.0, max(height / tall - 75 / tall, 0.05)]},
     }
 
