@@ -34,7 +34,7 @@ SPECIAL = {
     "error_model/validity.py": {"AxisMap"},  # it alone has a hull to leave
     "identification/validation.py": {"AxisMap", "BaseFrame", "ToolFrame"},  # of the cell, not of the arm
     "pipelines/study/questions.py": {"ThermalGrowth"},  # contributions of single lengths
-    "pipelines/uncertainty/not_known.py": {"LinkOffsets"},  # its budget is that of the cold geometry
+    "pipelines/uncertainty/not_known.py": {"JointZeros", "LinkOffsets"},  # the cold geometry
 }
 
 
