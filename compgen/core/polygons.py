@@ -26,6 +26,12 @@ def crossing(first: Array, second: Array) -> BoolArray:
     return np.asarray((of_first < -TINY) & (of_second < -TINY))
 
 
+def turned_lines(lines: Array, angle: float) -> Array:
+    """Lines (L, 4) turned about the origin [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.asarray(lines.reshape(-1, 2, 2) @ np.array([[c, s], [-s, c]])).reshape(-1, 4)
+
+
 def signed_area(corner: Array) -> float:
     """Area within corners (E, 2), positive when they run counter-clockwise."""
     return float(plane_cross(corner, np.roll(corner, -1, axis=0)).sum() / 2)

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.csv_table import CsvTable, quote_cell, read_csv
+from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import Pose
-from compgen.core.recorded.table import read_recorded
+from compgen.core.recorded.table import read_table
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.measurements import Measurements, blank_rows
@@ -37,7 +37,7 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_recorded(source, ("direction", *PLACE), KNOWN) or read_csv(source, ("direction", *PLACE), KNOWN)
+    table = read_table(source, ("direction", *PLACE), KNOWN)
     if not any(table.has(c) for c in DEVIATION):
         raise InputError(f"{source}: column {DEVIATION[0]}: missing; give at least one of {', '.join(DEVIATION)}")
     position = np.column_stack([table.numbers(c, largest=FARTHEST) for c in PLACE]) * MM

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.csv_table import CsvTable, quote_cell, read_csv
+from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
-from compgen.core.recorded.table import read_recorded
+from compgen.core.recorded.table import read_table
 from compgen.core.units import DEG, MM
 from compgen.identification.measurements import DISTANCE, NONE, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
 from compgen.identification.pose_files import (
@@ -52,7 +52,7 @@ def read_distances(
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_recorded(source, (*NEAR, "distance_mm"), KNOWN) or read_csv(source, (*NEAR, "distance_mm"), KNOWN)
+    table = read_table(source, (*NEAR, "distance_mm"), KNOWN)
     N = len(table.line)
     near = np.column_stack([table.numbers(c) for c in NEAR]) * DEG
     needs = f"the second end needs {FAR[0]} to {FAR[-1]}"

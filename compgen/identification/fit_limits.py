@@ -31,14 +31,13 @@ from compgen.identification.evidence import NU
 from compgen.identification.fit import SETTLED, Fit, pose_noise
 from compgen.identification.measurements import NONE, PLACE, Measurements
 from compgen.identification.model import ArmModel
-from compgen.job.tables import FitLimits
+from compgen.job.tables import LEAST_MISSING, FitLimits
 
 KNOWN_FIRST = 1 / 3  # share of the poses that is never foretold
 MOST_BLOCKS = 12
 LEAST_POSES = 3  # of a block
 FEW_BLOCKS = 8  # fewer say little of lambda
 LARGEST_SCALE = 3.0  # of lambda: beyond, the fit does not foretell
-LEAST_MISSING = 0.05  # of kappa
 WARMTH = 20e-6  # [m] that warmth must move some pose by, to tell kappa
 SAME_POSE = 1e-4  # [rad] of each joint
 SAME_RISE = 0.3  # [K]

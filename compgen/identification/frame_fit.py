@@ -30,7 +30,6 @@ FAR = 4.5  # standard deviations beyond which a touch is set aside
 MOST = 0.1  # share of touches that may be
 MISFIT = 2e-3  # [m] rms beyond which it is no noise
 SWAPPED = 0.3  # of the misfit: less is left where the names of two spheres are exchanged that were swapped
-MISSING = 0.05  # of what warmth did: no model is believed to leave out less
 VAGUE = 5e-3  # [rad] of the frame's turn: the spheres lie on a line
 
 

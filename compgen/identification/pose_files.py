@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.csv_table import CsvTable, quote_cell, read_csv
+from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
-from compgen.core.recorded.table import read_recorded
+from compgen.core.recorded.table import read_table
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.measurements import Measurements, blank_rows
@@ -47,7 +47,7 @@ def read_poses(
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_recorded(source, (*JOINTS, *PLACE), KNOWN) or read_csv(source, (*JOINTS, *PLACE), KNOWN)
+    table = read_table(source, (*JOINTS, *PLACE), KNOWN)
     pendant = np.column_stack([table.numbers(c) for c in JOINTS])
     position = np.column_stack([table.numbers(c, largest=FARTHEST) for c in PLACE])
     instrument = _instrument(table)

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, own
-from compgen.core.csv_table import CsvTable, quote_cell, read_csv
+from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
-from compgen.core.recorded.table import read_recorded
+from compgen.core.recorded.table import read_table
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
@@ -229,7 +229,7 @@ def read_touches(
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_recorded(source, ("target",), KNOWN) or read_csv(source, ("target",), KNOWN)
+    table = read_table(source, ("target",), KNOWN)
     N = len(table.line)
     names = table.words("target")
     for n, name in enumerate(names):

@@ -9,8 +9,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM, UM
-from compgen.error_model.loads import Loads
-from compgen.error_model.source import Source
+from compgen.error_model.source import LoadDependent, Source
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.evidence import USUAL_NOISE
 from compgen.identification.fit import Fit
@@ -103,8 +102,7 @@ def left_findings(
     explained = np.hypot(USUAL_NOISE[PLACE], repeatability or 0.0)
     if left <= BEYOND * explained:
         return []
-    loads = [getattr(s, "loads", None) for s in sources]
-    has_masses = any(load.have_weight for load in loads if isinstance(load, Loads))
+    has_masses = any(isinstance(source, LoadDependent) and source.loads.have_weight for source in sources)
     sag = "" if has_masses else "; sag was not fitted: masses are missing, give [sources.loads]"
     message = (
         f"unseen places are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability explain "

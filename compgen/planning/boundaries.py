@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import InputError
-from compgen.core.polygons import TINY, crossing, edges_of, plane_cross, signed_area
+from compgen.core.polygons import TINY, crossing, edges_of, plane_cross, signed_area, turned_lines
 
 EDGE_M = 1e-9  # a point this near outside still counts as on the edge
 MOUTH = 1e-6  # m by which a notch reaches past the hull
@@ -101,10 +101,9 @@ class Boundary:
     def turned(self, angle: float) -> "Boundary":
         """The boundary turned about the centre [rad]."""
         c, s = np.cos(angle), np.sin(angle)
-        turn = np.array([[c, -s], [s, c]])
-        edges = (self.edges.reshape(-1, 2, 2) @ turn.T).reshape(-1, 4)
-        lines = (self.slots[:, :4].reshape(-1, 2, 2) @ turn.T).reshape(-1, 4)
-        return Boundary(self.normals @ turn.T, self.offsets, self.radius, edges, np.hstack([lines, self.slots[:, 4:]]))
+        edges, lines = turned_lines(self.edges, angle), turned_lines(self.slots[:, :4], angle)
+        slots = np.hstack([lines, self.slots[:, 4:]])
+        return Boundary(self.normals @ np.array([[c, s], [-s, c]]), self.offsets, self.radius, edges, slots)
 
 
 def coefficient_count(shape: tuple[int, int, int]) -> int:

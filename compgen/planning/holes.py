@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
-from compgen.core.polygons import crossing, edges_of
+from compgen.core.polygons import crossing, edges_of, turned_lines
 from compgen.planning.boundaries import EDGE_M, Boundary, ring_of, unbounded
 
 
@@ -21,9 +21,7 @@ class Hole:
 
     def turned(self, angle: float) -> "Hole":
         """The hole turned about the middle of the part [rad]."""
-        c, s = np.cos(angle), np.sin(angle)
-        lines = self.lines.reshape(-1, 2, 2) @ np.array([[c, s], [-s, c]])
-        return Hole(lines=lines.reshape(-1, 4), radius=self.radius)
+        return Hole(lines=turned_lines(self.lines, angle), radius=self.radius)
 
     def moved(self, by: Array) -> "Hole":
         """The hole moved, (2,) [m]."""

@@ -11,7 +11,6 @@ from compgen.core.codes import Level
 from compgen.core.units import UM
 from compgen.identification.fit import fit
 from compgen.identification.fit_limits import (
-    LEAST_MISSING,
     assess_fit_limits,
     fit_limits_record,
     forecast_blocks,
@@ -20,6 +19,7 @@ from compgen.identification.fit_limits import (
 )
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import active_in_groups
+from compgen.job.tables import LEAST_MISSING
 
 SOURCES = ("link_offsets", "joint_zeros", "thermal_growth", "thermal_bend")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from compgen.core.codes import Code, Level
-from compgen.core.csv_table import MAX_BYTES, CsvTable, Recorded
+from compgen.core.csv_table import MAX_BYTES, CsvTable, Recorded, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.findings import Finding
@@ -90,6 +90,11 @@ class _Layout(NamedTuple):
 def read_findings(notes: Iterable[str]) -> list[Finding]:
     """How files were understood, for the user."""
     return [Finding(Level.NOTE, Code.FILE_READ_AS, note) for note in dict.fromkeys(notes)]
+
+
+def read_table(source: str | Path, required: Sequence[str], known: Sequence[str]) -> CsvTable:
+    """A table of compgen's own form or of another writer's; refused as ``read_recorded`` and ``read_csv`` say."""
+    return read_recorded(source, required, known) or read_csv(source, required, known)
 
 
 def read_recorded(

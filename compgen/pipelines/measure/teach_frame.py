@@ -18,12 +18,13 @@ from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, PERCENT, UM
-from compgen.identification.frame_fit import MISSING, FrameFit, fit_frame, measured_lengths, touches_of_part
+from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM
+from compgen.job.tables import LEAST_MISSING
 from compgen.pipelines.files.robot_file import Arm
 from compgen.robot.robot import Robot
 from compgen.thermal.filled_rises import HEIGHT, LAG
@@ -86,7 +87,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     if not nominal:
         model = build_model(arm.robot, sources, len(arm.nodes))
         missing = 0.0 if arm.identified is None else (arm.identified.thermal_missing_percent or 0.0) * PERCENT
-        fitted = fit_frame(artefact, touches, model, data, _variants(data), max(missing, MISSING))
+        fitted = fit_frame(artefact, touches, model, data, _variants(data), max(missing, LEAST_MISSING))
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))

@@ -16,6 +16,7 @@ from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
+from compgen.job.tables import LEAST_MISSING
 from compgen.job.taught_frame import own_teaching
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
@@ -28,7 +29,6 @@ SPACING = 0.01  # [m] of a longer one's path between two of them
 MOST_ROWS = 65_536  # of the longest
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
 MISSING = "thermal physics missing"  # in the budget
-LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
 PARTED = 256  # waypoints by which it is parted into where the part stands and the rest
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
