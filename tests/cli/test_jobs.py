@@ -75,7 +75,7 @@ def test_no_command_removes_what_another_wrote(tmp_path, generated):
 
 
 def test_without_a_compiler_only_the_last_digits_of_the_report_differ(tmp_path, monkeypatch):
-    """As README says: sines and cosines of the C library and of numpy differ in their last bit."""
+    """As docs/how_it_works.md says: sines and cosines of the C library and of numpy differ in their last bit."""
     for name, compiler in (("c", "cc"), ("numpy", "no-such-compiler")):
         monkeypatch.setenv("CC", compiler)
         assert run("generate", "paths/circle_1300.toml", "-q", "-o", tmp_path / name).returncode == 0
