@@ -24,8 +24,8 @@ FOLDER = HERE / "gallery"
 INTRODUCTION = """\
 # Gallery
 
-What compgen does, in pictures. Each is drawn by `python docs/gallery.py` from what the commands beside it leave, run in
-an empty folder after `cgen init`; a test holds the numbers.
+What compgen does, in pictures, each with its commands, run in an empty folder after `cgen init`.
+`python docs/gallery.py` draws them.
 """
 #: laid beside the paths, for those who touch spheres
 BESIDE = ("artefact.toml", "touches.csv")
