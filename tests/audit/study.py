@@ -19,6 +19,7 @@ LOWER_DEG = (-180.0, -180.0, -160.0, -360.0, -125.0, -360.0)  # of theta; urdf, 
 UPPER_DEG = (180.0, 45.0, 280.0, 360.0, 125.0, 360.0)  # urdf, J2 to 135
 ACCELERATION_DEG_S2 = (200.0, 200.0, 200.0, 400.0, 400.0, 500.0)  # of theta; assumed
 JERK_DEG_S3 = (1000.0, 1000.0, 1000.0, 2000.0, 2000.0, 2500.0)  # assumed
+PERIOD_S = 0.008  # of interpolation, $SCR.$ITP_TIME; lines last whole ones, as the maker's motion code has them
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share that a ramp from and to a stop uses; assumed
 
 # How lengths grow: dL = cte sum over millimetres of link of its rise (equation 8, line 1003).
