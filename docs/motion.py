@@ -14,10 +14,11 @@ ROOT = HERE.parent
 PATHS = ("circle_1300", "spiral_1300", "raster_1300")
 FEEDS = (20, 50, 100, 200)  # mm/s
 IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+EXACT = "robot.controller.rounds_up_to_period=false"
 CONTROLLERS = {
-    "ideal": [],
-    "0.1 s": ["robot.motion.moving_average_ms=[100]"],
-    "0.2 + 0.1 s": ["robot.motion.moving_average_ms=[200, 100]"],
+    "ideal": [EXACT],
+    "0.1 s": [EXACT, "robot.motion.moving_average_ms=[100]"],
+    "0.2 + 0.1 s": [EXACT, "robot.motion.moving_average_ms=[200, 100]"],
     "rounds up": ["robot.controller.rounds_up_to_period=true"],
 }
 BEGIN, END = "<!-- begin: python docs/motion.py -->\n", "<!-- end -->\n"

@@ -2,6 +2,7 @@ import itertools
 import pkgutil
 import signal
 from collections import defaultdict
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -51,7 +52,8 @@ def job() -> Job:
 
 @pytest.fixture(scope="session")
 def robot(job):
-    return job.robot
+    """The study's robot with lines that last as long as they are: hand formulas have no periods."""
+    return replace(job.robot, controller=replace(job.robot.controller, rounds_up_to_period=False))
 
 
 @pytest.fixture(scope="session")

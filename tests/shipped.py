@@ -3,6 +3,8 @@
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+#: lines last as long as they are: hand formulas of ramps and speeds have no interpolation periods
+EXACT = "robot.controller.rounds_up_to_period=false"
 
 
 def path_file(name: str) -> str:

@@ -234,6 +234,8 @@ class Code(StrEnum):
         "Nothing, where that is near the truth.", NOTE)
     TIMING_SHORT = ("timing.short", "pipelines",
         "Segments are shorter than an interpolation period: the robot is slower there.", "Take fewer points.", NOTE)
+    CONTROLLER_PERIODS = ("controller.periods", "pipelines", "The robot file leaves open whether lines are rounded up.",
+        "Set controller.rounds_up_to_period: true, as FANUC's do, or false.", NOTE)
     THERMAL_NONE = ("thermal.none", "pipelines", "The robot file has no [thermal]: the arm is taken as cold.",
         "Identify how it warms.", WARNING, NOTE)
     THERMAL_COLD = ("thermal.cold", "pipelines", "Nothing is said of what was before: the cell starts cold.",

@@ -114,8 +114,8 @@ class ControllerTable(Table):
     """Name of the calibration that was active when this file's error sources were identified."""
     interpolation_ms: Annotated[FiniteFloat, Field(ge=0.1, le=1000)]
     """Interpolation period."""
-    rounds_up_to_period: bool = False
-    """Whether each line takes a whole number of interpolation periods, its time rounded up."""
+    rounds_up_to_period: bool = True
+    """Whether each line takes a whole number of interpolation periods, its time rounded up; FANUC's do."""
     max_lines: Annotated[int, Field(gt=0)]
     """Most program lines in one file."""
     max_positions: Annotated[int, Field(gt=0)]

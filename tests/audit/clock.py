@@ -4,6 +4,7 @@ A change of speed by D takes D / a + a / j, or 2 sqrt(D / j) where a is not reac
 that time, on the faster side of where the written speed changes. a and j are what the joints allow along the path where
 it begins (upwards) or ends (downwards). Words that go on rising are one change while the lines are too short for their
 part of it; a change that the next one breaks off is as large as it gets. Line by line, run by run, in plain numbers.
+Each line then takes the next whole number of interpolation periods.
 """
 
 from math import sqrt
@@ -15,6 +16,7 @@ from audit import study
 
 NO_CHANGE, FALLS = 1.005, 0.995  # one word over the one before, between which it is rounding
 ROUNDS = 80
+SAME = 1e-6  # of a period: a line that lasts longer by less is as long
 
 
 def ramp(speed, a, j):
@@ -47,6 +49,7 @@ def passages(length, speed, stop, theta):
     for first, last in zip(stops[:-1], stops[1:], strict=True):
         lines = [x[first:last].tolist() for x in (np.maximum(length, 1e-6), speed, a_all, j_all)]
         taken[first:last], steady[first:last] = drive(*lines)
+    taken = study.PERIOD_S * np.maximum(np.ceil(taken / study.PERIOD_S - SAME), 1.0)
     return Passages(np.concatenate([[0.0], np.cumsum(taken)]), np.maximum(length, 1e-6) / taken, steady)
 
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from shipped import EXACT
 from toolpaths import laid
 
 from compgen.core.exceptions import ImpossibleError
@@ -19,7 +20,7 @@ from compgen.planning.retiming.trajectory import SAME_FEED
 from compgen.robot import inverse_kinematics, joint_path
 
 PATHS = Path(__file__).parents[2] / "paths"
-STUDY = load_job(str(PATHS / "circle_1300.toml"))
+STUDY = load_job(str(PATHS / "circle_1300.toml"), None, [EXACT])
 ROBOT, POSTURE = STUDY.robot, STUDY.posture
 PERIOD = 0.008  # s
 LIMITS = (ROBOT.speed, ROBOT.acceleration, ROBOT.jerk)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from shipped import path_file
+from shipped import EXACT, path_file
 
 from compgen.core.rotations import rotation_matrix, rotation_vector
 from compgen.pipelines.files.path_file import load_job
@@ -24,7 +24,7 @@ PLACE = np.array([1.3, 0.05, 0.2])
 
 @pytest.fixture(scope="module")
 def twin():
-    return twin_of(load_job(path_file("line_y")))
+    return twin_of(load_job(path_file("line_y"), None, [EXACT]))
 
 
 def on_circle(radius, angles, normal, turn):

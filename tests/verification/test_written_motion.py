@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from shipped import path_file, quiet
+from shipped import EXACT, path_file, quiet
 
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
@@ -46,7 +46,7 @@ def test_plan_and_text_a_hundredth_apart_is_a_finding(raster):
 
 
 def test_a_step_of_the_written_speed_is_asked_of_the_joints():
-    job = load_job(path_file("line_y"))
+    job = load_job(path_file("line_y"), None, [EXACT])
     _, corrected = generate(job, quiet)
     gaps = lengths(corrected.program)
     middle = len(gaps) // 2

@@ -1,7 +1,7 @@
 """Robot files to cells: TOML with overrides, checked against ``schema``, turned into SI."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -39,6 +39,12 @@ COLD = Finding(
     Level.WARNING,
     Code.THERMAL_NONE,
     "the robot file has no [thermal]: the arm is taken as cold, and what its warmth does is not known",
+)
+ROUNDED_UP = Finding(
+    Level.NOTE,
+    Code.CONTROLLER_PERIODS,
+    "the robot file does not have controller.rounds_up_to_period: each line is counted as a whole number of "
+    "interpolation periods, as FANUC's controllers were seen to do; give true or false",
 )
 
 
@@ -176,7 +182,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         robot_file=str(source),
         robot_file_hash=sha256(text.content).hexdigest(),
         held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
-        input_findings=(*values_in_other_units(data, where), *of_posterior, *(() if facts.thermal else (COLD,))),
+        input_findings=(*values_in_other_units(data, where), *of_posterior, *_silence(facts)),
         posterior=posterior,
         fit=fit_limits_of(facts.identified),
         drifting=drifting_of(facts.anchor),
@@ -251,6 +257,14 @@ def _nominal(facts: RobotFile, where: str) -> Robot:
         motion=motion_of(facts.motion, facts.name, where),
         expected_motion=expected_motion_of(facts.expected_motion, where),
     )
+
+
+def _silence(facts: RobotFile) -> Iterator[Finding]:
+    """What a robot file should say and does not."""
+    if "rounds_up_to_period" not in facts.controller.model_fields_set:
+        yield ROUNDED_UP
+    if not facts.thermal:
+        yield COLD
 
 
 def _refuse_double(facts: RobotFile, where: str) -> None:

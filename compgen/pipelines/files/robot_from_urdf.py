@@ -19,6 +19,7 @@ CONTROLLER = """# Settings of your controller: set them from its status screen. 
 [controller]
 compensation = "none"  # "none", or "signature" when it corrects geometry itself
 interpolation_ms = 8
+rounds_up_to_period = true  # as FANUC's; false where lines last as long as length over speed
 max_lines = 9999
 max_positions = 32767
 memory_kB = 1000

@@ -19,6 +19,7 @@ from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.job.moves_in_arcs import fit_planned_moves, without_period
 from compgen.pipelines.planned.job_results import DenseCorrection, Planned, solution_at
+from compgen.pipelines.planned.motion_predistortion import as_smoothed
 from compgen.pipelines.planned.program_text import printed_in_world
 from compgen.planning import retiming
 from compgen.planning.retiming import Trajectory, driven_speed
@@ -36,7 +37,7 @@ def with_arcs(
 ) -> tuple[Planned, Problem, Solution]:
     """Plan, problem and solution at the positions of arcs and lines."""
     rows, via = moves
-    dense = DenseCorrection(planned.path, solution.theta, solution.correction)
+    dense = DenseCorrection(planned.path, as_smoothed(solution, problem, planned).theta, solution.correction)
     arcs, process = int(via.sum()), planned.job.plan.process
     message = (
         f"{len(rows)} positions for {len(problem.arc)} waypoints: {arcs} arcs and {len(rows) - 1 - 2 * arcs} lines, "

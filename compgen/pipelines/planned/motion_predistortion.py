@@ -4,14 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from compgen import fanuc
 from compgen.compensation.predistortion import Commanded, predistortion
 from compgen.compensation.problem import Problem, Solution
+from compgen.core.arcs import segment_lengths, statement_starts
 from compgen.core.arrays import frozen, row_norms
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
 from compgen.pipelines.planned.job_results import Planned
+from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.planning.whole_periods import WORD_STEP
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.verification.deviation import Deviation
@@ -62,6 +66,30 @@ def as_smoothed(solution: Solution, problem: Problem, planned: Planned) -> Solut
     shifted = solve_tool(problem.robot, problem.target, problem.tool, problem.posture).theta
     apart = nearest_turns(shifted, planned.theta) - planned.theta
     return replace(solution, theta=frozen(solution.theta - apart))
+
+
+def at_planned_times(trajectory: Trajectory, planned: Planned, commanded: Pose) -> Trajectory:
+    """The timing with words by which statements, as long as they are commanded, last what they were planned for.
+
+    Beside the path by c on the outer side of a bend R a line is longer by c / R. At its path's word it would be late,
+    and on a controller that rounds up by a whole period. Lines last the whole periods that they were laid out for; arcs
+    end at the period nearest to their planned end, where the controller rounds up.
+    """
+    robot, path = planned.job.robot, planned.path
+    controller, arcs = robot.controller, path.via.any()
+    if robot.motion is None or not robot.motion.may_predistort or (arcs and not controller.rounds_up_to_period):
+        return trajectory
+    starts = statement_starts(path.via)
+    statement, first = np.cumsum(starts) - 1, np.flatnonzero(starts)
+    lasts = np.add.reduceat(np.diff(path.arc) / trajectory.speed, first)
+    ends = np.cumsum(lasts / controller.period if arcs else controller.whole_periods(lasts))
+    periods = np.maximum(np.diff(np.rint(ends), prepend=0.0), 1.0)[statement]
+    written = segment_lengths(commanded.position + path.balance, path.via)
+    length = (np.add.reduceat(written, first) + np.sqrt(3) * fanuc.resolution(controller.decimals)[0])[statement]
+    slowest = trajectory.speed * np.where(trajectory.speed == planned.feed, 1.0, 1 - WORD_STEP)  # as it may be written
+    fits = controller.whole_periods(length / slowest) == periods
+    wanted = length / (periods * controller.period) * (1 + WORD_STEP)
+    return replace(trajectory, speed=frozen(np.where(fits, trajectory.speed, wanted)))
 
 
 def findings(

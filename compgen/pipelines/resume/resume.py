@@ -26,6 +26,7 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.canonical.reader import interpret
 from compgen.pipelines.findings import job_findings
+from compgen.pipelines.planned import arc_moves, motion_predistortion
 from compgen.pipelines.planned.delivery import PageStart, page_facts
 from compgen.pipelines.planned.generate import find_correction, start_windows
 from compgen.pipelines.planned.job_results import Planned
@@ -37,7 +38,6 @@ from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_e
 from compgen.pipelines.resume.result import Join, PageResult, Resumed, size_of
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
-from compgen.planning import retiming
 from compgen.planning.retiming.trajectory import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.pages import excerpt, gap_between, join_programs
@@ -90,13 +90,12 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     old, _ = join_programs(programs[from_page - 1 :], steps_of(written))
     planned = rest_of_plan(whole, page.first, beginning, old, lead)
     planned, problem, solution, limited = find_correction(planned, progress)
-    job, path, feed = planned.job, planned.path, planned.feed * planned.path.pace
-    trajectory = retiming.retime(
-        job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, stages.FINAL_TIMING), lines=True
-    )
+    job, path, commanded = planned.job, planned.path, problem.commanded(solution.correction)
+    as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
+    timed = arc_moves.time_corrected(planned, as_driven, progress)
+    trajectory = motion_predistortion.at_planned_times(timed, planned, commanded)
     progress(stages.TEXT, 0.0)
     starts = _page_starts(planned, solution.theta, written, from_page, beginning.clock - whole.job.clock)
-    commanded = problem.commanded(solution.correction)
     meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, starts[0].window)
     pages = write_pages(written, job, meant, from_page, starts)
     gap = gap_between(lead, interpret(pages[page.file])) if lead is not None else 0.0
