@@ -48,7 +48,7 @@ def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:
         ((0, -1, 0), (0, 0, a2)),
         ((-1, 0, 0), (0, 0, a3)),
         ((0, -1, 0), (d4, 0, 0)),
-        ((-1, 0, 0), (d6, 0, 0)),
+        ((-1, 0, 0), (0, 0, 0)),
     ]
     model, parent = pin.Model(), 0
     for i, (axis, place) in enumerate(joints):
@@ -57,7 +57,7 @@ def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:
         mass = pin.Inertia(float(drives.link_mass[i]), drives.link_centre[i], np.zeros((3, 3)))
         model.appendBodyToJoint(parent, mass, pin.SE3.Identity())
     flange = pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(robot.alpha[5]))
-    load = pin.Inertia(drives.payload_mass, flange @ drives.payload_centre, np.zeros((3, 3)))
+    load = pin.Inertia(drives.payload_mass, flange @ drives.payload_centre + [d6, 0, 0], np.zeros((3, 3)))
     model.appendBodyToJoint(parent, load, pin.SE3.Identity())
     return model
 

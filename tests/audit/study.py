@@ -79,7 +79,7 @@ SENSORS_K = 0.5  # alike for all: docs/uncertainty.md derives it from lines 661 
 AIR_K = 0.25  # line 1526: 0.5 K in 40 h, two standard deviations
 FEED = 0.01  # assumed
 CTE_OPEN_1_K = (10e-6, 15e-6)  # line 800, steel and iron
-GROWTH_OPEN_PERCENT = ((-4.2, 0.0), (-18.2, 0.0), (-3.5, 0.0))  # of a2, d4, d6 by conduction: docs/heat.md
+GROWTH_OPEN_PERCENT = ((-2.4, 0.0), (-18.9, 0.0), (-3.0, 0.0))  # of a2, d4, d6 by conduction: docs/heat.md
 MISSING = 0.05  # of the thermal error; assumed
 UNKNOWN_UM = {
     "cold geometry": (300.0, 746.0),  # lines 1127 and 1470

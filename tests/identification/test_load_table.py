@@ -1,5 +1,6 @@
 """The IRB 120 is shipped with what its joints carry: its sag is fitted unasked; arms without masses are told."""
 
+import tomllib
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -13,9 +14,10 @@ from compgen.core.codes import Code
 from compgen.core.findings import Finding
 from compgen.error_model.loads import torque_expr
 from compgen.identification.parameters import symbolic_sources
-from compgen.pipelines.files.robot_file import load_arm
+from compgen.pipelines.files.robot_file import arm_of, load_arm, load_cell
 from compgen.pipelines.measure import identification_files
 from compgen.robot.kinematics import nominal_chain
+from compgen.thermal.drive_losses import joint_torques
 
 #: kg, and mm in front of the axes of J2 and of J3 with the forearm forward: its drawing, 302 and 72 mm to J5 and flange
 MASS = {"upper arm": 3.909, "forearm": 2.944, "link 4": 1.328, "link 5": 0.546, "flange": 0.137}
@@ -32,7 +34,24 @@ def test_its_joints_carry_what_a_hand_sums():
     assert shoulder == pytest.approx(5.72, abs=0.01)
 
 
-@pytest.mark.parametrize(("name", "fitted"), [("irb120", True), ("ur5", False)])
+def test_masses_of_the_thermal_network_load_the_joints_as_they_load_its_drives():
+    arm, drives = load_arm("m710ic50"), load_cell("m710ic50", ["thermal.model='network'"]).heat.drives
+    assert arm.network_masses
+    theta = np.random.default_rng(0).uniform(arm.robot.lower, arm.robot.upper, (50, 6))
+    holding = joint_torques(arm.robot, drives, theta, np.zeros((50, 6)), np.zeros((50, 6)))  # by pinocchio
+    load = [[float(t) for t in torque_expr(arm.facts.loads, nominal_chain(arm.robot, ca.DM(q)))] for q in theta]
+    assert_allclose(-np.array(load) / 9.80665, holding / 9.81, atol=1e-9)
+
+
+def test_masses_of_its_own_come_before_those_of_the_thermal_network():
+    text = load_arm("m710ic50").text + "\n[sources.loads]\npayload_kg = 7\n"
+    arm = arm_of(tomllib.loads(text), text, "own.toml")
+    assert not arm.network_masses
+    assert arm.facts.loads.payload == 7
+    assert not arm.facts.loads.mass.any()
+
+
+@pytest.mark.parametrize(("name", "fitted"), [("irb120", True), ("ur5", False), ("m710ic50", True)])
 def test_sag_is_fitted_where_the_masses_are_known(name, fitted):
     arm = load_arm(name)
     sources = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=False, facts=arm.facts)
@@ -49,7 +68,9 @@ class Fitted:
     selected: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(fit=None))
 
 
-@pytest.mark.parametrize(("name", "codes"), [("irb120", []), ("ur5", [Code.SOURCES_LOADS])])
+@pytest.mark.parametrize(
+    ("name", "codes"), [("irb120", []), ("ur5", [Code.SOURCES_LOADS]), ("m710ic50", [Code.SOURCES_LOADS])]
+)
 def test_an_arm_without_masses_is_told_of_its_sag(name, codes, monkeypatch):
     monkeypatch.setattr(identification_files, "read_measurements", lambda *_, **__: (None, []))
     monkeypatch.setattr(identification_files, "identify", lambda *_, **__: Fitted())

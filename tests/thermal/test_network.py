@@ -196,8 +196,8 @@ def test_first_three_hours_are_linear_and_sixteen_cool(warm, heat):
 def test_doubling_the_speed_is_told_as_it_comes_out(heat):
     """Heisel: 1.5 times the steady rise, time constant unchanged. Not in the fit; the docs give these numbers."""
     ratios = network_fit.doubling(heat)
-    assert ratios["j3"] == pytest.approx(1.41, abs=0.03)
-    assert ratios["j2"] == pytest.approx(1.28, abs=0.03)
+    assert ratios["j3"] == pytest.approx(1.39, abs=0.03)
+    assert ratios["j2"] == pytest.approx(1.32, abs=0.03)
 
 
 def test_torques_are_those_of_hanging_masses(warm, heat):

@@ -45,8 +45,13 @@ from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 #: of an arm whose robot file gives no masses
 WITHOUT_LOADS = (
-    "sag is not fitted: the robot file has no masses; give [sources.loads] with link_kg, link_centre_mm and payload_kg "
-    "(what [thermal.network] has may be copied); a real IRB 120 was 240 um rms off without and 120 um with them"
+    "sag is not fitted: the robot file has no masses; give [sources.loads] with link_kg, link_centre_mm and "
+    "payload_kg; a real IRB 120 was 240 um rms off without and 120 um with them"
+)
+#: of one whose thermal network gives them; with the payload [kg]
+NETWORK_LOADS = (
+    "sag is fitted with the masses of [thermal.network] and its payload of {:g} kg; where the arm carried something "
+    "else when it was measured, say so in [sources.loads]"
 )
 
 
@@ -300,8 +305,17 @@ def identify_files(
         facts=arm.facts,
     )
     of_nodes = sensorless_findings(_sensorless(arm, identified), is_written=arm.law is not None)
-    of_loads = [] if arm.facts.loads.have_weight else [Finding(Level.NOTE, Code.SOURCES_LOADS, WITHOUT_LOADS)]
-    return replace(identified, findings=(*identified.findings, *of_log, *of_nodes, *of_loads, *arm.input_findings))
+    return replace(
+        identified, findings=(*identified.findings, *of_log, *of_nodes, *_load_findings(arm), *arm.input_findings)
+    )
+
+
+def _load_findings(arm: Arm) -> list[Finding]:
+    """Which masses sag is fitted with, where [sources.loads] has none."""
+    if arm.facts.loads.have_weight and not arm.network_masses:
+        return []
+    message = NETWORK_LOADS.format(arm.facts.loads.payload) if arm.network_masses else WITHOUT_LOADS
+    return [Finding(Level.NOTE, Code.SOURCES_LOADS, message)]
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:
