@@ -28,6 +28,7 @@ MEANINGS = {  # of the sources of a budget, for who has not written the robot fi
     "start delay": "starts later than planned",
     "identified parameters": "how well measuring told the robot's numbers",
     "fit noise": "scatter of what was measured",
+    "the controller's motion": "what the log's stretches that were held out leave of it",
     "part's frame": "touches that taught the part's frame, and the probe",
 }
 STANDS = "of it: where the part stands", "what teaching the part's frame with this robot takes away"

@@ -31,6 +31,7 @@ class MotionEvidence:
     override: float  # share of the written speeds it was executed at
     held_out: float | None  # [m] largest deviation left on stretches that the fit has not seen
     verdict: MotionVerdict
+    misfit: float = 0.0  # [m] rms left there, of one coordinate square to the path
 
     @property
     def accepted(self) -> bool:

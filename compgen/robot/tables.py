@@ -300,8 +300,7 @@ def _interference(table: InterferenceTable, matrix: Array, zero: Array, file: st
         corner = corner[:-1]  # data sheets close it
     if fault := polygon_fault(corner):
         raise InputError(f"{file}: limits.interference.j2_j3_deg: {fault}")
-    corner = corner if signed_area(corner) > 0 else corner[::-1]
-    return Interference.of(corner, matrix, zero)
+    return Interference.of(corner if signed_area(corner) > 0 else corner[::-1], matrix, zero)
 
 
 OLD: Final = "accepted"  # as older files say that a motion may be commanded against
@@ -322,6 +321,8 @@ class MotionIdentifiedTable(Table):
     """Override that it was executed at."""
     held_out_um: NotNegative | None = None
     """Largest deviation from the log left on stretches that the fit had not seen."""
+    held_out_rms_um: NotNegative = 0.0
+    """The rms left there of one coordinate square to the path: a row of the band."""
 
 
 class MotionTable(Table):
@@ -374,6 +375,7 @@ def motion_of(table: MotionTable | None, robot: str, where: str) -> ControllerMo
             program=identified.program,
             override=identified.override_percent * PERCENT,
             held_out=None if identified.held_out_um is None else identified.held_out_um * UM,
+            misfit=identified.held_out_rms_um * UM,
             verdict=MotionVerdict.COMMANDABLE if identified.verdict == OLD else MotionVerdict(identified.verdict),
         )
     return ControllerMotion(
@@ -390,10 +392,8 @@ def _check_times(table: MotionTable, where: str) -> None:
     """Raises InputError for times below zero or too long, and for more of them than are modelled."""
     for key, times in (("moving_average_ms", table.moving_average_ms), ("first_order_ms", table.first_order_ms)):
         if len(times) > MOST:
-            raise InputError(
-                f"{where}: motion.{key}: {len(times)} times, at most {MOST} are modelled; give the longest {MOST}, "
-                "their squares are what counts"
-            )
+            count = f"{len(times)} times, at most {MOST} are modelled"
+            raise InputError(f"{where}: motion.{key}: {count}; give the longest {MOST}: their squares are what counts")
     named = [("moving_average_ms", t) for t in table.moving_average_ms]
     for key, time in [*named, *(("first_order_ms", t) for t in table.first_order_ms), ("lag_ms", table.lag_ms)]:
         if not 0 <= time <= LONGEST:

@@ -113,6 +113,7 @@ def test_a_controller_of_another_kind_is_not_commanded_against_and_foretells(fol
     assert motion["identified"]["verdict"] == "foretells"
     held = json.loads((folder / "new.json").read_text())["held_out"]
     assert held["p99_um"] <= motion["identified"]["held_out_um"]
+    assert motion["identified"]["held_out_rms_um"] == pytest.approx(held["rms_um"], abs=1e-3)
     assert held["rms_um"] < 0.2 * held["plain_um"]
 
 

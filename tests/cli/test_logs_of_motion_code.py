@@ -62,6 +62,13 @@ def write(folder, time, place, text, digits=3, pairs=False, lost=16):
     (folder / "mine.toml").write_text((ROOT / "robots" / "m710ic50.toml").read_text())
 
 
+def counts_no_periods(folder):
+    """The robot file says that lines last as long as length over speed, which the log contradicts."""
+    text = (folder / "mine.toml").read_text()
+    assert text.count("rounds_up_to_period = true") == 1
+    (folder / "mine.toml").write_text(text.replace("rounds_up_to_period = true", "rounds_up_to_period = false"))
+
+
 def executed(folder, *more):
     result = run("executed", "RUN.LS", "--log", "log.csv", "--robot", "mine.toml", "-o", "out", *more, cwd=folder)
     return result, json.loads((folder / "out" / "executed.json").read_text())
@@ -103,6 +110,7 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
     slower = [0] * (len(CURVE) - 8) + [1] * 7
     time, place = driven(CURVE, 200, SMOOTH, means=(0.176, 0.168), slower=slower)
     write(tmp_path, time, place, program(CURVE, 200, SMOOTH), pairs=True)
+    counts_no_periods(tmp_path)
     result, report = executed(tmp_path)
     assert [s["percent"] for s in report["override"]] == [100]
     assert "executed.periods" in {f["code"] for f in report["findings"]}
@@ -120,11 +128,14 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
 def test_a_robot_file_that_counts_whole_periods_is_not_told_to_and_the_copy_of_another_does(tmp_path):
     time, place = driven(CURVE, 200, SMOOTH)
     write(tmp_path, time, place, program(CURVE, 200, SMOOTH))
+    _, report = executed(tmp_path)
+    assert "executed.periods" not in {f["code"] for f in report["findings"]}  # as it is shipped
+    counts_no_periods(tmp_path)
     identify(tmp_path)
     copy = (tmp_path / "new.toml").read_text()
     assert tomllib.loads(copy)["controller"]["rounds_up_to_period"] is True
     (tmp_path / "mine.toml").write_text(copy)
-    _, report = executed(tmp_path)
+    _, report = executed(tmp_path, "--force")
     assert "executed.periods" not in {f["code"] for f in report["findings"]}
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from flawed import KNOWN_WITH_SIGMAS
 from numpy.testing import assert_allclose
+from scipy.stats import chi2
 from shipped import ROOT, path_file, quiet
 
 from compgen.core.units import MDEG, UM
@@ -329,3 +330,14 @@ def test_a_log_of_few_sensors_widens_the_band_and_says_what_they_may_hide(tmp_pa
     assert of_log[0] > 1.3 * of_log[1] > 5 * UM
     assert few.hidden > 2 * all_four.hidden > 10 * UM
     assert band_along(program_of()).hidden == 0
+
+
+def test_what_a_log_left_of_the_motion_is_a_row_of_the_band_wherever_the_tool_is():
+    """Alike along three coordinates: 95 % of cases within sqrt(chi2_3) = 2.795 of its sigma."""
+    identified = 'robot.motion.identified={robot="m710ic50", verdict="foretells", held_out_rms_um=13}'
+    known = ["robot.motion.moving_average_ms=[200, 100]", identified]
+    with_row, without = (band_along(program_of(*sets, path="line_x")) for sets in (known, known[:1]))
+    row = {share.source: share for share in with_row.budget}["the controller's motion"]
+    assert row.largest == pytest.approx(np.sqrt(chi2.ppf(0.95, 3)) * 13 * UM, rel=1e-5)
+    assert_allclose(with_row.moment[:, [0, 3, 5]] - without.moment[:, [0, 3, 5]], (13 * UM) ** 2, rtol=1e-6)
+    assert "the controller's motion" not in {share.source for share in without.budget}

@@ -98,7 +98,7 @@ def test_the_clock_is_the_audits_that_goes_line_by_line(robot, runs):
     speeds = np.array([speed for lines in runs for _, speed in lines])
     stops = np.cumsum([len(lines) for lines in runs])[:-1]
     program, theta = straight(lengths, speeds, stops)
-    timing = time_program(robot, program, lengths, theta)
+    timing = time_program(rounding_up(robot), program, lengths, theta)
     passed = clock.passages(lengths * 1e3, speeds * 1e3, program.fine, theta)
     assert study.RAMP_ACCELERATION == RAMP_ACCELERATION
     assert_allclose(timing.time, passed.time, atol=1e-6)

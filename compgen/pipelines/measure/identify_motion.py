@@ -80,6 +80,7 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
             "program": program.name,
             "override_percent": 100.0 if main is None else main.override / PERCENT,
             "held_out_um": round(identified.largest / UM, 3),
+            "held_out_rms_um": round(identified.held_out / UM, 3),
         },
     }
     return text_with_table(text, "motion", values)

@@ -15,7 +15,7 @@ from compgen.pipelines.findings.motion_findings import lead_findings, motion_fin
 from compgen.pipelines.planned.job_results import Planned
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.planning.whole_periods import WORD_STEP
+from compgen.planning.whole_periods import EXACTLY, WORD_STEP
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.verification.deviation import Deviation
@@ -86,7 +86,8 @@ def at_planned_times(trajectory: Trajectory, planned: Planned, commanded: Pose) 
     periods = np.maximum(np.diff(np.rint(ends), prepend=0.0), 1.0)[statement]
     written = segment_lengths(commanded.position + path.balance, path.via)
     length = (np.add.reduceat(written, first) + np.sqrt(3) * fanuc.resolution(controller.decimals)[0])[statement]
-    slowest = trajectory.speed * np.where(trajectory.speed == planned.feed, 1.0, 1 - WORD_STEP)  # as it may be written
+    exact = np.isclose(trajectory.speed, planned.feed, rtol=EXACTLY)
+    slowest = trajectory.speed * np.where(exact, 1.0, 1 - WORD_STEP)  # as it may be written
     fits = controller.whole_periods(length / slowest) == periods
     wanted = length / (periods * controller.period) * (1 + WORD_STEP)
     return replace(trajectory, speed=frozen(np.where(fits, trajectory.speed, wanted)))

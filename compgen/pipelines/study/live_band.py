@@ -20,12 +20,11 @@ from compgen.core.arrays import Array
 from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.quantities import Quantity
 from compgen.job.job import Job
-from compgen.job.tables import FitLimits
 from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
-from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing, taken_at
+from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing, scatter_of, taken_at
 from compgen.thermal import NodeModel
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import (
@@ -140,18 +139,12 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         quantities=tuple(quantities),
         models=tuple(models),
         build_up_cycle=_build_up(job, live),
-        undirected=_undirected(job.cell.fit),
+        undirected=tuple(scatter_of(job.cell).items()),
         missing=least_missing(job.cell),
         taken=taken_at(uncertainty, model_of(job).nominal_pose(thin.theta), job.tool.pose),
         scale=job.cell.fit.scale,
         feed=job.feed,
     )
-
-
-def _undirected(fit: FitLimits) -> tuple[tuple[str, float], ...]:
-    """What of a fit has no direction, and is everywhere the same [m]."""
-    of_repeats = [] if fit.repeatability is None else [("repeatability", fit.repeatability)]
-    return (("fit noise", fit.noise), *of_repeats)
 
 
 def _absolute(q: Quantity, cte: float) -> tuple[float, float] | None:

@@ -29,6 +29,7 @@ SPACING = 0.01  # [m] of a longer one's path between two of them
 MOST_ROWS = 65_536  # of the longest
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
 MISSING = "thermal physics missing"  # in the budget
+MOTION = "the controller's motion"  # there as well
 PARTED = 256  # waypoints by which it is parted into where the part stands and the rest
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
@@ -198,18 +199,26 @@ def columns_at(
             column[:, :, k] += np.einsum("mij,mj->mi", D, places.turned * width)
     at, cold = (model.actual_pose(places.theta, rise, places.motion) for rise in (places.rise, 0 * places.rise))
     warm = row_norms(at.position - cold.position + taken_at(uncertainty, at, places.tool))
-    fit, missing = cell.fit, least_missing(cell)
-    undirected = {MISSING: missing * warm, "fit noise": np.full(len(warm), fit.noise)}
-    if fit.repeatability is not None:
-        undirected["repeatability"] = np.full(len(warm), fit.repeatability)
+    everywhere = {source: np.full(len(warm), size) for source, size in scatter_of(cell).items()}
     return Columns(
         column=column,
         mean=np.array([q.mean for q in quantities]),
         deviation=np.array([q.deviation for q in quantities]),
         source=tuple(q.source or "" for q in quantities),
-        undirected=undirected,
+        undirected={MISSING: least_missing(cell) * warm, **everywhere},
         hidden=_hidden(cell, history, places.time, B),
     )
+
+
+def scatter_of(cell: Cell) -> dict[str, float]:
+    """What has no direction and is everywhere the same, by its name in the budget [m], of each coordinate."""
+    fit, motion = cell.fit, cell.robot.motion
+    sizes = {"fit noise": fit.noise}
+    if fit.repeatability is not None:
+        sizes["repeatability"] = fit.repeatability
+    if motion is not None and motion.evidence is not None and motion.evidence.misfit:
+        sizes[MOTION] = motion.evidence.misfit
+    return sizes
 
 
 def taken_at(uncertainty: JobUncertainty, at: Pose, tool: Pose) -> Array:
