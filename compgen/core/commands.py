@@ -23,7 +23,7 @@ class Command(StrEnum):
     PAGES = "pages"
     IDENTIFY = "identify"
     IDENTIFY_MOTION = "identify-motion"
-    VALIDATE = "validate"
+    CHECK_ROBOT = "check-robot"
     PLAN_POSES = "plan-poses"
     PLAN_TOUCHES = "plan-touches"
     PLAN_MOTION_LOG = "plan-motion-log"
@@ -31,15 +31,16 @@ class Command(StrEnum):
     INSPECT = "inspect"
     INSPECT_ROBOT = "inspect-robot"
     EXPORT_ROBOT = "export-robot"
-    VERIFY_BACKUP = "verify-backup"
+    CHECK_BACKUP = "check-backup"
     INIT = "init"
+    EXPLAIN = "explain"
 
 
 #: records of 0.1.0 do not say it: a command by the keys that only its record has; ``predict`` has those of ``generate``
 _KEYS = {
     Command.IDENTIFY: {"ladder", "coverage"},
     Command.IDENTIFY_MOTION: {"motion", "tried"},
-    Command.VALIDATE: {"overall", "targets", "set_aside"},
+    Command.CHECK_ROBOT: {"overall", "targets", "set_aside"},
     Command.EXECUTED: {"covered", "override", "log"},
     Command.ANCHOR: {"anchored_state"},
     Command.RESUME: {"from_page", "replaced"},

@@ -17,7 +17,7 @@ OF_0_1_0: dict[str, tuple[str, dict[str, object]]] = {
     "anchor": ("schema name anchored_state verdict reason state path", {}),
     "identify": ("compgen robot verdict model poses held_out_um ladder coverage findings", {}),
     "identify-motion": ("schema name verdict findings motion program log held_out tried", {}),
-    "validate": ("unit verdict count targets overall set_aside findings", {}),
+    "check-robot": ("unit verdict count targets overall set_aside findings", {}),
     "plan-touches": ("planned_touches path robot artefact before after touches", {}),
     "inspect-robot": ("inspected_robot file wrist_reach_mm pendant_J3", {}),
     "teach-frame": ("uframe type_in sigma_um sigma_mdeg rise_K set_aside findings", {}),

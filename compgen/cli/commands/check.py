@@ -37,7 +37,7 @@ def check(
     screen: opt.Screen,
     workers: opt.Workers = 0,
 ) -> Outcome:
-    """Generate in memory and verify; exit 1 outside the bounds. Writes no program.
+    """Check path files: generate in memory, prove, write no program; exit 1 outside the bounds.
 
     Examples:
         cgen check paths/*.toml --junit results.xml

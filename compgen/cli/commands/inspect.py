@@ -1,4 +1,4 @@
-"""Commands that read programs and write nothing: inspect says what one is, verify-backup whether two are the same."""
+"""Commands that read programs and write nothing: inspect says what one is, check-backup whether two are the same."""
 
 from functools import partial
 from pathlib import Path
@@ -56,7 +56,7 @@ def inspect(
     return Outcome(record={"command": Command.INSPECT, **report}, show=partial(show_program, report))
 
 
-def verify_backup(
+def check_backup(
     written: Annotated[
         str,
         typer.Argument(
@@ -70,18 +70,18 @@ def verify_backup(
     first: Annotated[int, typer.Option("--first", min=0, help="Differences that are printed of each program.")] = 20,
     screen: opt.Screen,
 ) -> Outcome:
-    """Compare a controller's ASCII backup with the written program, to the last digit; exit 1 where they differ.
+    """Check that a controller's ASCII backup is the program that was written, to the last digit; else exit 1.
 
     Examples:
-        cgen verify-backup out/SPIRAL_1300.LS backup/SPIRAL_1300.LS
-        cgen verify-backup outputs/optic_spiral backup --json
+        cgen check-backup out/SPIRAL_1300.LS backup/SPIRAL_1300.LS
+        cgen check-backup outputs/optic_spiral backup --json
     """
     from compgen.pipelines.compare_backup.backup_files import verify_backup as compare
 
     programs = compare(written, backup)
     count = sum(len(program.differences) for program in programs)
     record = {
-        "command": Command.VERIFY_BACKUP,
+        "command": Command.CHECK_BACKUP,
         "same": count == 0,
         "programs": [program.record() for program in programs],
     }
