@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -51,10 +51,17 @@ def explain(
         cgen explain outputs/spiral_1300
         cgen explain
     """
-    said: dict[Code, list[str]] = _of_report(code) if os.path.exists(code) else {c: [] for c in _codes(code)}
-    record = {"command": Command.EXPLAIN, "codes": [_record(each, messages) for each, messages in said.items()]}
-    lines = _listed() if not code else [line for each, messages in said.items() for line in _lines(each, messages)]
-    return Outcome(record=record, show=partial(print_lines, lines))
+    said = _of_report(code) if os.path.exists(code) else {c: [] for c in _codes(code)}
+    place = f"{page_place('findings')}#"
+    record = [
+        {
+            "code": each.value, "levels": [level.value for level in each.levels], "room": each.room,
+            "meaning": each.meaning, "remedy": each.remedy, "page": place + each, "messages": messages,
+        }
+        for each, messages in said.items()
+    ]  # fmt: skip
+    lines = [line for each, messages in said.items() for line in _lines(each, messages, place)] if code else _listed()
+    return Outcome(record={"command": Command.EXPLAIN, "codes": record}, show=partial(print_lines, lines))
 
 
 def _codes(word: str) -> list[Code]:
@@ -81,18 +88,11 @@ def _of_report(place: str) -> dict[Code, list[str]]:
     return said
 
 
-def _record(code: Code, messages: list[str]) -> dict[str, Any]:
-    levels, page = [level.value for level in code.levels], f"{page_place('findings')}#{code}"
-    head = {"code": code.value, "levels": levels, "room": code.room, "meaning": code.meaning, "remedy": code.remedy}
-    return {**head, "page": page, "messages": messages}
-
-
-def _lines(code: Code, messages: list[str]) -> Iterator[str]:
+def _lines(code: Code, messages: list[str], place: str) -> Iterator[str]:
     """A code's sentences."""
     yield f"{code} ({', '.join(code.levels)}): {code.meaning}"
     yield from (f"  {printable(message)}" for message in messages)
-    yield f"  What to do: {code.remedy}"
-    yield f"  {page_place('findings')}#{code}"
+    yield from (f"  What to do: {code.remedy}", f"  {place}{code}")
 
 
 def _listed() -> Iterator[str]:

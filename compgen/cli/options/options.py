@@ -19,6 +19,7 @@ from compgen.cli.options.completion import (
 )
 from compgen.cli.output_files import marker, publish
 from compgen.core.exceptions import InputError, naming_file
+from compgen.core.files import PROJECT
 from compgen.core.findings import beyond_text
 from compgen.core.units import HOUR, MINUTE, UM
 from compgen.verification.executed.third_joint import J3
@@ -60,7 +61,8 @@ def every_file(ending: str, what: str) -> Callable[[typer.CallbackParam, list[st
             files, why = glob(name, recursive=True), f"no {what} matches"
         else:
             return [name]
-        kept = sorted(f for f in files if f.lower().endswith(ending) and os.path.isfile(f))
+        files = [f for f in files if f.lower().endswith(ending) and os.path.basename(f) != PROJECT]
+        kept = sorted(filter(os.path.isfile, files))
         if not kept:
             raise InputError(f"{name}: {why}; give a file, a folder that holds some, or a pattern in quotes")
         return kept

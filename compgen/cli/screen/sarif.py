@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import quote
 
 from compgen.cli.screen.junit import JudgedPath
@@ -18,70 +18,58 @@ SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 LEVELS = {Level.OUTSIDE: "error", Level.REFUSED: "error", Level.WARNING: "warning", Level.NOTE: "note"}
 
 
-class _Result(NamedTuple):
-    rule: str  # a finding's code; of a file that was refused its exit code in words
-    level: str
-    message: str
-    line: int  # of the file, from 1
-
-
 def sarif_text(judged: Sequence[JudgedPath]) -> bytes:
     """One run: a result for each finding, unsafe statement and refusal, in the order of the files.
 
     Args:
         judged: Files, with what became of them.
     """
-    found = [(one.path, result) for one in judged for result in _results(one)]
-    rules = sorted({result.rule for _, result in found})
-    driver = {"name": "compgen", "version": __version__, "rules": [_rule(rule) for rule in rules]}
-    ended = all(one.code is not None and one.code < ExitCode.CRASHED for one in judged)
+    results = [result for one in judged for result in _results(one)]
+    rules = [_rule(rule) for rule in sorted({result["ruleId"] for result in results})]
     run = {
-        "tool": {"driver": driver},
-        "invocations": [{"executionSuccessful": ended}],
+        "tool": {"driver": {"name": "compgen", "version": __version__, "rules": rules}},
+        "invocations": [{"executionSuccessful": all((one.code or 0) < ExitCode.CRASHED for one in judged)}],
         "columnKind": "utf16CodeUnits",
-        "results": [_record(path, result, rules) for path, result in found],
+        "results": results,
     }
     return json_text({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]})
 
 
-def _results(one: JudgedPath) -> Iterator[_Result]:
-    summary = one.summary
-    if summary is None:
-        if one.code is not None:
-            yield _Result(ExitCode(one.code).kind.replace(" ", "-"), "error", one.message, _line_said(one))
-        return
+def _results(one: JudgedPath) -> Iterator[dict[str, Any]]:
+    summary = one.summary or {}
+    if one.summary is None and one.code is not None:
+        behind = one.message.removeprefix(f"{one.path}: ")
+        stated = re.search(r"\bline (\d+)", behind)
+        line = int(stated[1]) if stated else _line(one.path, behind.partition(":")[0])
+        yield _result(one.path, line, ExitCode(one.code).kind.replace(" ", "-"), "error", one.message)
     for finding in summary.get("findings", ()):
-        level, code = LEVELS[Level(finding["level"])], finding["code"]
-        yield _Result(code, level, finding["message"], line_of_key(_content(one.path), code))
+        code, level = finding["code"], LEVELS[Level(finding["level"])]
+        yield _result(one.path, _line(one.path, code), code, level, finding["message"])
     for unsafe in summary.get("unsafe", ()):
-        level = LEVELS[Code.CORRECTION_UNSAFE.levels[0]]
-        yield _Result(Code.CORRECTION_UNSAFE.value, level, f"{unsafe['text']}: {unsafe['reason']}", unsafe["line"])
+        words = f"{unsafe['text']}: {unsafe['reason']}"
+        yield _result(one.path, unsafe["line"], Code.CORRECTION_UNSAFE.value, LEVELS[Level.WARNING], words)
 
 
-def _line_said(one: JudgedPath) -> int:
-    """The line that a refusal names, or that has the key which it names."""
-    behind = one.message.removeprefix(f"{one.path}: ")
-    stated = re.search(r"\bline (\d+)", behind)
-    return int(stated[1]) if stated else line_of_key(_content(one.path), behind.partition(":")[0])
-
-
-def _content(path: str) -> str:
+def _line(path: str, key: str) -> int:
+    """Where a path file has the key that a code or a refusal names, or its table."""
     try:
-        return read_regular(path).decode(errors="replace")
+        return line_of_key(read_regular(path).decode(errors="replace"), key)
     except (OSError, ValueError):
-        return ""
+        return 1
 
 
 def _rule(rule: str) -> dict[str, Any]:
-    """What a code means, and what to do."""
-    if rule not in list(Code):
-        return {"id": rule}
-    code = Code(rule)
-    return {"id": rule, "shortDescription": {"text": code.meaning}, "help": {"text": code.remedy}}
+    """What a code means and what to do; of a refusal its exit code in words."""
+    known = [code for code in Code if code == rule]
+    return {"id": rule} | {
+        key: {"text": text}
+        for code in known
+        for key, text in (("shortDescription", code.meaning), ("help", code.remedy))
+    }
 
 
-def _record(path: str, result: _Result, rules: list[str]) -> dict[str, Any]:
+def _result(path: str, line: int, rule: str, level: str, message: str) -> dict[str, Any]:
     place = Path(path).as_uri() if Path(path).is_absolute() else quote(Path(path).as_posix())
-    where = {"artifactLocation": {"uri": place}, "region": {"startLine": max(result.line, 1)}}
-    head = {"ruleId": result.rule, "ruleIndex": rules.index(result.rule), "level": result.level}
-    return {**head, "message": {"text": result.message}, "locations": [{"physicalLocation": where}]}
+    where = {"artifactLocation": {"uri": place}, "region": {"startLine": max(line, 1)}}
+    head = {"ruleId": rule, "level": level, "message": {"text": message}}
+    return {**head, "locations": [{"physicalLocation": where}]}

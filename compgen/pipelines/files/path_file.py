@@ -31,6 +31,7 @@ from compgen.job.own_file import OwnFile
 from compgen.job.part_frame import frame_of
 from compgen.job.tables import bounds_of
 from compgen.job.uncertainty import refuse_without_uncertainty
+from compgen.pipelines.files.project_file import Project, find_project
 from compgen.pipelines.files.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.files.schema import PathFile
 from compgen.planning.boundaries import Boundary, unbounded
@@ -98,6 +99,8 @@ class JobFiles:
     robot_source: Path
     robot_text: TomlText
     overrides: tuple[str, ...]
+    project: Project | None = None
+    notes: tuple[Finding, ...] = ()  # what is said of the project's file
 
     def __call__(self) -> Job:
         """The job that they describe; unlike a function, two of the same files compare as the same."""
@@ -116,6 +119,9 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
     refuse_unprintable(overrides)
     for_robot = [o for o in overrides if o.startswith("robot.")]
     path_data = read_toml(source, "paths")
+    project = find_project(source.resolve().parent, Path.cwd())
+    typed = [*(["robot"] if robot else []), *(item.partition("=")[0].strip() for item in overrides)]
+    notes = () if project is None else project.fill(path_data, typed)
     for item in overrides:
         if item not in for_robot:
             override(path_data, item, item)
@@ -124,7 +130,7 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
     robot_text = read_toml_text(robot_source, "robots")
     for item in for_robot:
         override(robot_text.tables, item.removeprefix("robot."), item)
-    return JobFiles(source, path_data, robot_source, robot_text, tuple(overrides))
+    return JobFiles(source, path_data, robot_source, robot_text, tuple(overrides), project, notes)
 
 
 def job_of(files: JobFiles) -> Job:
@@ -145,12 +151,12 @@ def job_of(files: JobFiles) -> Job:
             air = Ambient(np.zeros(1), log.air[-1:])  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
-    notes = (*notes, *read_findings(read))
+    notes = (*files.notes, *notes, *read_findings(read))
     programs = _programs(program, cell)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
-    others = files_read(path, str(source))
+    others = files_read(path, str(source)) | (files.project.record(source) if files.project else {})
     history = _planned_day(path, programs, cell, air)
     if log is not None:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
@@ -243,7 +249,7 @@ def _programs(plan: ProgramPlan, cell: Cell) -> Programs:
 
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
     """What the program of another path file does in a cell; its own robot and history are not looked at."""
-    data = {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
+    data = {"bounds": {}} | {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
     path = check(PathFile, data, path_file)
     return _program(path, path_file, cell, _settings(path, cell).rate)[0]
 
