@@ -90,7 +90,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     return job_of(read_job_files(path_file, robot, overrides))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JobFiles:
     """The files of a job as they were read, overrides put in."""
 
@@ -100,7 +100,6 @@ class JobFiles:
     robot_text: TomlText
     overrides: tuple[str, ...]
     project: Project | None = None
-    notes: tuple[Finding, ...] = ()  # what is said of the project's file
 
     def __call__(self) -> Job:
         """The job that they describe; unlike a function, two of the same files compare as the same."""
@@ -118,19 +117,21 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
         raise InputError("--robot: an empty name; give a robot's name or file")
     refuse_unprintable(overrides)
     for_robot = [o for o in overrides if o.startswith("robot.")]
-    path_data = read_toml(source, "paths")
+    data = read_toml(source, "paths")
     project = find_project(source.resolve().parent, Path.cwd())
     typed = [*(["robot"] if robot else []), *(item.partition("=")[0].strip() for item in overrides)]
-    notes = () if project is None else project.fill(path_data, typed)
+    project = project and project.filling(data, typed)
     for item in overrides:
         if item not in for_robot:
-            override(path_data, item, item)
-    path = check(PathFile, path_data, str(source))
-    robot_source = find_robot(robot or path.robot, source)
-    robot_text = read_toml_text(robot_source, "robots")
+            override(data, item, item)
+    path = check(PathFile, data, str(source))
+    arm_file = find_robot(robot or path.robot, source)
+    text = read_toml_text(arm_file, "robots")
     for item in for_robot:
-        override(robot_text.tables, item.removeprefix("robot."), item)
-    return JobFiles(source, path_data, robot_source, robot_text, tuple(overrides), project, notes)
+        override(text.tables, item.removeprefix("robot."), item)
+    return JobFiles(
+        source=source, path_data=data, robot_source=arm_file, robot_text=text, overrides=(*overrides,), project=project
+    )
 
 
 def job_of(files: JobFiles) -> Job:
@@ -151,7 +152,7 @@ def job_of(files: JobFiles) -> Job:
             air = Ambient(np.zeros(1), log.air[-1:])  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
-    notes = (*files.notes, *notes, *read_findings(read))
+    notes = (*(files.project.notes if files.project else ()), *notes, *read_findings(read))
     programs = _programs(program, cell)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE

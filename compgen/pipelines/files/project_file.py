@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
@@ -36,14 +36,15 @@ class Project:
     source: Path
     table: ProjectTable
     text: TomlText
+    notes: tuple[Finding, ...] = ()  # what it gave, and what of it is not used
 
     def record(self, path_file: Path) -> dict[str, dict[str, str]]:
         """The file as an input of a path file's job: its place from there, and its hash."""
         place = os.path.relpath(self.source.resolve(), path_file.resolve().parent)
         return {"project": {"file": Path(place).as_posix(), "sha256": sha256(self.text.content).hexdigest()}}
 
-    def fill(self, tables: dict[str, Any], typed: Sequence[str]) -> tuple[Finding, ...]:
-        """Put defaults into a path file's tables; what is said of them.
+    def filling(self, tables: dict[str, Any], typed: Sequence[str]) -> "Project":
+        """Put defaults into a path file's tables; the project, with what is said of them.
 
         Args:
             tables: Of the path file, filled in place.
@@ -66,7 +67,8 @@ class Project:
                 used.append(f"bounds.{key} = {limit:g}" + (f" (path file: {bound:g})" if bound > limit else ""))
                 own[key] = limit
         notes = [Finding(Level.NOTE, Code.PROJECT_FILE, f"{self.source} gives {', '.join(used)}")] if used else []
-        return (*notes, *(Finding(Level.WARNING, Code.PROJECT_FILE, f"{self.source}: looser: {one}") for one in looser))
+        notes += [Finding(Level.WARNING, Code.PROJECT_FILE, f"{self.source}: looser: {one}") for one in looser]
+        return replace(self, notes=tuple(notes))
 
 
 def find_project(*starts: Path) -> Project | None:
