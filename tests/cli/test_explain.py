@@ -16,7 +16,7 @@ def test_a_code_is_explained_as_the_registry_has_it_however_it_was_copied(typed)
     assert done.stdout.splitlines() == [
         f"{code} (warning, note): {code.meaning}",
         f"  What to do: {code.remedy}",
-        f"  docs/findings.md#{code}",
+        f"  {ROOT}/docs/findings.md#{code}",
     ]
     assert run("explain", typed, "--json").stdout == run("explain", code.value, "--json").stdout
 
@@ -46,7 +46,9 @@ def test_the_findings_of_a_report_are_explained_once_each(tmp_path):
         ("note", Code.PATH_LINES, "b"),
     ]
     findings = [{"level": level, "code": code, "message": message} for level, code, message in rows]
-    (tmp_path / "report.json").write_text(json.dumps({"findings": [*findings, {"code": "of.later"}, 1]}))
+    (tmp_path / "report.json").write_text(
+        json.dumps({"findings": [*findings, {"code": "of.later"}, {"code": "thermal.none"}, 1]})
+    )
     for place in (tmp_path, tmp_path / "report.json"):
         lines = run("explain", place).stdout.splitlines()
         assert [line for line in lines if line.startswith(("thermal.none ", "path.lines "))] == [lines[0], lines[4]]

@@ -30,6 +30,7 @@ ROOMS = {
     "job": "A cell and its job",
     "pipelines": "A run as a whole",
 }
+PAGE = "docs/findings.md"
 _CLOSE = 0.5  # of the letters
 
 
@@ -52,15 +53,14 @@ def explain(
         cgen explain
     """
     said = _of_report(code) if os.path.exists(code) else {c: [] for c in _codes(code)}
-    place = f"{page_place('findings')}#"
     record = [
         {
             "code": each.value, "levels": [level.value for level in each.levels], "room": each.room,
-            "meaning": each.meaning, "remedy": each.remedy, "page": place + each, "messages": messages,
+            "meaning": each.meaning, "remedy": each.remedy, "page": f"{PAGE}#{each}", "messages": messages,
         }
         for each, messages in said.items()
     ]  # fmt: skip
-    lines = [line for each, messages in said.items() for line in _lines(each, messages, place)] if code else _listed()
+    lines = [line for each, messages in said.items() for line in _lines(each, messages)] if code else _listed()
     return Outcome(record={"command": Command.EXPLAIN, "codes": record}, show=partial(print_lines, lines))
 
 
@@ -81,18 +81,18 @@ def _of_report(place: str) -> dict[Code, list[str]]:
     said: dict[Code, list[str]] = {}
     findings = read_record(file).get("findings")
     for finding in findings if isinstance(findings, list) else ():
-        if isinstance(finding, dict) and finding.get("code") in list(Code):
+        if isinstance(finding, dict) and {"level", "message"} < finding.keys() and finding.get("code") in list(Code):
             said.setdefault(Code(finding["code"]), []).extend(finding_lines([finding]))
     if not said:
         raise InputError(f"{file}: it has no findings; give a {REPORT}, its folder, or a code")
     return said
 
 
-def _lines(code: Code, messages: list[str], place: str) -> Iterator[str]:
+def _lines(code: Code, messages: list[str]) -> Iterator[str]:
     """A code's sentences."""
     yield f"{code} ({', '.join(code.levels)}): {code.meaning}"
     yield from (f"  {printable(message)}" for message in messages)
-    yield from (f"  What to do: {code.remedy}", f"  {place}{code}")
+    yield from (f"  What to do: {code.remedy}", f"  {page_place(Path(PAGE).stem)}#{code}")
 
 
 def _listed() -> Iterator[str]:

@@ -91,8 +91,7 @@ def _names(folder: str, suffix: str = "") -> list[str]:
 
 def page_place(name: str) -> str:
     """Where a page of docs/ lies here: in the checkout, or as it came with the package."""
-    page = Path(_data("docs"), f"{name}.md")
-    return str(page.relative_to(Path.cwd()) if page.is_relative_to(Path.cwd()) else page)
+    return os.path.join(_data("docs"), f"{name}.md")
 
 
 def _data(kind: str) -> str:

@@ -82,9 +82,9 @@ def find_project(*starts: Path) -> Project | None:
     """
     for start in starts:
         folders = [start.resolve(), *start.resolve().parents]
-        top = next((n for n, folder in enumerate(folders) if (folder / ".git").exists()), ONE_ABOVE)
+        top = next((n for n, folder in enumerate(folders) if os.path.exists(folder / ".git")), ONE_ABOVE)
         for folder in folders[: top + 1]:
-            if (folder / PROJECT).is_file():
+            if os.path.isfile(folder / PROJECT):
                 return _read(Path(os.path.relpath(folder / PROJECT)))
     return None
 
