@@ -34,6 +34,7 @@ from compgen.cli.commands.whatif import whatif
 from compgen.cli.frame import Outcome, framed
 from compgen.cli.options.completion import page_place
 from compgen.cli.screen.messages import print_note_once
+from compgen.core.commands import RENAMED
 from compgen.core.version import __version__
 
 #: the help's sections, commands in the order of work
@@ -64,8 +65,6 @@ PAGES = {
     "keys": ("schema",),
     "findings": ("explain",),
 }
-#: what a command was called before, and what it is called now
-RENAMED = {"validate": "check-robot", "verify-backup": "check-backup"}
 NAMES = {title: tuple(c.__name__.replace("_", "-") for c in commands) for title, commands in SECTIONS.items()}
 
 

@@ -36,6 +36,8 @@ class Command(StrEnum):
     EXPLAIN = "explain"
 
 
+#: what a command was called before, on the command line and in its record, and what it is called now
+RENAMED = {"validate": Command.CHECK_ROBOT, "verify-backup": Command.CHECK_BACKUP}
 #: records of 0.1.0 do not say it: a command by the keys that only its record has; ``predict`` has those of ``generate``
 _KEYS = {
     Command.IDENTIFY: {"ladder", "coverage"},
@@ -59,6 +61,7 @@ _KEYS = {
 def command_of(record: Mapping[str, Any]) -> Command | None:
     """The command that left a record; None where it is of no command that is known here."""
     if "command" in record:
-        return next((command for command in Command if command == record["command"]), None)
+        names = {**{command.value: command for command in Command}, **RENAMED}
+        return next((command for name, command in names.items() if name == record["command"]), None)
     command = next((command for command, keys in _KEYS.items() if keys <= set(record)), None)
     return Command.PREDICT if command is Command.GENERATE and record["after"] is None else command

@@ -34,6 +34,11 @@ def test_a_record_says_its_command_and_one_without_is_known_by_its_keys(name):
         assert command_of({**record, "command": command.value}) is command
 
 
+@pytest.mark.parametrize(("old", "new"), [("validate", "check-robot"), ("verify-backup", "check-backup")])
+def test_a_record_of_a_command_s_earlier_name_is_of_that_command(old, new):
+    assert command_of({"command": old}) is Command(new)
+
+
 def test_what_is_no_command_is_none():
     for record in ({}, {"name": "x"}, {"command": "made up"}, {"command": ["generate"]}, {"command": None}):
         assert command_of(record) is None
