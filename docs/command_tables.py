@@ -9,33 +9,16 @@ from pathlib import Path
 
 from typer.main import get_command
 
-from compgen.cli.app import SECTIONS, app
+from compgen.cli.app import PAGES, SECTIONS, app
 
 PAGE = Path(__file__).parent / "commands.md"
 INTRODUCTION = """\
 # Commands
 
-Made by `python docs/command_tables.py` from the application, which says the same by `cgen COMMAND --help`. `*` marks
-what must be given. Options that mean the same everywhere, exit codes and pipes: [the command line](cli.md).
+Made by `python docs/command_tables.py` from the application, which says the same by `cgen COMMAND --help`
+or `cgen help COMMAND`. `*` marks what must be given. Options that mean the same
+everywhere, exit codes and pipes: [the command line](cli.md).
 """
-#: where a command is explained
-PAGES = {
-    "own_paths": ("generate",),
-    "report": ("predict",),
-    "ci": ("check",),
-    "correct": ("inspect", "correct"),
-    "long_programs": ("pages",),
-    "loading": ("verify-backup",),
-    "executed": ("executed", "plan-motion-log", "identify-motion"),
-    "resume": ("resume", "follow"),
-    "anchor": ("anchor", "offsets", "plan-touches"),
-    "heat": ("heat",),
-    "whatif": ("whatif",),
-    "compare": ("compare",),
-    "identify": ("plan-poses", "identify", "validate", "teach-frame"),
-    "robots": ("inspect-robot", "export-robot", "init"),
-    "keys": ("schema",),
-}
 
 
 def page() -> str:

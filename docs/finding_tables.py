@@ -6,6 +6,7 @@ python docs/finding_tables.py
 from collections.abc import Iterator
 from pathlib import Path
 
+from compgen.cli.commands.explain import ROOMS
 from compgen.core.codes import Code
 
 PAGE = Path(__file__).parent / "findings.md"
@@ -13,7 +14,8 @@ INTRODUCTION = """\
 # Findings
 
 A finding is what you must know of a result. Screen, page, JSON (`findings`) and JUnit name it by its code; its message
-has the place and the numbers. Its level says how much it weighs:
+has the place and the numbers. `cgen explain CODE` says what its row here
+says, `cgen explain FOLDER` that of each finding of a report. Its level says how much it weighs:
 
 | level | what it does |
 |---|---|
@@ -25,15 +27,6 @@ has the place and the numbers. Its level says how much it weighs:
 Made by `python docs/finding_tables.py` from `compgen/core/codes.py`. The tables go by the [room](rooms.md) of the
 package that finds it first.
 """
-ROOMS = {
-    "core": "Files, as they are read",
-    "planning": "The path",
-    "error_model": "The error sources",
-    "verification": "The verdict, and logs of a run",
-    "identification": "Measurements",
-    "job": "A cell and its job",
-    "pipelines": "A run as a whole",
-}
 
 
 def page() -> str:
@@ -46,7 +39,7 @@ def _table(room: str, title: str) -> Iterator[str]:
     yield from ("| code | level | what it means | what to do |", "|---|---|---|---|")
     for code in sorted(code for code in Code if code.room == room):
         levels = ", ".join(f"`{level}`" for level in code.levels)
-        yield f"| `{code}` | {levels} | {code.meaning} | {code.remedy} |"
+        yield f'| <a id="{code}"></a>`{code}` | {levels} | {code.meaning} | {code.remedy} |'
     yield ""
 
 

@@ -48,7 +48,7 @@ CALLS = {
     "correct": ("correct", "plan/LINE_Y_PLAN.LS", "--before", "moving 200mm/s 6h", "--max-um", "5", "-o", "c"),
     "pages":
         ("pages", "PART.LS", "--robot", "m710ic50", "--set", "controller.max_lines=130", "-o", "parted"),
-    "verify-backup": ("verify-backup", "made/LINE_Y.LS", "again/LINE_Y.LS"),
+    "check-backup": ("check-backup", "made/LINE_Y.LS", "again/LINE_Y.LS"),
     "resume": ("resume", "paged", "--from-page", "2", "--late", "5min", "--date", "2026-01-31"),
     "offsets": ("offsets", LINE),
     "heat": ("heat", LINE, "-o", "h"),
@@ -60,6 +60,7 @@ CALLS = {
     "export-robot": ("export-robot", "m710ic50", "-o", "arm.urdf"),
     "init": ("init", "cell"),
     "schema": ("schema", "path"),
+    "explain": ("explain", "thermal.none"),
     "executed": ("executed", "PART.LS", "--log", "run.csv", "--robot", "m710ic50", "-o", "driven"),
     "identify-motion":
         ("identify-motion", "PART.LS", "--log", "run.csv", "--robot", "m710ic50", "-o", "motion/smooth.toml"),
@@ -67,7 +68,7 @@ CALLS = {
     "anchor": ("anchor", LINE, "--touches", "touches.csv", "--artefact", "artefact.toml", "-o", "anchored/state.toml"),
     "teach-frame": ("teach-frame", "m710ic50", "--touches", "touches.csv", "-o", "frame/part.toml"),
     "identify": ("identify", "m710ic50", "--poses", "poses.csv", "-o", "identified/mine.toml"),
-    "validate": ("validate", "m710ic50", "--poses", "poses.csv", "--refit-frames"),
+    "check-robot": ("check-robot", "m710ic50", "--poses", "poses.csv", "--refit-frames"),
 }  # fmt: skip
 SPHERES = {"a": (1000, -400, 0), "b": (1300, 500, 100), "c": (1600, 0, 0)}  # mm, as the artefact has them
 REFLECTORS = [[60, 0, 100], [0, 60, 100], [-60, 0, 100]]  # mm in the flange

@@ -14,11 +14,12 @@ import typer.core
 from compgen.cli.commands.check import check
 from compgen.cli.commands.compare import compare
 from compgen.cli.commands.correct import correct
+from compgen.cli.commands.explain import explain
 from compgen.cli.commands.follow import follow
 from compgen.cli.commands.heat import heat
-from compgen.cli.commands.identify import identify, validate
+from compgen.cli.commands.identify import check_robot, identify
 from compgen.cli.commands.init import init, schema
-from compgen.cli.commands.inspect import inspect, verify_backup
+from compgen.cli.commands.inspect import check_backup, inspect
 from compgen.cli.commands.jobs import generate, predict
 from compgen.cli.commands.offsets import offsets
 from compgen.cli.commands.pages import pages
@@ -31,21 +32,51 @@ from compgen.cli.commands.robots import export_robot, inspect_robot
 from compgen.cli.commands.touches import anchor, teach_frame
 from compgen.cli.commands.whatif import whatif
 from compgen.cli.frame import Outcome, framed
+from compgen.cli.options.completion import page_place
+from compgen.cli.screen.messages import print_note_once
+from compgen.core.commands import RENAMED
 from compgen.core.version import __version__
 
 #: the help's sections, commands in the order of work
 SECTIONS = {
-    "Programs": (generate, predict, check, inspect, correct, pages, verify_backup, executed),
+    "Start here": (init, inspect, correct, predict, generate, check),
+    "Programs": (pages, check_backup, executed),
     "While a job runs": (resume, follow, anchor, offsets),
     "What if": (heat, whatif, compare),
-    "Measurements": (plan_poses, identify, validate, plan_touches, teach_frame, plan_motion_log, identify_motion),
-    "Files": (inspect_robot, export_robot, init, schema),
+    "Measurements": (plan_poses, identify, check_robot, plan_touches, teach_frame, plan_motion_log, identify_motion),
+    "Files and words": (inspect_robot, export_robot, schema, explain),
+}
+#: the page of docs/ that explains a command
+PAGES = {
+    "own_paths": ("generate",),
+    "report": ("predict",),
+    "ci": ("check",),
+    "correct": ("inspect", "correct"),
+    "long_programs": ("pages",),
+    "loading": ("check-backup",),
+    "executed": ("executed", "plan-motion-log", "identify-motion"),
+    "resume": ("resume", "follow"),
+    "anchor": ("anchor", "offsets", "plan-touches"),
+    "heat": ("heat",),
+    "whatif": ("whatif",),
+    "compare": ("compare",),
+    "identify": ("plan-poses", "identify", "check-robot", "teach-frame"),
+    "robots": ("inspect-robot", "export-robot", "init"),
+    "keys": ("schema",),
+    "findings": ("explain",),
 }
 NAMES = {title: tuple(c.__name__.replace("_", "-") for c in commands) for title, commands in SECTIONS.items()}
 
 
 class SectionedHelp(typer.core.TyperGroup):
-    """An application whose help lists its commands in sections."""
+    """An application whose help lists its commands in sections, and that knows those which were called otherwise."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of a name; of one that it had before, too, which says so."""
+        name = RENAMED.get(cmd_name, cmd_name)
+        if name != cmd_name and not ctx.resilient_parsing:
+            print_note_once(f"cgen {cmd_name} is called cgen {name} now")
+        return self.commands.get(name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands, a section after the other."""
@@ -60,7 +91,8 @@ class SectionedHelp(typer.core.TyperGroup):
 app = typer.Typer(
     cls=SectionedHelp,
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
-    epilog="\b\nExample:\n  cgen init && cgen generate paths/spiral_1300.toml",
+    epilog=f"\b\ncgen help COMMAND, cgen COMMAND --help: its options. All pages: {page_place('index')}\n\n"
+    "\b\nExample:\n  cgen init && cgen generate paths/spiral_1300.toml",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -79,7 +111,9 @@ def _add(name: str, command: Callable[..., Outcome]) -> None:
     """Give the application a command; the help is its docstring, the examples at its end follow the options."""
     words, _, examples = str(getdoc(command)).partition("\n\nExamples:\n")
     title = "Examples" if "\n" in examples else "Example"
-    epilog = "\n".join([f"\b\n{title}:", *(f"  {line.strip()}" for line in examples.splitlines())])
+    page = next(page for page, names in PAGES.items() if name in names)
+    lines = [f"\b\nExplained in {page_place(page)}\n\n\b\n{title}:", *(f"  {e.strip()}" for e in examples.splitlines())]
+    epilog = "\n".join(lines)
     app.command(name, help=words, epilog=epilog)(framed(command))
 
 

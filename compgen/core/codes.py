@@ -368,6 +368,8 @@ class Code(StrEnum):
         "Teach a position between, or move the part.", OUTSIDE, WARNING)
     CORRECTION_ORDER = ("correction.order", "pipelines",
         "The robot may come from elsewhere: only the line's end is judged.", "Nothing.", NOTE)
+    PROJECT_FILE = ("project.file", "pipelines", "Says what the project's cgen.toml gives, and what in it is looser.",
+        "Compare it with what the path file shall have; say it there.", WARNING, NOTE)
     CORRECTION_UNSAFE = ("correction.unsafe", "pipelines", "Some lines go where run time decides: they stay.",
         "Read the reason; cgen inspect lists them all.", WARNING)
     CORRECTION_HELD = ("correction.held", "pipelines", "Positions are left as they are.",

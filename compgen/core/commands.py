@@ -23,7 +23,7 @@ class Command(StrEnum):
     PAGES = "pages"
     IDENTIFY = "identify"
     IDENTIFY_MOTION = "identify-motion"
-    VALIDATE = "validate"
+    CHECK_ROBOT = "check-robot"
     PLAN_POSES = "plan-poses"
     PLAN_TOUCHES = "plan-touches"
     PLAN_MOTION_LOG = "plan-motion-log"
@@ -31,15 +31,18 @@ class Command(StrEnum):
     INSPECT = "inspect"
     INSPECT_ROBOT = "inspect-robot"
     EXPORT_ROBOT = "export-robot"
-    VERIFY_BACKUP = "verify-backup"
+    CHECK_BACKUP = "check-backup"
     INIT = "init"
+    EXPLAIN = "explain"
 
 
+#: what a command was called before, on the command line and in its record, and what it is called now
+RENAMED = {"validate": Command.CHECK_ROBOT, "verify-backup": Command.CHECK_BACKUP}
 #: records of 0.1.0 do not say it: a command by the keys that only its record has; ``predict`` has those of ``generate``
 _KEYS = {
     Command.IDENTIFY: {"ladder", "coverage"},
     Command.IDENTIFY_MOTION: {"motion", "tried"},
-    Command.VALIDATE: {"overall", "targets", "set_aside"},
+    Command.CHECK_ROBOT: {"overall", "targets", "set_aside"},
     Command.EXECUTED: {"covered", "override", "log"},
     Command.ANCHOR: {"anchored_state"},
     Command.RESUME: {"from_page", "replaced"},
@@ -58,6 +61,7 @@ _KEYS = {
 def command_of(record: Mapping[str, Any]) -> Command | None:
     """The command that left a record; None where it is of no command that is known here."""
     if "command" in record:
-        return next((command for command in Command if command == record["command"]), None)
+        names = {**{command.value: command for command in Command}, **RENAMED}
+        return next((command for name, command in names.items() if name == record["command"]), None)
     command = next((command for command, keys in _KEYS.items() if keys <= set(record)), None)
     return Command.PREDICT if command is Command.GENERATE and record["after"] is None else command

@@ -13,6 +13,7 @@ from compgen.core.units import MB
 MOST_BYTES = 2_000_000_000
 PROVENANCE = ".compgen.json"  # behind a program's name: what it was corrected from, beside a corrected program
 POSTERIOR = ".posterior.json"  # behind a robot file's name: how well its parameters are known together, beside it
+PROJECT = "cgen.toml"  # a project's file, with the defaults of its path files
 MOST_TABLE_BYTES = 16_000_000  # of a TOML file or another that people write by hand
 _CLOSE = 0.7  # of the letters of a name
 

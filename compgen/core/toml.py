@@ -307,6 +307,24 @@ def suggest(word: str, known: Sequence[str], *, listed: bool = False) -> str:
     return "" if listed or len(known) > 12 else f"; known: {', '.join(known)}"
 
 
+def line_of_key(text: str, key: str) -> int:
+    """The line, from 1, where a file's text has a key or, where it has not, the first of its tables; 1 without either.
+
+    Args:
+        text: Of a TOML file, well formed or not.
+        key: Dotted; rows of a list of tables are not told apart.
+    """
+    wanted, table, line_of = re.sub(r"\.\d+(?=\.|$)", "", key), "", dict[str, int]()
+    for number, line in enumerate(text.splitlines(), 1):
+        head, entry = re.match(r"\s*\[+\s*([\w.-]+)", line), re.match(r"\s*([\w.-]+)\s*=", line)
+        if head:
+            table = f"{head[1]}."
+        if head or entry:
+            line_of.setdefault(head[1] if head else f"{table}{entry[1] if entry else ''}", number)
+    places = ["", *wanted.split(".")]
+    return next((line_of[k] for n in range(len(places), 1, -1) if (k := ".".join(places[1:n])) in line_of), 1)
+
+
 def input_keys(table: Table) -> dict[str, Any]:
     """Every key of a checked table with its value, as a file would spell both; None where it was left open.
 

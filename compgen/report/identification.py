@@ -160,7 +160,7 @@ def validation_summary(validation: Validation) -> dict[str, Any]:
     states = {"cold": kept & ~warm, "hot": kept & warm} if warm.any() else {}
     is_outside = any(f.level is Level.OUTSIDE for f in validation.findings)
     return {
-        "command": Command.VALIDATE,
+        "command": Command.CHECK_ROBOT,
         "unit": "mm",
         "verdict": "outside" if is_outside else "inside",
         "overall": sides(kept),

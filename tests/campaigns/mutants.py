@@ -175,7 +175,7 @@ def base_cases(robot: str, poses: str) -> list[tuple[int, tuple[str, ...], dict[
         (2, ("pages", "t.ls", "--robot", "arm.toml", *out), {**arm, "t.ls": listing}),
         (2, ("identify", "arm.toml", "--poses", "p.csv", "--lines", "l.csv", "-o", "out/r.toml"),
          {"p.csv": poses, "l.csv": LINES, **arm}),
-        (3, ("validate", "arm.toml", "--poses", "p.csv", "--refit-frames"), {"p.csv": poses, **arm}),
+        (3, ("check-robot", "arm.toml", "--poses", "p.csv", "--refit-frames"), {"p.csv": poses, **arm}),
         (2, ("plan-poses", "arm.toml", "-n", "8", *out), arm),
     ]  # fmt: skip
 

@@ -282,15 +282,16 @@ WITHOUT = {
     "--workers": {
         name: NO_ROWS
         for name in (
-            "inspect", "compare", "pages", "verify-backup", "inspect-robot", "export-robot", "init", "schema",
-            "teach-frame", "plan-motion-log",
+            "inspect", "compare", "pages", "check-backup", "inspect-robot", "export-robot", "init", "schema",
+            "teach-frame", "plan-motion-log", "explain",
         )
     },
     "--max-um": {
         **{name: NO_ERROR for name in ("inspect", "pages", "inspect-robot", "export-robot", "init", "schema")},
-        "verify-backup": "every digit counts",
+        "explain": NO_ERROR,
+        "check-backup": "every digit counts",
         "anchor": "it judges a state, not a path: its verdict says whether the state can be used",
-        "identify": "it judges a fit by what it was not fitted to; validate has a bound",
+        "identify": "it judges a fit by what it was not fitted to; check-robot has a bound",
         "identify-motion": "it judges a fit by what it was not fitted to; executed has a bound",
         "plan-poses": "nothing is measured yet",
         "plan-motion-log": "nothing is logged yet",

@@ -15,11 +15,12 @@ from typer.testing import CliRunner
 from compgen.cli.app import app
 
 COMMANDS = (
-    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed",
+    "init", "inspect", "correct", "predict", "generate", "check",
+    "pages", "check-backup", "executed",
     "resume", "follow", "anchor", "offsets",
     "heat", "whatif", "compare",
-    "plan-poses", "identify", "validate", "plan-touches", "teach-frame", "plan-motion-log", "identify-motion",
-    "inspect-robot", "export-robot", "init", "schema",
+    "plan-poses", "identify", "check-robot", "plan-touches", "teach-frame", "plan-motion-log", "identify-motion",
+    "inspect-robot", "export-robot", "schema", "explain",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """
@@ -62,8 +63,12 @@ def test_the_check_for_slow_libraries_bites():
 def test_the_help_lists_every_command_in_the_order_of_work():
     text = run("--help").stdout
     assert text.startswith("Usage: cgen ")
-    sections = text.partition("Programs:\n")[2].partition("Example:")[0].splitlines()
-    listed = [line.split()[0] for line in sections if line[:2] == "  " and line[2:3].isalpha()]
+    sections = text.partition("Start here:\n")[2].partition("cgen help")[0]
+    listed = [line.split()[0] for line in sections.splitlines() if line[:2] == "  " and line[2:3].isalpha()]
+    assert tuple(section.split("\n")[0] for section in sections.split("\n\n")[1:-1]) == (
+        "Programs:", "While a job runs:", "What if:", "Measurements:", "Files and words:",
+    )  # fmt: skip
+    assert sections.split("\n\n")[0].count("\n") + 1 == 6  # to start with
     assert tuple(listed) == COMMANDS
 
 
@@ -78,6 +83,29 @@ def test_every_command_has_examples_that_it_takes(name):
         assert (program, called) == ("cgen", name)
         command = typed_commands()[name]
         command.make_context(name, list(arguments), resilient_parsing=False)  # refuses what it does not know
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_help_names_a_page_that_is_there(name):
+    page = re.search(r"^ *Explained in (\S+)$", run(name, "-h").stdout, re.MULTILINE)
+    assert page
+    assert (ROOT / page[1]).is_file()
+
+
+def test_help_of_a_command_may_be_asked_for_in_either_way():
+    assert run("help").stdout == run("--help").stdout
+    assert run("help", "check").stdout == run("check", "--help").stdout
+    refused(run("help", "chek"), 2, "No such command 'chek'. Did you mean 'check'")
+
+
+@pytest.mark.parametrize(("old", "new"), [("validate", "check-robot"), ("verify-backup", "check-backup")])
+def test_a_command_that_was_called_otherwise_says_so_and_runs(old, new):
+    assert f"  {old} " not in run("--help").stdout
+    first, *rest = run(old).stderr.splitlines()
+    assert first == f"cgen: note: cgen {old} is called cgen {new} now"
+    assert len(rest) == 1
+    assert "Missing argument" in rest[0]
+    assert run(old, "--help").stdout.replace(f"Usage: cgen {old} ", f"Usage: cgen {new} ") == run(new, "-h").stdout
 
 
 def test_both_scripts_run_the_same_command():

@@ -6,7 +6,7 @@ import pytest
 import typer
 from shipped import ROOT
 
-from compgen.cli.app import NAMES
+from compgen.cli.app import NAMES, PAGES
 
 sys.path.insert(0, str(ROOT / "docs"))
 import command_tables
@@ -18,7 +18,7 @@ PAGE = (ROOT / "docs" / "commands.md").read_text()
 def test_the_page_has_every_command_with_where_it_is_explained():
     names = [line.removeprefix("### cgen ") for line in PAGE.splitlines() if line.startswith("### ")]
     assert names == COMMANDS
-    assert sorted(name for names in command_tables.PAGES.values() for name in names) == sorted(COMMANDS)
+    assert sorted(name for names in PAGES.values() for name in names) == sorted(COMMANDS)
 
 
 @pytest.mark.skipif(

@@ -17,7 +17,7 @@ OF_0_1_0: dict[str, tuple[str, dict[str, object]]] = {
     "anchor": ("schema name anchored_state verdict reason state path", {}),
     "identify": ("compgen robot verdict model poses held_out_um ladder coverage findings", {}),
     "identify-motion": ("schema name verdict findings motion program log held_out tried", {}),
-    "validate": ("unit verdict count targets overall set_aside findings", {}),
+    "check-robot": ("unit verdict count targets overall set_aside findings", {}),
     "plan-touches": ("planned_touches path robot artefact before after touches", {}),
     "inspect-robot": ("inspected_robot file wrist_reach_mm pendant_J3", {}),
     "teach-frame": ("uframe type_in sigma_um sigma_mdeg rise_K set_aside findings", {}),
@@ -32,6 +32,11 @@ def test_a_record_says_its_command_and_one_without_is_known_by_its_keys(name):
     assert command_of(record) is Command(name)
     for command in Command:
         assert command_of({**record, "command": command.value}) is command
+
+
+@pytest.mark.parametrize(("old", "new"), [("validate", "check-robot"), ("verify-backup", "check-backup")])
+def test_a_record_of_a_command_s_earlier_name_is_of_that_command(old, new):
+    assert command_of({"command": old}) is Command(new)
 
 
 def test_what_is_no_command_is_none():

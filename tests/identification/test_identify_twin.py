@@ -192,14 +192,14 @@ def test_the_written_file_says_what_was_found(made):
 
 def test_validate_needs_no_fit_on_the_same_instrument(made):
     _, folder, target, _ = made
-    result = CliRunner().invoke(app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json"])
+    result = CliRunner().invoke(app, ["check-robot", str(target), "--poses", str(folder / "fresh.csv"), "--json"])
     assert result.exit_code == 0, result.output
     numbers = json.loads(result.stdout)
     assert set(numbers["targets"]) == {"r1", "r2", "r3"}
     assert numbers["overall"]["identified"]["rms"] < 1.3 * NOISE * np.sqrt(3) / MM
     assert numbers["overall"]["nominal"]["rms"] > 0.5
     refitted_run = CliRunner().invoke(
-        app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json", "--refit-frames"]
+        app, ["check-robot", str(target), "--poses", str(folder / "fresh.csv"), "--json", "--refit-frames"]
     )
     assert (
         json.loads(refitted_run.stdout)["overall"]["identified"]["rms"]

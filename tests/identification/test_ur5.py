@@ -27,5 +27,5 @@ def test_few_poses_beat_what_peers_reach(tmp_path, count, reach_mm):
     test.write_text(converted(DATA / RANDOM))
     robot = str(ROOT / "robots" / "ur5.toml")
     assert CliRunner().invoke(app, ["identify", robot, "--poses", str(train), "-o", str(target), "-q"]).exit_code == 0
-    run = CliRunner().invoke(app, ["validate", str(target), "--poses", str(test), "--json"])
+    run = CliRunner().invoke(app, ["check-robot", str(target), "--poses", str(test), "--json"])
     assert json.loads(run.stdout)["overall"]["identified"]["mean"] <= reach_mm

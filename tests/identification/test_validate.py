@@ -73,7 +73,7 @@ def csv(truth, data, rows=None, instrument="tracker", unit=1.0):
 
 def validated(tmp_path, identified, text, *options):
     (tmp_path / "poses.csv").write_text(text)
-    result = run("validate", identified, "--poses", tmp_path / "poses.csv", "--json", *options)
+    result = run("check-robot", identified, "--poses", tmp_path / "poses.csv", "--json", *options)
     return result, json.loads(result.stdout) if result.stdout else None
 
 
@@ -167,9 +167,9 @@ def test_warm_poses_are_judged_with_the_states_of_a_log(truth, cold, identified,
     expected = NOISE * np.sqrt(3) / MM
     assert summary["states"]["hot"]["identified"]["rms"] == pytest.approx(expected, rel=0.15)
     assert summary["states"]["cold"]["identified"]["rms"] == pytest.approx(expected, rel=0.15)
-    without = run("validate", identified, "--poses", tmp_path / "hot.csv", "--json")
+    without = run("check-robot", identified, "--poses", tmp_path / "hot.csv", "--json")
     assert json.loads(without.stdout)["overall"]["identified"]["rms"] > 3 * expected
-    refused = run("validate", identified, "--hot", tmp_path / "hot.csv")
+    refused = run("check-robot", identified, "--hot", tmp_path / "hot.csv")
     assert refused.returncode == 2
     assert "--temperatures" in refused.stderr
 

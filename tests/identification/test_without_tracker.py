@@ -347,20 +347,20 @@ def test_an_arm_is_identified_by_distances_and_touches(identified):
 
 def test_the_same_files_validate_what_they_identified(identified, arm):
     folder, files, _ = identified
-    result = run("validate", folder / "mine.toml", *files, "--json")
+    result = run("check-robot", folder / "mine.toml", *files, "--json")
     assert result.returncode == 0, result.stderr
     overall = json.loads(result.stdout)["overall"]
     assert overall["identified"]["rms"] < 2 * NOISE / MM < 0.1 * overall["nominal"]["rms"]
-    refit = run("validate", folder / "mine.toml", *files, "--refit-frames", "--max-um", "20", "--json")
+    refit = run("check-robot", folder / "mine.toml", *files, "--refit-frames", "--max-um", "20", "--json")
     assert refit.returncode == 1
     assert "exceeds --max-um" in refit.stderr
     fresh = distance_rows(arm, np.random.default_rng(77), 3)
     (folder / "fresh.csv").write_text(text(HEAD, fresh))
-    few = run("validate", folder / "mine.toml", "--distances", folder / "fresh.csv", "--json")  # three are enough
+    few = run("check-robot", folder / "mine.toml", "--distances", folder / "fresh.csv", "--json")  # three are enough
     assert few.returncode == 0, few.stderr
     assert json.loads(few.stdout)["overall"]["identified"]["max"] < 5 * NOISE / MM
     (folder / "other.csv").write_text(text(HEAD, [[*r[:7], "else", *r[8:]] for r in fresh]))
-    other = run("validate", folder / "mine.toml", "--distances", folder / "other.csv")
+    other = run("check-robot", folder / "mine.toml", "--distances", folder / "other.csv")
     assert other.returncode == 2
     assert "'else' is not in" in other.stderr
 
@@ -441,10 +441,10 @@ def test_a_certified_artefact_is_the_frame_that_validate_knows(arm, tmp_path):
     assert set(record["artefact_mm"]) == {"artefact.toml"}
     assert "instrument_mm" not in record
     (tmp_path / "touches.csv").write_text(text(TOUCH_HEAD, touch_rows(arm, rng, 10)))
-    result = run("validate", tmp_path / "mine.toml", "--touches", tmp_path / "touches.csv", "--json")
+    result = run("check-robot", tmp_path / "mine.toml", "--touches", tmp_path / "touches.csv", "--json")
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["overall"]["identified"]["rms"] < 3 * NOISE / MM
-    unknown = run("validate", "m710ic50", "--touches", tmp_path / "touches.csv")
+    unknown = run("check-robot", "m710ic50", "--touches", tmp_path / "touches.csv")
     assert unknown.returncode == 2
     assert "--refit-frames" in unknown.stderr
 

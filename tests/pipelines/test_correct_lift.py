@@ -90,7 +90,7 @@ def test_it_may_be_written_again_and_never_over_the_real_one(folder):
     assert b"DRY RUN +20 MM" in (folder / "out" / "PART_DRY.LS").read_bytes()
     done = run("correct", folder / "PART.LS", "-o", folder / "out", *CORRECT, "-q")
     refused(done, 2, "PART_DRY", "-o")
-    refused(run("verify-backup", folder / "PART.LS", folder / "out" / "PART_DRY.LS"), 1, "PART_DRY")
+    refused(run("check-backup", folder / "PART.LS", folder / "out" / "PART_DRY.LS"), 1, "PART_DRY")
     refused(run("correct", folder / "out" / "PART_DRY.LS", "-o", folder / "o2", *CORRECT), 2, "twice")
 
 

@@ -84,7 +84,7 @@ def test_the_command_writes_it_beside_the_real_one(tmp_path):
     assert report["name"] == "line_y_dry"
     assert report["title"].startswith("DRY RUN +15 MM: ")
     written = tmp_path / "dry" / "LINE_Y_DRY.LS"
-    refused(run("verify-backup", tmp_path / "real" / "LINE_Y.LS", written), 1, "differs", "LINE_Y_DRY")
+    refused(run("check-backup", tmp_path / "real" / "LINE_Y.LS", written), 1, "differs", "LINE_Y_DRY")
     refused(run("correct", written, "--robot", "m710ic50", "-o", tmp_path / "c"), 2, "mark")
     again = run("generate", path_file("line_y"), "-q", "-o", tmp_path / "real", "--lift-all", "15")
     refused(again, 2, "line_y")  # the folder of the real one is not overwritten

@@ -15,6 +15,7 @@ from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import write_file
 from compgen.cli.screen.junit import JudgedPath, junit_xml
 from compgen.cli.screen.messages import outcome_words, print_note_once, print_refusal, reason_of
+from compgen.cli.screen.sarif import SCHEMA, sarif_text
 from compgen.core import interrupts
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
@@ -28,6 +29,7 @@ def check(
     *,
     job: opt.JobChoice,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file, whatever the outcome.")] = None,
+    sarif: opt.Sarif = None,
     written: Annotated[
         str | None,
         typer.Option("--written", help="Judge this program, written earlier, in the state of PATH; generate none."),
@@ -37,18 +39,16 @@ def check(
     screen: opt.Screen,
     workers: opt.Workers = 0,
 ) -> Outcome:
-    """Generate in memory and verify; exit 1 outside the bounds. Writes no program.
+    """Check path files: generate in memory, prove, write no program; exit 1 outside the bounds.
 
     Examples:
         cgen check paths/*.toml --junit results.xml
+        cgen check paths --sarif results.sarif
         cgen check paths/spiral_1300.toml --json --max-um 5
     """
     if written is not None and len(paths) > 1:
         raise InputError(f"--written {written}: it is the program of one path; give that path alone")
-    if junit is not None:
-        check_own_file("--junit", junit, "<testsuite", "check --junit")
-    names = _distinct(paths)
-    _write(junit, _stopped([], names, 0.0))  # a run that is killed leaves no older file behind
+    names = begin_files(paths, junit, sarif, Command.CHECK)
 
     from compgen.cli.machine import use_machine
 
@@ -64,16 +64,18 @@ def check(
         shown.extend([show] if len(paths) == 1 else [])
         return summary, broken
 
-    judged = judge_all(names, judge, junit)
-    if len(paths) == 1 and judged[0].summary is None:
-        raise typer.Exit(print_refusal(judged[0].message, judged[0].code or 0))
-    return _outcome_of_all(judged, shown, alone=len(paths) == 1)
-
-
-def _outcome_of_all(judged: Sequence[JudgedPath], shown: Sequence[Callable[[], None]], *, alone: bool) -> Outcome:
-    """What becomes of all paths together: the worst of any."""
     from compgen.cli.screen.job_table import show_outcomes
 
+    judged = judge_all(names, judge, junit, sarif)
+    alone = len(paths) == 1
+    show = (shown or [show_nothing])[0] if alone else partial(show_outcomes, judged)
+    return outcome_of_all(judged, show, alone=alone)
+
+
+def outcome_of_all(judged: Sequence[JudgedPath], show: Callable[[], None], *, alone: bool) -> Outcome:
+    """What becomes of all files together: the worst of any. Of one that stands alone a refusal is the command's."""
+    if alone and judged[0].summary is None:
+        raise typer.Exit(print_refusal(judged[0].message, judged[0].code or 0))
     messages = [
         one.message if alone or one.message.startswith(one.path) else f"{one.path}: {one.message}"
         for one in judged
@@ -81,7 +83,7 @@ def _outcome_of_all(judged: Sequence[JudgedPath], shown: Sequence[Callable[[], N
     ]
     return Outcome(
         record=judged[0].summary if alone else [_record(one) for one in judged],
-        show=(shown or [show_nothing])[0] if alone else partial(show_outcomes, judged),
+        show=show,
         errors=messages,
         code=max(one.code or 0 for one in judged),
     )
@@ -149,13 +151,29 @@ def _show_written(summary: dict[str, Any]) -> None:
     print_findings(console, summary["findings"])
 
 
-def judge_all(paths: list[str], judge: Judge, junit: str | None) -> list[JudgedPath]:
-    """The outcome of each path, one after the other; the JUnit file is written also when the run is stopped.
+def begin_files(paths: list[str], junit: str | None, sarif: str | None, command: Command) -> list[str]:
+    """Each path once; the files of what they come to stand from now on, so that a killed run leaves no older ones.
+
+    Raises:
+        InputError: A file that is somebody else's.
+    """
+    if junit is not None:
+        check_own_file("--junit", junit, "<testsuite", f"{command} --junit")
+    if sarif is not None:
+        check_own_file("--sarif", sarif, SCHEMA, f"{command} --sarif")
+    names = _distinct(paths)
+    _write(junit, sarif, _stopped([], names, 0.0))
+    return names
+
+
+def judge_all(paths: list[str], judge: Judge, junit: str | None, sarif: str | None = None) -> list[JudgedPath]:
+    """The outcome of each path, one after the other; its files are written also when the run is stopped.
 
     Args:
         paths: Each once.
         judge: Returns a path's report, and why it is not inside.
         junit: The file, or None.
+        sarif: The same.
 
     Raises:
         Interrupted: The run was stopped.
@@ -169,18 +187,20 @@ def judge_all(paths: list[str], judge: Judge, junit: str | None) -> list[JudgedP
             judged.append(_judge_one(path, judge, begun))
             interrupts.raise_if_interrupted()
     except (interrupts.Interrupted, KeyboardInterrupt):
-        _write(junit, _stopped(judged, paths, time.monotonic() - begun))
+        _write(junit, sarif, _stopped(judged, paths, time.monotonic() - begun))
         interrupts.set_outcome(
             f"{len(judged)} of {len(paths)} paths were checked" + (f", see {junit}" if junit else "")
         )
         raise
-    _write(junit, judged)
+    _write(junit, sarif, judged)
     return judged
 
 
-def _write(junit: str | None, judged: list[JudgedPath]) -> None:
+def _write(junit: str | None, sarif: str | None, judged: list[JudgedPath]) -> None:
     if junit is not None:
         write_file(Path(junit), junit_xml(judged))
+    if sarif is not None:
+        write_file(Path(sarif), sarif_text(judged))
 
 
 def _stopped(judged: list[JudgedPath], paths: list[str], seconds: float) -> list[JudgedPath]:

@@ -31,7 +31,7 @@ def compare(
     date: PageDate = None,
     screen: opt.Screen,
 ) -> Outcome:
-    """Set two outputs side by side. Exit 0, equal or not; with --max-um 1 where B's largest error is beyond it.
+    """Set the outputs of two runs side by side. Exit 0, equal or not; with --max-um 1 where B's error is beyond it.
 
     Examples:
         cgen compare out/before out/after --max-um 20

@@ -1,4 +1,4 @@
-"""Commands on measurements of the arm itself: identify, validate."""
+"""Commands on measurements of the arm itself: identify, check-robot."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -193,7 +193,7 @@ def _show(identified: "Identification", words: str) -> None:
     print_lines([words])
 
 
-def validate(
+def check_robot(
     robot: opt.RobotArgument,
     *,
     measured: Measured,
@@ -207,11 +207,11 @@ def validate(
     screen: opt.Screen,
     cores: opt.Cores,
 ) -> Outcome:
-    """Compare an identified robot with measurements it has not seen. Fits nothing but frames, and those when asked.
+    """Check an identified robot against measurements it has not seen. Fits nothing but frames, and those when asked.
 
     Examples:
-        cgen validate mine.toml --poses other_poses.csv
-        cgen validate mine.toml --poses other_poses.csv --hot warm.csv --temperatures log.csv --max-um 150
+        cgen check-robot mine.toml --poses other_poses.csv
+        cgen check-robot mine.toml --poses other_poses.csv --hot warm.csv --temperatures log.csv --max-um 150
     """
     from compgen.cli.screen.identification_table import show_validation
     from compgen.identification import validation

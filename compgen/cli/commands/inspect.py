@@ -1,11 +1,12 @@
-"""Commands that read programs and write nothing: inspect says what one is, verify-backup whether two are the same."""
+"""Commands that read programs and write nothing: inspect says what one is, check-backup whether two are the same."""
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli.commands.check import begin_files, judge_all, outcome_of_all
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs, complete_robots
@@ -15,10 +16,12 @@ from compgen.core.exceptions import naming_file
 
 if TYPE_CHECKING:
     from compgen.fanuc.comparison.backup import ComparedProgram
+    from compgen.program.frames import Frames
+    from compgen.program.registers import Register
 
 
 def inspect(
-    program: opt.ProgramFile,
+    programs: opt.ProgramFiles,
     *,
     robot: Annotated[
         str | None,
@@ -29,6 +32,7 @@ def inspect(
         ),
     ] = None,
     tables: opt.ProgramTables,
+    sarif: opt.Sarif = None,
     screen: opt.Screen,
 ) -> Outcome:
     """Say what a program is, and what makes correcting it unsafe. Changes nothing.
@@ -36,15 +40,36 @@ def inspect(
     Examples:
         cgen inspect JOB.LS --frames SYSFRAME.VA
         cgen inspect JOB.LS --robot m20ia --json
+        cgen inspect programs --sarif results.sarif
     """
-    from compgen import fanuc
     from compgen.cli.screen.program_table import show_program
+
+    names = begin_files(programs, None, sarif, Command.INSPECT)
+    frames, registers = tables.read()
+
+    def judge(program: str) -> tuple[dict[str, Any], str]:
+        return _report(program, robot, frames, registers), ""
+
+    judged = judge_all(names, judge, None, sarif)
+
+    def show() -> None:
+        for one in judged:
+            if len(programs) > 1:
+                print_lines([f"{one.path}:"])
+            if one.summary is not None:
+                show_program(one.summary)
+
+    return outcome_of_all(judged, show, alone=len(programs) == 1)
+
+
+def _report(program: str, robot: str | None, frames: "Frames", registers: "dict[int, Register]") -> dict[str, Any]:
+    """What a program is, as ``--json`` has it."""
+    from compgen import fanuc
     from compgen.fanuc.analysis import inspection
     from compgen.fanuc.analysis.watermark import Mark
     from compgen.pipelines.correct.program_file import programs_beside, provenance_beside, read_program
     from compgen.pipelines.files.robot_file import load_robot, robot_named
 
-    frames, registers = tables.read()
     content = read_program(program)
     with naming_file(program):
         whole = fanuc.loads(content)
@@ -53,10 +78,10 @@ def inspect(
         report = inspection.inspect(whole, arm, frames, registers, programs_beside(Path(program)))
     if report["mark"] == Mark.NONE and provenance_beside(Path(program), content):
         report["mark"] = Mark.RECORD.value
-    return Outcome(record={"command": Command.INSPECT, **report}, show=partial(show_program, report))
+    return {"command": Command.INSPECT, **report}
 
 
-def verify_backup(
+def check_backup(
     written: Annotated[
         str,
         typer.Argument(
@@ -70,18 +95,18 @@ def verify_backup(
     first: Annotated[int, typer.Option("--first", min=0, help="Differences that are printed of each program.")] = 20,
     screen: opt.Screen,
 ) -> Outcome:
-    """Compare a controller's ASCII backup with the written program, to the last digit; exit 1 where they differ.
+    """Check that a controller's ASCII backup is the program that was written, to the last digit; else exit 1.
 
     Examples:
-        cgen verify-backup out/SPIRAL_1300.LS backup/SPIRAL_1300.LS
-        cgen verify-backup outputs/optic_spiral backup --json
+        cgen check-backup out/SPIRAL_1300.LS backup/SPIRAL_1300.LS
+        cgen check-backup outputs/optic_spiral backup --json
     """
     from compgen.pipelines.compare_backup.backup_files import verify_backup as compare
 
     programs = compare(written, backup)
     count = sum(len(program.differences) for program in programs)
     record = {
-        "command": Command.VERIFY_BACKUP,
+        "command": Command.CHECK_BACKUP,
         "same": count == 0,
         "programs": [program.record() for program in programs],
     }

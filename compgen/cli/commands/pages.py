@@ -40,7 +40,7 @@ def pages(
     ] = None,
     screen: opt.Screen,
 ) -> Outcome:
-    """Part an existing program into pages that the controller holds, with a main program and a manifest.
+    """Cut a program that is too long for the controller into pages, with a main program and a manifest.
 
     Examples:
         cgen pages JOB.LS -o out

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compgen.cli.output_files.study_files import QUESTIONS
+from compgen.core.codes import Code
 
 SHIPPED = Path(__file__).parents[2]  # the package
 DEEPEST = 4  # levels of tables
@@ -57,6 +58,11 @@ def complete_questions(incomplete: str) -> list[str]:
     return [question for question in QUESTIONS if question.startswith(incomplete)]
 
 
+def complete_codes(incomplete: str) -> list[tuple[str, str]]:
+    """Codes of findings, each with what it means."""
+    return [(code.value, code.meaning) for code in Code if code.startswith(incomplete)]
+
+
 def complete_references(incomplete: str) -> list[str]:
     """What rises count from."""
     return [word for word in ("start", "ambient") if word.startswith(incomplete)]
@@ -81,6 +87,11 @@ def _names(folder: str, suffix: str = "") -> list[str]:
         return sorted(name for name in os.listdir(folder) if name.lower().endswith(suffix) and name[0] != ".")
     except OSError:
         return []
+
+
+def page_place(name: str) -> str:
+    """Where a page of docs/ lies here: in the checkout, or as it came with the package."""
+    return os.path.join(_data("docs"), f"{name}.md")
 
 
 def _data(kind: str) -> str:

@@ -1,8 +1,10 @@
 """Arguments and options that several commands share, alone and in groups, and the checks of their values."""
 
+import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from glob import escape, glob, has_magic
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,6 +19,7 @@ from compgen.cli.options.completion import (
 )
 from compgen.cli.output_files import marker, publish
 from compgen.core.exceptions import InputError, naming_file
+from compgen.core.files import PROJECT
 from compgen.core.findings import beyond_text
 from compgen.core.units import HOUR, MINUTE, UM
 from compgen.verification.executed.third_joint import J3
@@ -40,6 +43,33 @@ def in_range(least: float, most: float, unit: str = "") -> Callable[[typer.Callb
     return checked
 
 
+def every_file(ending: str, what: str) -> Callable[[typer.CallbackParam, list[str]], list[str]]:
+    """What puts files in the place of a folder, or of a pattern that no shell has read, in the order of their names.
+
+    Args:
+        ending: Of the files that are taken from either, small letters.
+        what: They are, with their ending.
+    """
+
+    def expanded(param: typer.CallbackParam, values: list[str]) -> list[str]:
+        return [file for value in values for file in matching(value)]
+
+    def matching(name: str) -> list[str]:
+        if os.path.isdir(name):
+            files, why = glob(os.path.join(escape(name), "*")), f"no {what} in this folder"
+        elif has_magic(name) and not os.path.lexists(name):
+            files, why = glob(name, recursive=True), f"no {what} matches"
+        else:
+            return [name]
+        files = [f for f in files if f.lower().endswith(ending) and os.path.basename(f) != PROJECT]
+        kept = sorted(filter(os.path.isfile, files))
+        if not kept:
+            raise InputError(f"{name}: {why}; give a file, a folder that holds some, or a pattern in quotes")
+        return kept
+
+    return expanded
+
+
 PathFile = Annotated[
     str,
     typer.Argument(autocompletion=complete_paths, help="A path file, e.g. paths/spiral_1300.toml", show_default=False),
@@ -47,9 +77,10 @@ PathFile = Annotated[
 PathFiles = Annotated[
     list[str],
     typer.Argument(
-        autocompletion=complete_paths, metavar="PATH...", help="Path files, e.g. paths/*.toml", show_default=False
+        autocompletion=complete_paths, callback=every_file(".toml", "path file (.toml)"),
+        metavar="PATH...", help="Path files, their folder, or a pattern, e.g. paths/*.toml", show_default=False,
     ),
-]
+]  # fmt: skip
 RobotArgument = Annotated[
     str, typer.Argument(autocompletion=complete_robots, help="Robot name or file, e.g. m710ic50", show_default=False)
 ]
@@ -116,6 +147,14 @@ Date = Annotated[str, typer.Option("--date", help="Date in the program's header,
 ProgramFile = Annotated[
     str, typer.Argument(autocompletion=complete_programs, help="A FANUC program, NAME.LS", show_default=False)
 ]
+ProgramFiles = Annotated[
+    list[str],
+    typer.Argument(
+        autocompletion=complete_programs, callback=every_file(".ls", "program (.LS)"),
+        metavar="PROGRAM...", help="FANUC programs NAME.LS, their folder, or a pattern", show_default=False,
+    ),
+]  # fmt: skip
+Sarif = Annotated[str | None, typer.Option("--sarif", help="Write what is found as SARIF 2.1.0, whatever the outcome.")]
 FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
 RegistersFile = Annotated[
     str | None, typer.Option("--registers", help="Position registers PR[n] at the start (.toml) or POSREG.VA.")

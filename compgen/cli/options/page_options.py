@@ -28,8 +28,8 @@ class Assets(StrEnum):
 
 
 AssetsOption = Annotated[
-    Assets,
-    typer.Option("--assets", help="plotly.js inside the page, or shared: once, in the folder above the page's."),
+    Assets | None,
+    typer.Option("--assets", help="plotly.js inside the page (default), or shared: once, in the folder above it."),
 ]
 PageDate = Annotated[str | None, typer.Option("--date", help="Date on the page, YYYY-MM-DD; none unless given.")]
 
@@ -38,7 +38,7 @@ PageDate = Annotated[str | None, typer.Option("--date", help="Date on the page, 
 class PageChoice:
     """What every command that writes a page takes for it."""
 
-    assets: AssetsOption = Assets.INLINE
+    assets: AssetsOption = None  # as the project of the working folder has it, else inside
     figures: FiguresOption = None
 
 
@@ -68,10 +68,13 @@ def page_place(folder: Path, page: PageChoice, date: str | None = None) -> PageP
     Raises:
         InputError: No date, or a folder above that cannot hold the script.
     """
+    from compgen.pipelines.files.project_file import find_project
     from compgen.report.page import PageOptions
 
     shown = "" if date is None else page_date(date)
-    if page.assets is Assets.INLINE:
+    project = find_project(Path.cwd()) if page.assets is None else None
+    assets = project.table.assets if project else page.assets
+    if assets != Assets.SHARED:
         return PagePlace(folder, page, PageOptions(shown))
     script = _script_above(folder)
     check_writable(script.parent)

@@ -31,6 +31,7 @@ from compgen.job.own_file import OwnFile
 from compgen.job.part_frame import frame_of
 from compgen.job.tables import bounds_of
 from compgen.job.uncertainty import refuse_without_uncertainty
+from compgen.pipelines.files.project_file import Project, find_project
 from compgen.pipelines.files.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.files.schema import PathFile
 from compgen.planning.boundaries import Boundary, unbounded
@@ -89,7 +90,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     return job_of(read_job_files(path_file, robot, overrides))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JobFiles:
     """The files of a job as they were read, overrides put in."""
 
@@ -98,6 +99,7 @@ class JobFiles:
     robot_source: Path
     robot_text: TomlText
     overrides: tuple[str, ...]
+    project: Project | None = None
 
     def __call__(self) -> Job:
         """The job that they describe; unlike a function, two of the same files compare as the same."""
@@ -115,16 +117,21 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
         raise InputError("--robot: an empty name; give a robot's name or file")
     refuse_unprintable(overrides)
     for_robot = [o for o in overrides if o.startswith("robot.")]
-    path_data = read_toml(source, "paths")
+    data = read_toml(source, "paths")
+    project = find_project(source.resolve().parent, Path.cwd())
+    typed = [*(["robot"] if robot else []), *(item.partition("=")[0].strip() for item in overrides)]
+    project = project and project.filling(data, typed)
     for item in overrides:
         if item not in for_robot:
-            override(path_data, item, item)
-    path = check(PathFile, path_data, str(source))
-    robot_source = find_robot(robot or path.robot, source)
-    robot_text = read_toml_text(robot_source, "robots")
+            override(data, item, item)
+    path = check(PathFile, data, str(source))
+    arm_file = find_robot(robot or path.robot, source)
+    text = read_toml_text(arm_file, "robots")
     for item in for_robot:
-        override(robot_text.tables, item.removeprefix("robot."), item)
-    return JobFiles(source, path_data, robot_source, robot_text, tuple(overrides))
+        override(text.tables, item.removeprefix("robot."), item)
+    return JobFiles(
+        source=source, path_data=data, robot_source=arm_file, robot_text=text, overrides=(*overrides,), project=project
+    )
 
 
 def job_of(files: JobFiles) -> Job:
@@ -145,12 +152,12 @@ def job_of(files: JobFiles) -> Job:
             air = Ambient(np.zeros(1), log.air[-1:])  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
-    notes = (*notes, *read_findings(read))
+    notes = (*(files.project.notes if files.project else ()), *notes, *read_findings(read))
     programs = _programs(program, cell)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
-    others = files_read(path, str(source))
+    others = files_read(path, str(source)) | (files.project.record(source) if files.project else {})
     history = _planned_day(path, programs, cell, air)
     if log is not None:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
@@ -243,7 +250,7 @@ def _programs(plan: ProgramPlan, cell: Cell) -> Programs:
 
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
     """What the program of another path file does in a cell; its own robot and history are not looked at."""
-    data = {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
+    data = {"bounds": {}} | {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
     path = check(PathFile, data, path_file)
     return _program(path, path_file, cell, _settings(path, cell).rate)[0]
 

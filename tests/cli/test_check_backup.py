@@ -1,4 +1,4 @@
-"""``cgen verify-backup``: files and folders, pages with their main program, and what is refused."""
+"""``cgen check-backup``: files and folders, pages with their main program, and what is refused."""
 
 import json
 import re
@@ -36,44 +36,44 @@ def saved(source, target):
 def test_a_program_and_its_backup_are_the_same(written, tmp_path):
     back = saved(written / "one", tmp_path / "md")
     for pair in ((written / "one" / "LINE_Y.LS", back / "line_y.ls"), (written / "one", back)):
-        done = run("verify-backup", *pair)
+        done = run("check-backup", *pair)
         assert done.returncode == 0, done.stderr
         assert re.search(r"LINE_Y: the same: \d+ statements, \d+ positions, to 0.001", done.stdout)
-    assert run("verify-backup", written / "one", back, "-q").stdout == ""
+    assert run("check-backup", written / "one", back, "-q").stdout == ""
 
 
 def test_pages_are_compared_with_their_main_program(written, tmp_path):
     back = saved(written / "paged", tmp_path / "md")
     pages = sorted(p.stem for p in (written / "paged").glob("*.LS"))
     for given in (written / "paged", written / "paged" / "LINE_Y.LS"):
-        done = run("verify-backup", given, back, "--json")
+        done = run("check-backup", given, back, "--json")
         assert done.returncode == 0, done.stdout
         assert sorted(program["name"] for program in json.loads(done.stdout)["programs"]) == pages
     stale = back / f"{pages[2].lower()}.ls"
     stale.write_bytes(re.sub(rb"(X = +-?\d+\.\d\d)\d", rb"\g<1>9", stale.read_bytes()))
     (back / f"{pages[1].lower()}.ls").unlink()
-    done = run("verify-backup", written / "paged", back, "--first", "1")
+    done = run("check-backup", written / "paged", back, "--first", "1")
     refused(done, 1, f"{pages[1]}: {pages[1]}: program: written there, backup -", "in all")
     assert f"{pages[0]}: the same" in done.stdout
     assert re.search(
         rf"{pages[2]}: \d+ differences\n  P\[1\]: X: written \S+, backup \S+9\n  and \d+ more", done.stdout
     )
     refused(
-        run("verify-backup", written / "paged" / "LINE_Y.LS", back / "line_y.ls"), 2, "programs were written", "folder"
+        run("check-backup", written / "paged" / "LINE_Y.LS", back / "line_y.ls"), 2, "programs were written", "folder"
     )
 
 
 def test_a_difference_is_exit_1_and_each_is_in_the_json(written, tmp_path):
     back = saved(written / "one", tmp_path / "md") / "line_y.ls"
     back.write_bytes(back.read_bytes().replace(b"RUN AT 100%", b"RUN AT 50%").replace(b"CNT100", b"CNT50"))
-    done = run("verify-backup", written / "one" / "LINE_Y.LS", back, "--json")
+    done = run("check-backup", written / "one" / "LINE_Y.LS", back, "--json")
     assert done.returncode == 1
     record = json.loads(done.stdout)
     differences = record["programs"][0]["differences"]
     assert not record["same"]
     assert {d["what"] for d in differences} == {"remark", "termination"}
     assert len(differences) == 1 + (written / "one" / "LINE_Y.LS").read_bytes().count(b"CNT100")
-    refused(run("verify-backup", written / "one" / "LINE_Y.LS", back), 1, "the backup differs", "RUN AT 50%")
+    refused(run("check-backup", written / "one" / "LINE_Y.LS", back), 1, "the backup differs", "RUN AT 50%")
 
 
 def test_what_cannot_be_compared_is_refused(written, tmp_path):
@@ -81,28 +81,28 @@ def test_what_cannot_be_compared_is_refused(written, tmp_path):
     back = saved(written / "one", tmp_path / "md")
     binary = tmp_path / "LINE_Y.TP"
     binary.write_bytes(b"\0\1\2")
-    refused(run("verify-backup", program, binary), 2, "LINE_Y.TP", "binary", "ASCII")
-    refused(run("verify-backup", binary, back), 2, "LINE_Y.TP", "binary")
+    refused(run("check-backup", program, binary), 2, "LINE_Y.TP", "binary", "ASCII")
+    refused(run("check-backup", binary, back), 2, "LINE_Y.TP", "binary")
     renamed = tmp_path / "renamed.ls"
     renamed.write_bytes(b"\0\1\2" * 100)
-    refused(run("verify-backup", program, renamed), 2, "renamed.ls", "binary")
+    refused(run("check-backup", program, renamed), 2, "renamed.ls", "binary")
     (back / "line_y.ls").rename(back / "line_y.tp")
-    refused(run("verify-backup", program, back), 2, "line_y.tp", "binary")
+    refused(run("check-backup", program, back), 2, "line_y.tp", "binary")
     (back / "line_y.tp").unlink()
-    refused(run("verify-backup", program, back), 2, "LINE_Y.LS is not in it")
-    refused(run("verify-backup", program, tmp_path / "nowhere"), 2, "nowhere", "cannot be read")
-    refused(run("verify-backup", tmp_path / "nowhere.LS", back), 2, "nowhere.LS")
-    refused(run("verify-backup", program, program), 2, "it is the file that was written")
+    refused(run("check-backup", program, back), 2, "LINE_Y.LS is not in it")
+    refused(run("check-backup", program, tmp_path / "nowhere"), 2, "nowhere", "cannot be read")
+    refused(run("check-backup", tmp_path / "nowhere.LS", back), 2, "nowhere.LS")
+    refused(run("check-backup", program, program), 2, "it is the file that was written")
     (tmp_path / "empty").mkdir()
-    refused(run("verify-backup", tmp_path / "empty", back), 2, "no .LS")
+    refused(run("check-backup", tmp_path / "empty", back), 2, "no .LS")
     half = tmp_path / "half.ls"
     half.write_bytes(program.read_bytes()[:2000])
-    refused(run("verify-backup", program, half), 2, "half.ls", "/END is missing")
+    refused(run("check-backup", program, half), 2, "half.ls", "/END is missing")
     spanish = tmp_path / "spanish.ls"
     spanish.write_bytes(program.read_bytes().replace(b"COMMENT", b"COMENTARIO"))
-    refused(run("verify-backup", program, spanish), 2, "spanish.ls", "another language")
+    refused(run("check-backup", program, spanish), 2, "spanish.ls", "another language")
     shutil.copy(written / "paged" / "LINE_Y.LS", tmp_path / "LINE_Y.LS")
     (tmp_path / "LINE_Y.pages.json").write_text("{}")
-    refused(run("verify-backup", tmp_path / "LINE_Y.LS", back), 2, "LINE_Y.pages.json", "no manifest")
+    refused(run("check-backup", tmp_path / "LINE_Y.LS", back), 2, "LINE_Y.pages.json", "no manifest")
     (tmp_path / "LINE_Y.pages.json").write_text('{"pages": [{"file": ""}]}')
-    refused(run("verify-backup", tmp_path / "LINE_Y.LS", back), 2, "LINE_Y.pages.json", "no manifest")
+    refused(run("check-backup", tmp_path / "LINE_Y.LS", back), 2, "LINE_Y.pages.json", "no manifest")
