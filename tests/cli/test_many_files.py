@@ -64,6 +64,13 @@ def test_nothing_that_matches_is_one_line(tmp_path, command, typed, words):
     refused(run(command, typed, cwd=tmp_path), 2, words)
 
 
+def test_of_several_one_without_files_stops_no_other(programs):
+    (programs / "inner" / "b.ls").unlink()
+    done = run("inspect", programs / "inner", "*.none", programs / "MOVES.LS", "--json", cwd=programs)
+    assert [one["exit_code"] for one in json.loads(done.stdout)] == [2, 2, 0]
+    assert (done.returncode, done.stderr.count("\n")) == (2, 2)
+
+
 def test_a_name_with_the_signs_of_a_pattern_is_a_name_where_it_is_there(tmp_path):
     shutil.copy(GOLDEN / "MOVES.LS", tmp_path / "A[1].LS")
     (tmp_path / "d[1]").mkdir()
