@@ -8,7 +8,7 @@ from markupsafe import Markup
 from compgen.core.arrays import Array
 from compgen.core.codes import Code
 from compgen.core.commands import Command
-from compgen.core.units import MDEG, MINUTE, UM
+from compgen.core.units import MDEG, UM, limit_words
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import BASE
 from compgen.pipelines.anchor import Anchored
@@ -132,7 +132,7 @@ def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
         data=data,
         kind="inside" if is_anchored or data["verdict"] == "leave it" else "outside",
         is_anchored=is_anchored,
-        holds=f"{data['state']['window_s'] / MINUTE:.0f} min",
+        holds=limit_words(data["state"]["window_s"]),
         findings=[f for f in anchored.findings if f.code != repeated],
         places=len(anchored.path.theta),
         path=_path(anchored),

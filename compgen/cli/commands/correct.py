@@ -94,7 +94,7 @@ def correct(
     wishes: Wishes,
     page: PageChoice,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Correct an existing program in place: only the numbers of its positions change.
@@ -130,10 +130,10 @@ def correct(
                 content, cell, frames, history, options, progress, beside, registers=registers
             )
         progress(stages.REPORT, 0.0)
-        return _publish(correction, place, file, run, force=wishes.force)
+        return _publish(correction, place, file, run, force=wishes.force, verbose=screen.verbose)
 
 
-def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *, force: bool) -> Outcome:
+def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *, force: bool, verbose: bool) -> Outcome:
     """Put the program, where it may be loaded, and its reports into their folder."""
     from compgen.cli.screen.correction_table import show_correction
     from compgen.report.files import correction_files
@@ -150,7 +150,8 @@ def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *,
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
         errors.append(f"{outcome_words(correction.verdict)}: {broken}; {ending}")
-    return Outcome(record=files[REPORT], show=partial(show_correction, correction, place.folder, files), errors=errors)
+    show = partial(show_correction, correction, place.folder, files, verbose=verbose)
+    return Outcome(record=files[REPORT], show=show, errors=errors)
 
 
 def _check(folder: Path, content: bytes, file: str) -> Run:

@@ -61,7 +61,7 @@ def generate(
     strict: opt.Strict = False,
     lift_all: LiftAll = None,
     max_um: opt.MaxUm = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.CompiledCores,
 ) -> Outcome:
     """Write the corrected program and its proof.
@@ -93,7 +93,7 @@ def generate(
         reports = files.put(planned, corrected, programs, progress)
     return Outcome(
         record=reports[REPORT],
-        show=partial(show_job, planned, corrected, folder, [*programs, *reports]),
+        show=partial(show_job, planned, corrected, folder, [*programs, *reports], verbose=screen.verbose),
         errors=[] if corrected.inside else [_outside_words(corrected, force=force)],
     )
 
@@ -118,7 +118,7 @@ def predict(
     page: PageChoice,
     date: PageDate = None,
     program: PlannedProgram = False,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.CompiledCores,
 ) -> Outcome:
     """Predict the error of the planned program, without correcting it.
@@ -149,7 +149,7 @@ def predict(
     errors = opt.beyond_bound("predicted: error of {}", planned.deviation().on_part["total"].max, max_um)
     if program and not programs:
         errors = [f"{first_message(Level.OUTSIDE, planned.findings)}; {name}.LS not written"]
-    show = partial(show_job, planned, None, folder, [*programs, *reports])
+    show = partial(show_job, planned, None, folder, [*programs, *reports], verbose=screen.verbose)
     return Outcome(record=reports[REPORT], show=show, errors=errors)
 
 

@@ -369,7 +369,7 @@ function beyond(values, state, sides) {  // words beside each slider
         `${(hours / HOUR).toFixed(2)} h of motion by the program's end: the warmth was measured over ${fixed(box.hours)} h`);
     }
     if (slider.kind === "delay" && values[n] * MINUTE > live.window && live.window > 0) words[n].push(
-      `later than the ${Math.round(live.window)} s that the program's remark allows`);
+      `later than the ${Math.floor(live.window)} s that the program's remark allows`);
     if (slider.kind === "cte" && live.cte_limits
         && (value < live.cte_limits[0] - 1e-9 || value > live.cte_limits[1] + 1e-9)) words[n].push(
       `beyond ${fixed(live.cte_limits[0])} to ${fixed(live.cte_limits[1])}, what the robot file holds for possible`);
