@@ -55,8 +55,9 @@ def show_job(
     to_read = [finding for finding in summary["findings"] if finding["code"] != Code.CORRECTION_NONE]
     print_findings(console, to_read, verbose=verbose)
     robot_file = summary["provenance"]["robot_file"]
-    made_with = f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}"
-    console.print(made_with if folder is None else f"wrote {name_list(files)} to {folder}; {made_with}")
+    console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
+    if folder is not None:
+        console.print(f"wrote {name_list(files)} to {folder}")
 
 
 def _errors_table(summary: dict[str, Any]) -> Table:
