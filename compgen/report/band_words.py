@@ -77,6 +77,16 @@ def unknown_in_short(record: dict[str, Any]) -> str:
     return f"{', '.join(part for part in (*named, smaller, without) if part)}: --verbose names each"
 
 
+def largest_unknown(record: dict[str, Any]) -> str:
+    """The largest of what the band leaves out, and how many more: ``play (up to 175 um) and 3 more``."""
+    if not record["unknown"]:
+        return ""
+    most = max(record["unknown"], key=lambda row: row["size_um"][1] if row["size_um"] else 0.0)
+    size = f" (up to {rounded(most['size_um'][1])} um)" if most["size_um"] else ""
+    more = f" and {len(record['unknown']) - 1} more" if len(record["unknown"]) > 1 else ""
+    return f"{most['what']}{size}{more}"
+
+
 def next_words(record: dict[str, Any]) -> str:
     """What to measure next: ``one hot length: -13 um (cgen identify ...); ...``; empty where nothing takes much off."""
     if not record["next"]:
@@ -118,16 +128,25 @@ def before_and_after(summary: dict[str, Any]) -> str:
     return f"Largest error {before:.1f} um before. After: {rounded(after['total']['max_um'])} um left by calculation."
 
 
-def gain_words(summary: dict[str, Any]) -> str:
-    """How many times smaller the error is, and for how long: limits are rounded down."""
-    is_corrected = all(f["code"] != Code.CORRECTION_NONE for f in summary["findings"])
-    if not summary["ratio"] or not is_corrected:
-        return ""
-    words = f" {times_words(summary['ratio'])}."
+def is_corrected(summary: dict[str, Any]) -> bool:
+    """Whether anything was corrected."""
+    return bool(summary["ratio"]) and all(f["code"] != Code.CORRECTION_NONE for f in summary["findings"])
+
+
+def start_limit(summary: dict[str, Any]) -> str:
+    """How late the program may start, rounded down; empty without a correction, or where warmth is not known."""
     window = summary["thermal"].get("start_window_s")
-    if window is None or any(row["what"] == OF_WARMTH.what for row in summary["band"]["unknown"]):
-        return words
-    return f"{words} Start within {limit_words(window)} of the planned time."
+    if window is None or not is_corrected(summary):
+        return ""
+    is_cold = any(row["what"] == OF_WARMTH.what for row in summary["band"]["unknown"])
+    return "" if is_cold else limit_words(window)
+
+
+def gain_words(summary: dict[str, Any]) -> str:
+    """How many times smaller the error is, and for how long; empty where nothing was corrected."""
+    start = start_limit(summary)
+    within = f" Start within {start} of the planned time." if start else ""
+    return f" {times_words(summary['ratio'])}.{within}" if is_corrected(summary) else ""
 
 
 def times_words(ratio: float) -> str:

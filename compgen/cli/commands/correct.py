@@ -12,7 +12,7 @@ import typer
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_marks
-from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
+from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files.marker import Run, read_record
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
@@ -93,6 +93,7 @@ def correct(
     output: opt.ProgramFolder = None,
     wishes: Wishes,
     page: PageChoice,
+    labels: Labels,
     date: PageDate = None,
     screen: opt.FindingScreen,
     cores: opt.Cores,
@@ -112,7 +113,7 @@ def correct(
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
     opt.check_elsewhere(program, folder / source.name, "the result")
-    place = page_place(folder, page, date)
+    place = page_place(folder, page, date, labels)
     if wishes.restore:
         return _restore(source, content, folder)
     file = f"{source.stem}{DRY}{source.suffix}" if options.raised else source.name

@@ -10,7 +10,7 @@ import typer
 
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_date, page_place
+from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_date, page_place
 from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, resume_files
@@ -56,6 +56,7 @@ def generate(
     output: opt.OutputFolder = None,
     date: HeaderDate = None,
     page: PageChoice,
+    labels: Labels,
     force: opt.ForceProgram = False,
     pages: Parted = True,
     strict: opt.Strict = False,
@@ -85,7 +86,9 @@ def generate(
         chosen = chosen if lift is None else lifted(chosen, lift)
         program = program_name_of(chosen)
         own = Headed(program=f"{program}.LS", header='= "compgen ', vouches=REPORTS)
-        files = _job_files(folder, Run(Command.GENERATE, chosen.name), program, [own], page, date)
+        files = _job_files(
+            folder, Run(Command.GENERATE, chosen.name), program, [own], page_place(folder, page, date, labels)
+        )
         in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(chosen, progress, in_header, pages=pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
@@ -116,6 +119,7 @@ def predict(
     output: PredictFolder = None,
     max_um: opt.MaxUm = None,
     page: PageChoice,
+    labels: Labels,
     date: PageDate = None,
     program: PlannedProgram = False,
     screen: opt.FindingScreen,
@@ -139,7 +143,7 @@ def predict(
         name = planned_name_of(chosen)
         corrected, own = f"{program_name_of(chosen)}.LS", Headed(program=f"{name}.LS", header=f'= "{COMMENT}"')
         run = Run(Command.PREDICT, chosen.name)
-        files = _job_files(folder, run, name, [Headed(program=corrected), own], page, date)
+        files = _job_files(folder, run, name, [Headed(program=corrected), own], page_place(folder, page, date, labels))
         planned = pipeline.predict(chosen, progress)
         programs: dict[str, bytes] = {}
         if program:
@@ -180,12 +184,10 @@ class JobOutput:
         return reports
 
 
-def _job_files(
-    folder: Path, run: Run, program: str, headed: Sequence[Headed], page: PageChoice, date: str | None
-) -> JobOutput:
+def _job_files(folder: Path, run: Run, program: str, headed: Sequence[Headed], place: PagePlace) -> JobOutput:
     """Where the files of a job go; raises InputError where they would replace what is not the run's own."""
     check_folder(folder, run, record=REPORT, others=REPORTS, headed=headed)
-    return JobOutput(page_place(folder, page, date), run, program)
+    return JobOutput(place, run, program)
 
 
 def _with_progress(content: Content, progress: Progress, share: float) -> Iterable[bytes]:

@@ -15,7 +15,7 @@ from compgen.core.codes import Code
 from compgen.core.exit_codes import ExitCode
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report import job_summary
-from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, not_known_words
+from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, is_corrected, not_known_words
 
 ROWS = (  # row of the report, its label, its bound
     ("total", "total, um", "max_um"),
@@ -36,7 +36,7 @@ def show_job(
     summary = job_summary(planned, corrected)
     console = stdout_console()
     console.print(Text(" ".join((planned.job.title or planned.job.name).split()), style="bold"))
-    if gain_words(summary) or corrected is None or verbose:
+    if is_corrected(summary) or corrected is None or verbose:
         console.print(_errors_table(summary))
     if summary.get("guaranteed"):
         console.print(guaranteed_text(summary["guaranteed"]))
