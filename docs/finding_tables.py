@@ -22,8 +22,8 @@ has the place and the numbers. Its level says how much it weighs:
 | `warning` | nothing is decided by it; read it before you load the program |
 | `note` | good to know |
 
-The screen and the page have findings of safety and of what was not done first, the rest by micrometres. Notes that every
-job has are counted on the screen; `--verbose` prints them. Report, JSON and `--strict` keep all.
+The screen and the page have findings of safety and of what was not done first, the rest by micrometres. Notes that
+every job has are counted on the screen; `--verbose` prints them. Report, JSON and `--strict` keep all.
 
 Made by `python docs/finding_tables.py` from `compgen/core/codes.py`. The tables go by the [room](rooms.md) of the
 package that finds it first.

@@ -126,9 +126,8 @@ def correct(
     run = _check(folder, renamed(content, cell.robot.controller.name_length) if options.raised else content, file)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
-            beside = programs_beside(source)
             correction = pipeline.correct(
-                content, cell, frames, history, options, progress, beside, registers=registers
+                content, cell, frames, history, options, progress, programs_beside(source), registers=registers
             )
         progress(stages.REPORT, 0.0)
         return _publish(correction, place, file, run, force=wishes.force, verbose=screen.verbose)

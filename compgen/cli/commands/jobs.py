@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -86,19 +85,15 @@ def generate(
         chosen = chosen if lift is None else lifted(chosen, lift)
         program = program_name_of(chosen)
         own = Headed(program=f"{program}.LS", header='= "compgen ', vouches=REPORTS)
-        files = _job_files(
-            folder, Run(Command.GENERATE, chosen.name), program, [own], page_place(folder, page, date, labels)
-        )
+        files = _job_files(page_place(folder, page, date, labels), Run(Command.GENERATE, chosen.name), program, [own])
         in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(chosen, progress, in_header, pages=pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         programs = dict(corrected.delivery.files) if corrected.is_usable or force else {}
         reports = files.put(planned, corrected, programs, progress)
-    return Outcome(
-        record=reports[REPORT],
-        show=partial(show_job, planned, corrected, folder, [*programs, *reports], verbose=screen.verbose),
-        errors=[] if corrected.inside else [_outside_words(corrected, force=force)],
-    )
+    show = partial(show_job, planned, corrected, folder, [*programs, *reports], verbose=screen.verbose)
+    errors = [] if corrected.inside else [_outside_words(corrected, force=force)]
+    return Outcome(record=reports[REPORT], show=show, errors=errors)
 
 
 def _outside_words(corrected: "Corrected", *, force: bool) -> str:
@@ -143,7 +138,7 @@ def predict(
         name = planned_name_of(chosen)
         corrected, own = f"{program_name_of(chosen)}.LS", Headed(program=f"{name}.LS", header=f'= "{COMMENT}"')
         run = Run(Command.PREDICT, chosen.name)
-        files = _job_files(folder, run, name, [Headed(program=corrected), own], page_place(folder, page, date, labels))
+        files = _job_files(page_place(folder, page, date, labels), run, name, [Headed(program=corrected), own])
         planned = pipeline.predict(chosen, progress)
         programs: dict[str, bytes] = {}
         if program:
@@ -184,9 +179,9 @@ class JobOutput:
         return reports
 
 
-def _job_files(folder: Path, run: Run, program: str, headed: Sequence[Headed], place: PagePlace) -> JobOutput:
+def _job_files(place: PagePlace, run: Run, program: str, headed: Sequence[Headed]) -> JobOutput:
     """Where the files of a job go; raises InputError where they would replace what is not the run's own."""
-    check_folder(folder, run, record=REPORT, others=REPORTS, headed=headed)
+    check_folder(place.folder, run, record=REPORT, others=REPORTS, headed=headed)
     return JobOutput(place, run, program)
 
 

@@ -115,9 +115,8 @@ def plan_touches(
     reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, stops=signal is None)}
     program = {f"{name}.LS": write_touches(planned, name, checked_date(date), choice.utool, signal)}
     publish(folder, program, reports, run=run)
-    return Outcome(
-        record=reports[RECORD], show=partial(_show, record, folder, [*program, *reports], verbose=screen.verbose)
-    )
+    show = partial(_show, record, folder, [*program, *reports], verbose=screen.verbose)
+    return Outcome(record=reports[RECORD], show=show)
 
 
 def _condition(text: str) -> str:
