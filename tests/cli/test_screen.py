@@ -74,7 +74,7 @@ def test_a_label_that_is_no_line_is_refused_before_any_work(tmp_path, option, te
 def test_the_headline_has_the_band_in_the_letters_of_the_error_that_is_left(generated):
     _, out = generated
     page, report = (out / "report.html").read_text(), json.loads((out / "report.json").read_text())
-    big = re.search(r'<div class="big inside"><p>(.*?)</p>', page, re.DOTALL)[1]
+    (big,) = re.findall(r'<div class="big inside"><p>(.*?)</p>', page, re.DOTALL)
     assert f"<b>{report['on_part']['after']['total']['max_um']:.2f} &micro;m</b> left by calculation" in big
     assert f"<b>{report['band']['p95_um']:.0f} &micro;m</b> (95 %) uncertainty of the robot data" in big
     worst = max((row for row in report["band"]["unknown"] if row["size_um"]), key=lambda row: row["size_um"][1])
