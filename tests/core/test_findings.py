@@ -53,8 +53,9 @@ def test_the_last_bit_of_a_number_is_shown_where_it_decides():
     assert float(beyond_text(2.5000000000000004, 2.5)) > 2.5
 
 
+SIZES = ("", ", 12.5 um of 90 um", ", 40 um")
 DRAWN = [
-    Finding(level, code, f"about {code}{', 12.5 um of 90 um' if n % 3 else ''}{', 300 um/s' if n % 2 else ''}")
+    Finding(level, code, f"about {code}{SIZES[n % 3]}{', 300 um/s' if n % 2 else ''}")
     for n, code in enumerate(Code)
     for level in code.levels
 ]
@@ -71,9 +72,10 @@ def test_safety_and_what_was_not_done_are_read_first_then_what_breaks_a_bound_an
     assert not OF_EVERY_JOB & (OF_SAFETY | NOT_DONE)
     rest = [f for f in ordered[first + second :] if f.level in (Level.WARNING, Level.NOTE)]
     assert ordered[-len(rest) :] == rest
-    sizes = [90.0 if "of 90 um" in f.message else float("inf") if f.level is Level.WARNING else 0.0 for f in rest]
+    unsized = {Level.WARNING: float("inf"), Level.NOTE: 0.0}
+    sizes = [90 if "of 90 um" in f.message else 40 if " 40 um" in f.message else unsized[f.level] for f in rest]
     assert sizes == sorted(sizes, reverse=True)
-    assert len(set(sizes)) == 3
+    assert set(sizes) == {0.0, 40, 90, float("inf")}
 
 
 def test_only_notes_are_folded_and_nothing_that_is_not_known():
