@@ -154,8 +154,8 @@ def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
         hypotheses=[
             [
                 _happened(h),
-                _likely(h["log_evidence"]),
-                _explains(h["chi2"], data["innovation"]["coordinates"]),
+                likely_words(h["log_evidence"]),
+                explains_words(h["chi2"], data["innovation"]["coordinates"]),
                 fixed(h["log_evidence"], 1),
                 fixed(h["chi2"], 0),
             ]
@@ -209,7 +209,7 @@ def _as_sure(value: float, sigma: float) -> str:
     return f"{value:.{int(np.clip(1 - np.floor(np.log10(max(sigma, 1e-9))), 0, 9))}f}"
 
 
-def _likely(log_evidence: float) -> str:
+def likely_words(log_evidence: float) -> str:
     """How likely an explanation is beside the likeliest, for who does not read logarithms."""
     times = exp(min(-log_evidence, MOST_TIMES))
     if times < AS_LIKELY:
@@ -217,7 +217,7 @@ def _likely(log_evidence: float) -> str:
     return f"{float(f'{times:.1g}'):.0f} times less likely" if times < EXCLUDED else "can be left aside"
 
 
-def _explains(chi2: float, coordinates: int) -> str:
+def explains_words(chi2: float, coordinates: int) -> str:
     """Whether the touches lie as an explanation lets them."""
     chance = probability(chi2, coordinates)
     return "yes" if chance > PLAUSIBLE else "hardly" if chance > UNLIKELY else "no"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from compgen.report.anchor import _explains, _likely
+from compgen.report.anchor import explains_words, likely_words
 
 
 @pytest.mark.parametrize(
@@ -20,9 +20,9 @@ from compgen.report.anchor import _explains, _likely
     ],
 )
 def test_a_logarithm_is_said_as_times(times, words):
-    assert _likely(-float(np.log(times))) == words
+    assert likely_words(-float(np.log(times))) == words
 
 
 @pytest.mark.parametrize(("chance", "words"), [(0.5, "yes"), (0.02, "yes"), (0.005, "hardly"), (1e-6, "no")])
 def test_touches_are_explained_as_their_scatter_is_likely(chance, words):
-    assert _explains(float(chi2.isf(chance, 18)), 18) == words
+    assert explains_words(float(chi2.isf(chance, 18)), 18) == words
