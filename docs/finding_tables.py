@@ -24,6 +24,9 @@ says, `cgen explain FOLDER` that of each finding of a report. Its level says how
 | `warning` | nothing is decided by it; read it before you load the program |
 | `note` | good to know |
 
+The screen and the page have findings of safety and of what was not done first, the rest by micrometres. Notes that
+every job has are counted on the screen; `--verbose` prints them. Report, JSON and `--strict` keep all.
+
 Made by `python docs/finding_tables.py` from `compgen/core/codes.py`. The tables go by the [room](rooms.md) of the
 package that finds it first.
 """

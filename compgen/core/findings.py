@@ -1,12 +1,17 @@
 """Findings: what a user must know of a result; and what a message of one line may be at most."""
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from math import inf
 
 from compgen.core.codes import Code, Level
+from compgen.core.kinds import NOT_DONE, OF_EVERY_JOB, OF_SAFETY
 
 MOST_CHARACTERS = 300
 MOST_DECIMALS = 12
+_FAILING = (Level.OUTSIDE, Level.REFUSED)
+_MICROMETRES = re.compile(r"(\d+(?:\.\d+)?) um(?![\w/])")
 _ENDING = 100  # characters kept of the end, where the mend stands
 
 
@@ -57,6 +62,27 @@ class Finding:
     def record(self) -> dict[str, str]:
         """The finding as a report writes it."""
         return {"level": self.level.value, "code": self.code.value, "message": self.message}
+
+
+def in_reading_order(findings: Iterable[Finding | Mapping[str, str]]) -> list[Finding]:
+    """Findings, or their records, as they are read: of safety, of what was not done, then the rest by micrometres."""
+    each = (
+        f if isinstance(f, Finding) else Finding(Level(f["level"]), Code(f["code"]), f["message"]) for f in findings
+    )
+    return sorted(each, key=_reading_rank)
+
+
+def _reading_rank(finding: Finding) -> tuple[int, bool, float]:
+    """The kind; what fails a run before the rest; the most micrometres that are said, a warning without any first."""
+    sizes = [float(number) for number in _MICROMETRES.findall(finding.message)]
+    unsized = inf if finding.level is Level.WARNING else 0.0
+    rank = 0 if finding.code in OF_SAFETY else 1 if finding.code in NOT_DONE else 2
+    return rank, finding.level not in _FAILING, -max(sizes, default=unsized)
+
+
+def is_for_every_job(finding: Finding) -> bool:
+    """Whether it is a note that says the same of every job; no warning is."""
+    return finding.level is Level.NOTE and finding.code in OF_EVERY_JOB
 
 
 def first_message(level: Level, findings: Iterable[Finding]) -> str:

@@ -16,3 +16,15 @@ MB = 1000 * KB  # bytes
 URAD = 1e-6  # rad
 PPM = 1e-6  # parts per million
 PERCENT = 0.01
+
+FEW = 10  # hours or minutes, beside which the next unit counts
+
+
+def limit_words(seconds: float) -> str:
+    """A time that may not be exceeded, never rounded up: ``17 minutes``, ``2 hours 5 minutes``."""
+    whole = int(seconds)
+    counts = whole // int(HOUR), whole // int(MINUTE) % 60, whole % 60
+    units = list(zip(("hour", "minute", "second"), counts, strict=True))
+    first = next((k for k, count in enumerate(counts) if count), 2)
+    shown = units[first : first + 1 + (counts[first] < FEW)]  # of many hours nobody wants the minutes
+    return " ".join(f"{count} {unit}{'s' * (count != 1)}" for unit, count in shown if count or first == 2)

@@ -13,7 +13,7 @@ from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.toml import toml_value
-from compgen.core.units import HOUR, MINUTE
+from compgen.core.units import HOUR, MINUTE, limit_words
 from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.posterior import KnownParameter, numbers_of
@@ -62,7 +62,7 @@ def check_state(state: AnchoredState, source: str, cell: Cell, age: float = 0.0)
         )
     if age > state.window:
         raise InputError(
-            f"{source}: state.window_s: it holds {state.window / MINUTE:.0f} min, and is {age / MINUTE:.0f} min old "
+            f"{source}: state.window_s: it holds {limit_words(state.window)}, and is {age / MINUTE:.0f} min old "
             "(--state-age): touch again and anchor anew"
         )
     return state
@@ -236,7 +236,7 @@ def state_note(state: AnchoredState, age: float, replaced: str) -> Finding:
     instead = f" in place of {replaced}" if replaced else ""
     message = (
         f"the robot begins as {state.digest[:8]} has it ({state.verdict}, at {state.time:.0f} s{since}){instead}; it "
-        f"holds {state.window / MINUTE:.0f} min from then, standing"
+        f"holds {limit_words(state.window)} from then, standing"
     )
     level = Level.WARNING if state.verdict == "something moved" else Level.NOTE
     return Finding(level, Code.STATE, message)

@@ -1,5 +1,6 @@
 """A state and what speaks for it, as data and as a page: verdict, path before and after, rises, touches, hypotheses."""
 
+from math import exp
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,12 @@ from markupsafe import Markup
 from compgen.core.arrays import Array
 from compgen.core.codes import Code
 from compgen.core.commands import Command
-from compgen.core.units import MDEG, MINUTE, UM
+from compgen.core.units import MDEG, UM, limit_words
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import BASE
 from compgen.pipelines.anchor import Anchored
 from compgen.pipelines.anchor.hypotheses import Judged
+from compgen.pipelines.anchor.verdict import PLAUSIBLE, UNLIKELY, probability
 from compgen.report.curves import figure_in_rows, size_row
 from compgen.report.figure import COOL, GREY, WARM, Figure
 from compgen.report.inputs import SHORT, Inputs, job_inputs
@@ -20,6 +22,8 @@ from compgen.report.key_words import parameter_words
 from compgen.report.page import PLAIN, PageOptions, fixed, page
 
 SHOWN = 8  # hypotheses
+AS_LIKELY, EXCLUDED = 3.0, 1000.0  # times less likely than the likeliest
+MOST_TIMES = 50.0  # natural logarithm
 REMARK = "The state holds for the robot as it was touched, standing since, for as long as it says."
 OF_JOB = ("path", "robot_file")  # files that the job's inputs have already
 BASE_WORDS = ("x [µm]", "y [µm]", "z [µm]", "turned about x [mdeg]", "turned about y [mdeg]", "turned about z [mdeg]")
@@ -132,7 +136,7 @@ def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
         data=data,
         kind="inside" if is_anchored or data["verdict"] == "leave it" else "outside",
         is_anchored=is_anchored,
-        holds=f"{data['state']['window_s'] / MINUTE:.0f} min",
+        holds=limit_words(data["state"]["window_s"]),
         findings=[f for f in anchored.findings if f.code != repeated],
         places=len(anchored.path.theta),
         path=_path(anchored),
@@ -147,7 +151,16 @@ def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
             for t in data["touches"]
         ],
         E_n=Markup("E<sub>n</sub>"),
-        hypotheses=[[_happened(h), fixed(h["log_evidence"], 1), fixed(h["chi2"], 0)] for h in data["hypotheses"]],
+        hypotheses=[
+            [
+                _happened(h),
+                likely_words(h["log_evidence"]),
+                explains_words(h["chi2"], data["innovation"]["coordinates"]),
+                fixed(h["log_evidence"], 1),
+                fixed(h["chi2"], 0),
+            ]
+            for h in data["hypotheses"]
+        ],
     )
 
 
@@ -194,6 +207,20 @@ def _state_rows(state: dict[str, Any]) -> list[list[str]]:
 def _as_sure(value: float, sigma: float) -> str:
     """A value with the digits that its standard deviation leaves."""
     return f"{value:.{int(np.clip(1 - np.floor(np.log10(max(sigma, 1e-9))), 0, 9))}f}"
+
+
+def likely_words(log_evidence: float) -> str:
+    """How likely an explanation is beside the likeliest, for who does not read logarithms."""
+    times = exp(min(-log_evidence, MOST_TIMES))
+    if times < AS_LIKELY:
+        return "the likeliest" if log_evidence >= 0 else "about as likely"
+    return f"{float(f'{times:.1g}'):.0f} times less likely" if times < EXCLUDED else "can be left aside"
+
+
+def explains_words(chi2: float, coordinates: int) -> str:
+    """Whether the touches lie as an explanation lets them."""
+    chance = probability(chi2, coordinates)
+    return "yes" if chance > PLAUSIBLE else "hardly" if chance > UNLIKELY else "no"
 
 
 def _happened(hypothesis: dict[str, Any]) -> str:

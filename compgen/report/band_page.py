@@ -14,7 +14,7 @@ from compgen.report.figure import GREY, Figure, axis, figure, spans, trace
 from compgen.report.page import with_units
 from compgen.verification.band import ONE_SIDED
 
-LEFT_OPEN = "left open by the robot file"
+LEFT_OPEN = "uncertainty of the robot data"
 MEANINGS = {  # of the sources of a budget, for who has not written the robot file
     "cte": "how much the arm grows per kelvin",
     "temperature log": "how warm the robot is when its temperature log ends",
@@ -43,10 +43,10 @@ BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
 def band_facts(record: dict[str, Any]) -> list[tuple[str, Markup]]:
     """What the robot file leaves open and what it does not know: names and HTML, for what stands under a verdict."""
     unknown = unknown_words(record)
-    amount, _, sources = known_words(record).partition(" of what this file knows")
+    amount, comma, sources = known_words(record).partition(",")
     bold = "<b>{}</b>{}" if record["p95_um"] else "{}{}"
-    left_open = Markup(bold).format(with_units(amount), with_units(sources if record["p95_um"] else ""))
-    rows = [("not known of this robot", unknown), ("measure next", next_words(record))]
+    left_open = Markup(bold).format(with_units(amount), with_units(comma + sources if record["p95_um"] else ""))
+    rows = [("not measured on this robot", unknown), ("measure next", next_words(record))]
     return [(LEFT_OPEN, left_open), *((name, with_units(words)) for name, words in rows if words)]
 
 

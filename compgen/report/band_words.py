@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from compgen.core.units import UM
-from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
+from compgen.core.codes import Code
+from compgen.core.units import UM, limit_words
+from compgen.error_model.unknown import NOT_LOOKED_AT, OF_WARMTH, Unknown
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.report.next_steps import next_steps
 from compgen.verification.band import Band
@@ -15,7 +16,9 @@ PARTED = ("part_stands_um", "when_taught_um")  # where an identified robot's par
 TINY_UM = 0.05  # a size that one digit does not show
 LISTED = 4  # sources in a sentence
 LEAST = 0.05  # of the whole, that a source must be to stand there
-NO_BAND = "no band: the file says of no number how well it is known"
+LEAST_GAIN = 1.05  # times
+NAMED = 3  # of what is not measured, on the screen
+NO_BAND = "none stated (the file says of no number how well it is known)"
 
 
 def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None = None) -> dict[str, Any]:
@@ -42,17 +45,16 @@ def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None
 
 
 def known_words(record: dict[str, Any]) -> str:
-    """How far the part may be off by what the file knows: ``41 um (95 %) of what this file knows (cte 31, ...)``."""
+    """How far the part may be off by what the file knows: ``41 um (95 %), mostly cte 31``."""
     if not record["p95_um"]:
         return NO_BAND
     sources = [(name, size) for name, size in record["budget_um"].items() if size >= LEAST * record["p95_um"]]
     named = [f"{name} {rounded(size)}" for name, size in sources[:LISTED]]
-    if len(record["budget_um"]) > len(named):
-        named.append("...")
-    inside = f" ({', '.join(named)})" if named else ""
+    share = "mostly" if len(record["budget_um"]) > len(named) else "from"
+    inside = f", {share} {', '.join(named)}" if named else ""
     parted = [rounded(record[key]) for key in PARTED if key in record]
-    taught = f": {parted[0]} um where the part stands, {parted[1]} um when its frame is taught" if parted else ""
-    return f"{rounded(record['p95_um'])} um (95 %) of what this file knows{inside}{taught}"
+    taught = f"; {parted[0]} um where the part stands, {parted[1]} um when its frame is taught" if parted else ""
+    return f"{rounded(record['p95_um'])} um (95 %){inside}{taught}"
 
 
 def unknown_words(record: dict[str, Any]) -> str:
@@ -63,30 +65,100 @@ def unknown_words(record: dict[str, Any]) -> str:
     return "; ".join(part for part in (sized, without) if part)
 
 
+def unknown_in_short(record: dict[str, Any]) -> str:
+    """The same for a screen: the largest with their sizes, the rest counted; the words of few rows are whole."""
+    sized = sorted((row for row in record["unknown"] if row["size_um"]), key=lambda row: -row["size_um"][1])
+    if len(record["unknown"]) <= NAMED + 1:
+        return unknown_words(record)
+    named = [f"{row['what']} ({size_words(row)} um)" for row in sized[:NAMED]]
+    smaller = f"{len(sized) - NAMED} more of up to {rounded(sized[NAMED]['size_um'][1])} um" if sized[NAMED:] else ""
+    rest = len(record["unknown"]) - len(sized)
+    without = f"{rest} without a figure" if rest else ""
+    return f"{', '.join(part for part in (*named, smaller, without) if part)}: --verbose names each"
+
+
+def largest_unknown(record: dict[str, Any]) -> str:
+    """The largest of what the band leaves out, and how many more: ``play (up to 175 um) and 3 more``."""
+    if not record["unknown"]:
+        return ""
+    most = max(record["unknown"], key=lambda row: row["size_um"][1] if row["size_um"] else 0.0)
+    size = f" (up to {rounded(most['size_um'][1])} um)" if most["size_um"] else ""
+    more = f" and {len(record['unknown']) - 1} more" if len(record["unknown"]) > 1 else ""
+    return f"{most['what']}{size}{more}"
+
+
 def next_words(record: dict[str, Any]) -> str:
     """What to measure next: ``one hot length: -13 um (cgen identify ...); ...``; empty where nothing takes much off."""
     if not record["next"]:
         return ""
     named = "; ".join(f"{step['what']}: -{rounded(step['takes_um'])} um ({step['command']})" for step in record["next"])
     words = f"{named}; all of these leave {rounded(record['next'][-1]['left_um'])} um of the band"
-    larger = [row["what"] for row in record["unknown"] if row["size_um"] and row["size_um"][1] > record["p95_um"]]
+    larger = _larger_than_band(record)
     return words + (f"; larger than the band, so first: {', '.join(larger)}" if larger else "")
 
 
-def band_sentence(largest_um: float, record: dict[str, Any], of: str = "of arithmetic") -> str:
-    """What is proven, what the file leaves open, and what it does not know, after one another."""
-    unknown = unknown_words(record)
-    return f"{rounded(largest_um)} um {of}, {known_words(record)}" + (f"; not known: {unknown}" if unknown else "")
+def _larger_than_band(record: dict[str, Any]) -> list[str]:
+    return [row["what"] for row in record["unknown"] if row["size_um"] and row["size_um"][1] > record["p95_um"]]
+
+
+def not_known_words(record: dict[str, Any], *, verbose: bool = True) -> str:
+    """What the file leaves open, what is not measured, and on a line of its own what to measure next.
+
+    Without ``verbose`` as a screen has it: the largest by name, the rest counted, and the first step alone.
+    """
+    unknown = unknown_words(record) if verbose else unknown_in_short(record)
+    words = f"Uncertainty of the robot data: {known_words(record)}."
+    words += f" Not measured on your robot: {unknown}." if unknown else ""
+    if verbose or not record["next"]:
+        following = next_words(record)
+    else:
+        first = record["next"][0]
+        larger = "what is larger than this uncertainty, then " if _larger_than_band(record) else ""
+        following = f"{larger}{first['what']}: -{rounded(first['takes_um'])} um ({first['command']})"
+    return words + (f"\nMeasure next: {following}" if following else "")
+
+
+def before_and_after(summary: dict[str, Any]) -> str:
+    """The largest error before, and what calculation leaves of it; or what a robot file needs to be corrected."""
+    before, after = summary["before"]["total"]["max_um"], summary["after"]
+    if nothing := [f["message"] for f in summary["findings"] if f["code"] == Code.CORRECTION_NONE]:
+        return f"Nothing was corrected: {nothing[0]}."
+    if after is None:
+        return f"Largest error {before:.1f} um, uncorrected."
+    return f"Largest error {before:.1f} um before. After: {rounded(after['total']['max_um'])} um left by calculation."
+
+
+def is_corrected(summary: dict[str, Any]) -> bool:
+    """Whether anything was corrected."""
+    return bool(summary["ratio"]) and all(f["code"] != Code.CORRECTION_NONE for f in summary["findings"])
+
+
+def start_limit(summary: dict[str, Any]) -> str:
+    """How late the program may start, rounded down; empty without a correction, or where warmth is not known."""
+    window = summary["thermal"].get("start_window_s")
+    if window is None or not is_corrected(summary):
+        return ""
+    is_cold = any(row["what"] == OF_WARMTH.what for row in summary["band"]["unknown"])
+    return "" if is_cold else limit_words(window)
+
+
+def gain_words(summary: dict[str, Any]) -> str:
+    """How many times smaller the error is, and for how long; empty where nothing was corrected."""
+    start = start_limit(summary)
+    within = f" Start within {start} of the planned time." if start else ""
+    return f" {times_words(summary['ratio'])}.{within}" if is_corrected(summary) else ""
+
+
+def times_words(ratio: float) -> str:
+    """How many times smaller, in two digits at least: ``52 times smaller``."""
+    if ratio < LEAST_GAIN:
+        return "No smaller"
+    return f"{ratio:.0f} times smaller" if ratio >= 9.95 else f"{ratio:.1f} times smaller"
 
 
 def headline(summary: dict[str, Any]) -> str:
     """The largest error before and after, what the files leave open and do not know; and a line of what to measure."""
-    before, band, following = summary["before"]["total"]["max_um"], summary["band"], next_words(summary["band"])
-    to_measure = f"\nmeasure next: {following}" if following else ""
-    if summary["after"] is None:
-        return f"largest error: {band_sentence(before, band, 'uncorrected')}{to_measure}"
-    after = band_sentence(summary["after"]["total"]["max_um"], band)
-    return f"largest error {before:.1f} um before; after: {after}{to_measure}"
+    return f"{before_and_after(summary)} {not_known_words(summary['band'])}"
 
 
 def guaranteed_record(draws: FlownDraws | None) -> dict[str, Any] | None:

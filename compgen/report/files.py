@@ -33,7 +33,7 @@ def job_reports(
         with_program: Whether the program is written; the page says of one that is not.
     """
     return {
-        "report.json": json_text(job_summary(planned, corrected)),
+        "report.json": json_text(job_summary(planned, corrected) | _labelled(options)),
         "report.html": job_html(planned, corrected, options, with_program=with_program),
         "waypoints.csv": waypoints_blocks(planned, corrected),
     }
@@ -51,7 +51,7 @@ def correction_files(
         options: Of the page.
     """
     files = {
-        "report.json": json_text(correction_summary(correction)),
+        "report.json": json_text(correction_summary(correction) | _labelled(options)),
         "positions.csv": correction_csv(correction),
         "report.html": correction_html(correction, options, with_program=with_program),
     }
@@ -59,6 +59,11 @@ def correction_files(
         files[PurePath(name).stem + PROVENANCE] = provenance_json(correction)
         files[name] = correction.text
     return files
+
+
+def _labelled(options: PageOptions) -> dict[str, dict[str, str]]:
+    """Part, order and operator for a record; nothing where none is named."""
+    return {"labels": dict(options.labels)} if options.labels else {}
 
 
 def study_files(

@@ -14,7 +14,7 @@ from compgen.pipelines.planned.averaging import ensemble_words
 from compgen.pipelines.study import Timeline
 from compgen.pipelines.uncertainty.not_known import not_known
 from compgen.report.band_page import LEFT_OPEN, band_facts
-from compgen.report.band_words import band_record, known_words, rounded, unknown_words
+from compgen.report.band_words import band_record, known_words, rounded, unknown_in_short, unknown_words
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, line_of
 from compgen.report.figure import COOL, GREY, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.inputs import day_inputs, made_from
@@ -70,8 +70,8 @@ def heat_json(job: Job, day: Timeline) -> bytes:
     return json_text(data)
 
 
-def heat_sentences(job: Job, day: Timeline) -> list[str]:
-    """The day in a few sentences."""
+def heat_sentences(job: Job, day: Timeline, *, verbose: bool = True) -> list[str]:
+    """The day in a few sentences; without ``verbose`` only the largest of what is not measured has its name."""
     rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.run_rise[0], strict=True))
     sentences = [f"the program starts after {day.start / HOUR:.2f} h at rises [K]: {rises}"]
     if len(day.run) > 1:
@@ -81,12 +81,12 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
             f"{_file_of(job)} is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
         )
     first, largest = _bands(job, day)
-    by_model = f"by the model; on top of it {known_words(first)}"
+    by_model = f"by the model; uncertainty of the robot data: {known_words(first)}"
     if len(day.run) > 1:
         worst = int(np.argmax(day.error)) + 1
-        by_model += f" in the first run, {rounded(largest['p95_um'])} um in run {worst}, which errs most"
-    unknown = unknown_words(first)
-    sentences.append(by_model + (f"; not known: {unknown}" if unknown else ""))
+        by_model += f"; that is the first run, {rounded(largest['p95_um'])} um in run {worst}, which errs most"
+    unknown = unknown_words(first) if verbose else unknown_in_short(first)
+    sentences.append(by_model + (f"; not measured on your robot: {unknown}" if unknown else ""))
     rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.rise[-1], strict=True))
     sentences.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
     return sentences

@@ -11,11 +11,11 @@ from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
 from compgen.report.averaged import averaged_figure
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
-from compgen.report.band_words import guaranteed_text
+from compgen.report.band_words import before_and_after, guaranteed_text, is_corrected, start_limit
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, rise_figure
 from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, horizontal_line, rows_to_draw, trace
 from compgen.report.figure_in_space import Coloured, figure_in_space
-from compgen.report.inputs import SHORT, Inputs, job_inputs, time_words
+from compgen.report.inputs import SHORT, Inputs, job_inputs
 from compgen.report.job_summary import band_of, job_summary
 from compgen.report.page import PLAIN, PageOptions, fixed, page
 from compgen.verification.band import Band
@@ -82,6 +82,7 @@ def job_html(
         data=data,
         kind=KINDS.get(data["verdict"], "outside"),
         verdict=VERDICTS.get(data["verdict"], ""),
+        nothing="" if corrected is None or is_corrected(data) else before_and_after(data),
         facts=[("bounds", _bounds(data)), *band_facts(data["band"]), *_served(data)],
         parts=PARTS,
         sides=sides,
@@ -121,7 +122,8 @@ def _served(data: dict[str, Any]) -> list[tuple[str, str]]:
         return []
     average = data.get("average_over", {})
     if not average.get("flown"):
-        return [("right for", f"a start within {time_words(data['thermal']['start_window_s'])} of the stated warmth")]
+        start = start_limit(data)
+        return [("right for", f"a start within {start} of the planned time")] if start else []
     words = (
         f"many starts: with the mean of their rises it leaves {average['at_mean']['max_um']:.2f} µm, at the "
         f"worst of {len(average['flown'])} flown starts {average['max_um']:.2f}, {average['rms_um']:.2f} rms over all"

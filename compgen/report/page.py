@@ -10,8 +10,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from compgen.core.findings import in_reading_order
 from compgen.core.version import __version__
-from compgen.report.band_words import rounded
+from compgen.report.band_words import largest_unknown, rounded
 from compgen.report.figure import div, library
 from compgen.report.inputs import Inputs
 
@@ -31,6 +32,7 @@ class PageOptions:
 
     date: str = ""  # on the page, as it shall read; "" for none
     script: str = ""  # where plotly.js lies, seen from the page; "" for inside the page
+    labels: tuple[tuple[str, str], ...] = ()  # part, order and operator, of those that were named
 
 
 PLAIN = PageOptions()
@@ -74,6 +76,7 @@ def templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.filters |= {"in_reading_order": in_reading_order, "largest_unknown": largest_unknown}
     made.filters |= {"fixed": fixed, "units": with_units, "words": in_words, "rounded": rounded}
     made.globals |= {"div": div, "library": _library, "marks": MARKS, "style": style, "version": __version__}
     made.globals |= {"statistics_head": statistics_head, "error_rows": error_rows}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.commands import Command
-from compgen.core.units import HOUR, UM
+from compgen.core.units import HOUR, UM, limit_words
 from compgen.core.version import __version__
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.resume.corrected import ResumedProgram, words_of
@@ -149,7 +149,7 @@ def resume_html(resumed: Resumed, options: PageOptions = PLAIN) -> bytes:
             [f"rise of {name} [K]", fixed(thermal["planned_K"][name]), fixed(rise)]
             for name, rise in thermal["start_K"].items()
         ],
-        window=time_words(window) if window else "",
+        window=limit_words(window) if window else "",
         drawn=_figure(resumed),
     )
 

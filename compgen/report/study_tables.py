@@ -178,7 +178,7 @@ def band_caveat(rows: list[Row]) -> str:
     if not bands:
         return "all sizes are the model's; how well the files know them, and what they do not know, says cgen predict"
     if not max(bands):
-        return f"{NO_BAND}; {beyond}"
+        return f"uncertainty of the robot data: {NO_BAND}; {beyond}"
     low, high = rounded(min(bands)), rounded(max(bands))
     amount = low if low == high else f"{low} to {high}"
     sensors = [row["sensor_um"] for row in rows if "sensor_um" in row]

@@ -12,7 +12,7 @@ PROGRAM = program(["L P[1] 400mm/sec FINE"], [at(1, HOME)])
 
 
 def test_generate_shows_each_flown_start_and_writes_the_interval(tmp_path):
-    result = run("generate", "paths/line_y.toml", "-o", tmp_path / "out", "--set", STARTS, *ROOMY)
+    result = run("generate", "paths/line_y.toml", "-o", tmp_path / "out", "--verbose", "--set", STARTS, *ROOMY)
     assert result.returncode == 0, result.stderr
     for words in ("one file for many starts", "mean of the rises", "run 1, 1200 s late, 50 %", "made anew"):
         assert words in result.stdout

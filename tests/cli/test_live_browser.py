@@ -235,3 +235,39 @@ def test_on_paper_stands_the_setting_that_was_shown(page):
             assert shown["sentence"] in page.browser.text("#live-sentence")
     finally:
         page.browser.open(page.file)
+
+
+def test_a_link_opens_the_page_with_its_sliders_where_they_were(page):
+    """The fragment of the address, after the half second in which it is written, and of another window."""
+    (setting,) = drawn_settings(page.sliders, 1, seed=29)
+    shown = page.moved(setting)
+    address = page.window.execute_async_script("setTimeout(() => arguments[0](location.href), 700)")
+    moved = [s for s, value in zip(page.sliders, setting, strict=True) if value != s.value]
+    assert address.count("=") == len(moved) > 1
+    page.window.get("about:blank")
+    page.window.get(address)
+    again = page.window.execute_async_script(READ)
+    same = ("before", "after", "band", "sentence", "predict", "check")
+    assert [again[key] for key in same] == [shown[key] for key in same]
+    page.browser.open(page.file)
+    planned = page.window.execute_async_script(READ)
+    assert planned["sentence"] != shown["sentence"]
+    key, low, high = page.sliders[0].key, page.sliders[0].low, page.sliders[0].high
+    whole = address.partition("#")[2]
+    for bad in (
+        "no.such_key=1",
+        f"{key}={high + 1}",
+        f"{key}={low}x",
+        f"{key}=",
+        "%E0%A4%A",
+        f"{key}=0x1",
+        f"{whole}&{key}",
+    ):
+        page.window.get("about:blank")
+        page.window.get(f"{page.file.as_uri()}#{bad}")
+        assert page.window.execute_async_script(READ)["sentence"] == planned["sentence"], bad
+    page.window.execute_script("location.hash = arguments[0]", whole)  # a link that is followed on the open page
+    assert page.window.execute_async_script(READ)["sentence"] == shown["sentence"]
+    page.window.execute_script("document.getElementById('live-reset').click()")
+    assert page.window.execute_async_script("setTimeout(() => arguments[0](location.hash), 900)") == ""
+    assert page.window.get_log("browser") == []

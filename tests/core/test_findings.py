@@ -1,10 +1,20 @@
 """Messages: one printable line of at most 300 characters, cut in the middle so that place and mend stay."""
 
+import random
+
 import pytest
 
-from compgen.cli.screen.messages import print_error
+from compgen.cli.screen.messages import finding_lines, print_error
 from compgen.core.codes import Code, Level
-from compgen.core.findings import MOST_CHARACTERS, Finding, beyond_text, one_line
+from compgen.core.findings import (
+    MOST_CHARACTERS,
+    Finding,
+    beyond_text,
+    in_reading_order,
+    is_for_every_job,
+    one_line,
+)
+from compgen.core.kinds import NOT_DONE, OF_EVERY_JOB, OF_SAFETY
 
 
 def test_a_short_message_stays_as_it_is():
@@ -41,3 +51,40 @@ def test_a_value_shows_on_which_side_of_its_limit_it_is(value, limit, text):
 
 def test_the_last_bit_of_a_number_is_shown_where_it_decides():
     assert float(beyond_text(2.5000000000000004, 2.5)) > 2.5
+
+
+SIZES = ("", ", 12.5 um of 90 um", ", 40 um")
+DRAWN = [
+    Finding(level, code, f"about {code}{SIZES[n % 3]}{', 300 um/s' if n % 2 else ''}")
+    for n, code in enumerate(Code)
+    for level in code.levels
+]
+
+
+def test_safety_and_what_was_not_done_are_read_first_then_what_breaks_a_bound_and_the_rest_by_micrometres():
+    shuffled = random.Random(7).sample(DRAWN, len(DRAWN))
+    ordered = in_reading_order(f.record() for f in shuffled)
+    assert sorted(map(str, ordered)) == sorted(map(str, DRAWN))
+    first, second = (sum(f.code in kind for f in DRAWN) for kind in (OF_SAFETY, NOT_DONE))
+    assert {f.code for f in ordered[:first]} == OF_SAFETY
+    assert {f.code for f in ordered[first : first + second]} == NOT_DONE
+    assert not OF_SAFETY & NOT_DONE
+    assert not OF_EVERY_JOB & (OF_SAFETY | NOT_DONE)
+    rest = [f for f in ordered[first + second :] if f.level in (Level.WARNING, Level.NOTE)]
+    assert ordered[-len(rest) :] == rest
+    unsized = {Level.WARNING: float("inf"), Level.NOTE: 0.0}
+    sizes = [90 if "of 90 um" in f.message else 40 if " 40 um" in f.message else unsized[f.level] for f in rest]
+    assert sizes == sorted(sizes, reverse=True)
+    assert set(sizes) == {0.0, 40, 90, float("inf")}
+
+
+def test_only_notes_are_folded_and_nothing_that_is_not_known():
+    folded = {f for f in DRAWN if is_for_every_job(f)}
+    assert {f.level for f in folded} == {Level.NOTE}
+    assert not [f.code for f in folded if "not known" in f.code.meaning or "not sure" in f.code.meaning]
+    shown = finding_lines(DRAWN, verbose=False)
+    assert shown[-1] == f"{len(folded)} notes that every job has: --verbose shows them"
+    assert len(shown) == len(DRAWN) - len(folded) + 1
+    assert sorted(finding_lines(DRAWN, verbose=True)) == sorted(f"{f.level}: {f.message}" for f in DRAWN)
+    one = finding_lines([Finding(Level.NOTE, Code.PATH_THINNED, "a"), *DRAWN[:1]], verbose=False)
+    assert one[1:] == ["1 note that every job has: --verbose shows it"]

@@ -186,7 +186,7 @@ def test_a_state_of_something_else_is_refused(hot, tmp_path, changes, words):
 
 def test_an_old_state_is_refused(hot, tmp_path):
     file = written(state_of(hot), tmp_path)
-    refused(run("generate", SPIRAL, "--state", file, "--state-age", "31min"), 2, "holds 30 min", "31 min old")
+    refused(run("generate", SPIRAL, "--state", file, "--state-age", "31min"), 2, "holds 30 minutes", "31 min old")
     refused(run("generate", SPIRAL, "--state", file, "--state-age", "31"), 2, "with its unit")
     refused(run("generate", SPIRAL, "--state-age", "31min"), 2, "--state")
     refused(run("generate", SPIRAL, "--state", tmp_path / "none.toml"), 2, "no such file")

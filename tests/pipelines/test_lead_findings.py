@@ -62,7 +62,7 @@ def test_commands_against_a_turn_off_the_part_stay_off_it():
 def test_what_is_not_known_is_a_note_and_changes_no_verdict():
     _, corrected, (finding,) = run(SMOOTH, "path.lead_mm=2")
     assert finding.level is Level.NOTE
-    assert "moving means of 195 and 191 ms are expected to lead" in finding.message
+    assert "the controller is expected to lead the tool off its path on the part by" in finding.message
     assert "..." not in finding.message  # nothing of it is cut away
     assert corrected.inside
 

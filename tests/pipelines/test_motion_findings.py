@@ -53,7 +53,7 @@ def test_unknown_motion_has_its_size_on_this_path_and_changes_no_verdict():
     assert row(summary)[0]["size_um"] == pytest.approx([motion["lowest_um"], motion["highest_um"]], rel=1e-5)
     assert row(summary)[0]["expected_um"] == pytest.approx(motion["off_path_um"], rel=1e-5)
     lowest, expected, highest = (f"{motion[key]:.0f}" for key in ("lowest_um", "off_path_um", "highest_um"))
-    assert f"lead the tool {expected} um off this path ({lowest} to {highest};" in finding.message
+    assert f"lead the tool off this path by {expected} um ({lowest} to {highest}), " in finding.message
     assert f"by {OF_ITS_CLASS}" in finding.message
     assert "..." not in finding.message  # nothing of it is cut away
     assert f"{WHAT} (expected {expected}, {lowest} to {highest} um, from {OF_ITS_CLASS})" in headline(summary)

@@ -20,7 +20,16 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.uncertainty.band_columns import assumed_findings
 from compgen.report.band_page import band_facts, band_rows
-from compgen.report.band_words import band_record, band_sentence, headline, unknown_words
+from compgen.report.band_words import (
+    band_record,
+    before_and_after,
+    gain_words,
+    headline,
+    known_words,
+    not_known_words,
+    times_words,
+    unknown_words,
+)
 from compgen.report.files import job_reports
 from compgen.report.job_summary import job_summary
 from compgen.report.study_tables import band_caveat
@@ -45,19 +54,73 @@ def run():
     return generate.generate(load_job(path_file("line_y")), quiet)
 
 
-def test_the_sentence_has_all_three_parts():
-    assert band_sentence(2.06, band_record(BAND, UNKNOWN)) == (
-        "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13); "
-        "not known: play (55 to 175 um); without a figure: the controller's motion"
+def summary_of(record, after=2.06, **more):
+    """What the sentences read of a report."""
+    sides = {"before": {"total": {"max_um": 107.1}}, "after": {"total": {"max_um": after}}}
+    return {
+        **sides,
+        "ratio": 107.1 / after,
+        "band": record,
+        "findings": [],
+        "thermal": {"start_window_s": 1068.9},
+        **more,
+    }
+
+
+def test_the_sentences_say_what_is_left_what_is_not_sure_and_what_nobody_measured():
+    assert headline(summary_of(band_record(BAND, UNKNOWN))).splitlines() == [
+        "Largest error 107.1 um before. After: 2.1 um left by calculation. Uncertainty of the robot data: 41 um "
+        "(95 %), from cte 20, temperature law 13. Not measured on your robot: play (55 to 175 um); without a figure: "
+        "the controller's motion.",
+        "Measure next: one hot length: -19 um (cgen identify ROBOT --touches hot.csv --artefact two_spheres.toml "
+        "--temperatures log.csv); a temperature log of the day: -6.5 um (cgen generate PATH --set log.file=log.csv); "
+        "all of these leave 0.0 um of the band; larger than the band, so first: play",
+    ]
+    assert gain_words(summary_of(band_record(BAND, UNKNOWN))) == (
+        " 52 times smaller. Start within 17 minutes of the planned time."
     )
+
+
+def test_a_screen_names_the_largest_and_counts_the_rest():
+    sizes = {"a": 9.0, "b": 700.0, "c": 30.0, "d": 55.0, "e": 2.5}
+    rows = [Unknown(name, (0.0, size * UM), "") for name, size in sizes.items()]
+    words = not_known_words(band_record(BAND, [*rows, *UNKNOWN[1:]]), verbose=False)
+    assert (
+        "robot: b (0 to 700 um), d (0 to 55 um), c (0 to 30 um), 2 more of up to 9.0 um, 1 without a figure: " in words
+    )
+    assert words.splitlines()[1].startswith(
+        "Measure next: what is larger than this uncertainty, then one hot length: -19 um (cgen identify"
+    )
+    assert "log.file" not in words
+    few = not_known_words(band_record(BAND, UNKNOWN), verbose=False)
+    assert "Not measured on your robot: play (55 to 175 um); without a figure: the controller's motion.\n" in few
+
+
+def test_what_nothing_was_corrected_for_says_what_the_robot_file_needs_and_no_gain():
+    nothing = {"level": "outside", "code": "correction.none", "message": "the robot file is empty; give numbers"}
+    cold = summary_of(band_record(BAND, UNKNOWN), after=107.1, findings=[nothing])
+    assert before_and_after(cold) == "Nothing was corrected: the robot file is empty; give numbers."
+    assert gain_words(cold) == ""
+
+
+def test_no_start_is_promised_where_nothing_is_known_of_warmth():
+    cold = summary_of(band_record(BAND, [Unknown("warmth", None, "")]))
+    assert gain_words(cold) == " 52 times smaller."
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"),
+    [(1.0, "No smaller"), (1.06, "1.1 times smaller"), (9.949, "9.9 times smaller"), (51.7, "52 times smaller")],
+)
+def test_a_small_gain_is_not_rounded_to_none_or_twice_itself(ratio, words):
+    assert times_words(ratio) == words
 
 
 def test_where_the_part_stands_is_said_apart():
     record = band_record(replace(BAND, parted=(38 * UM, 12.4 * UM)), ())
     assert (record["part_stands_um"], record["when_taught_um"]) == (38, 12.4)
-    assert band_sentence(2.06, record) == (
-        "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13): "
-        "38 um where the part stands, 12 um when its frame is taught"
+    assert known_words(record) == (
+        "41 um (95 %), from cte 20, temperature law 13; 38 um where the part stands, 12 um when its frame is taught"
     )
     rows = [row for row in band_rows(record) if "of it" in row[0]]
     assert [row[1] for row in rows] == ["38", "12"]
@@ -74,21 +137,22 @@ def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():
 
 def test_without_any_uncertainty_the_sentence_says_that_there_is_no_band():
     none = replace(BAND, largest=0.0, budget=())
-    assert band_sentence(2.06, band_record(none, UNKNOWN[:1])) == (
-        "2.1 um of arithmetic, no band: the file says of no number how well it is known; not known: play (55 to 175 um)"
+    assert not_known_words(band_record(none, UNKNOWN[:1])) == (
+        "Uncertainty of the robot data: none stated (the file says of no number how well it is known). Not measured "
+        "on your robot: play (55 to 175 um)."
     )
     ((_, words),) = band_facts(band_record(none, ()))
-    assert words == "no band: the file says of no number how well it is known"
+    assert words == "none stated (the file says of no number how well it is known)"
 
 
 def test_a_study_without_any_uncertainty_says_that_there_is_no_band():
-    assert band_caveat([{"band_um": 0.0}]).startswith("no band: the file says of no number how well it is known; ")
+    assert band_caveat([{"band_um": 0.0}]).startswith("uncertainty of the robot data: none stated (the file says of")
     assert band_caveat([{"band_um": 0.0}, {"band_um": 40.0}]).startswith("the files know this to 0.0 to 40 um (95 %)")
 
 
 def test_small_sources_are_not_listed():
     many = replace(BAND, budget=(*BAND.budget, BudgetShare("feed", 0.1 * UM, 0.1 * UM)))
-    assert "(cte 20, temperature law 13, ...)" in band_sentence(1.0, band_record(many, ()))
+    assert known_words(band_record(many, ())) == "41 um (95 %), mostly cte 20, temperature law 13"
 
 
 def test_the_record_is_what_is_documented(run):
@@ -117,8 +181,8 @@ def test_page_screen_and_junit_say_it(run):
     summary = job_summary(*run)
     page = job_reports(*run)["report.html"]
     assert isinstance(page, bytes)
-    assert "<dt>not known of this robot</dt><dd>cold geometry (300 to 746 &micro;m)" in page.decode()
-    assert "of arithmetic" in headline(summary)
+    assert "<dt>not measured on this robot</dt><dd>cold geometry (300 to 746 &micro;m)" in page.decode()
+    assert "um left by calculation. Uncertainty of the robot data: " in headline(summary)
     suite = ElementTree.fromstring(junit_xml([JudgedPath("line_y.toml", 0, 1.0, summary)]))
     properties = {p.attrib["name"]: p.attrib["value"] for p in suite.iter("property")}
     assert float(properties["band.p95_um"]) == pytest.approx(summary["band"]["p95_um"], rel=1e-5)

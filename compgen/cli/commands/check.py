@@ -36,7 +36,7 @@ def check(
     ] = None,
     strict: opt.Strict = False,
     max_um: opt.MaxUm = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     workers: opt.Workers = 0,
 ) -> Outcome:
     """Check path files: generate in memory, prove, write no program; exit 1 outside the bounds.
@@ -58,10 +58,10 @@ def check(
     def judge(path: str) -> tuple[dict[str, Any], str]:
         if written is not None:
             summary, broken = _judge_written(path, job, max_um, written, strict=strict, silent=screen.is_silent)
-            shown.append(partial(_show_written, summary))
+            shown.append(partial(_show_written, summary, verbose=screen.verbose))
             return summary, broken
         summary, broken, show = _judge_path(path, job, max_um, strict=strict, silent=screen.is_silent)
-        shown.extend([show] if len(paths) == 1 else [])
+        shown.extend([partial(show, verbose=screen.verbose)] if len(paths) == 1 else [])
         return summary, broken
 
     from compgen.cli.screen.job_table import show_outcomes
@@ -91,7 +91,7 @@ def outcome_of_all(judged: Sequence[JudgedPath], show: Callable[[], None], *, al
 
 def _judge_path(
     path: str, choice: opt.JobChoice, max_um: float | None, *, strict: bool, silent: bool
-) -> tuple[dict[str, Any], str, Callable[[], None]]:
+) -> tuple[dict[str, Any], str, Callable[..., None]]:
     """The report of a path whose program is generated, why it is not inside, and what shows it."""
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import CHECK, show_progress
@@ -131,10 +131,10 @@ def _judge_written(
     return written_summary(flight, program), f"{outcome_words(verdict)}: {broken}" if broken else ""
 
 
-def _show_written(summary: dict[str, Any]) -> None:
+def _show_written(summary: dict[str, Any], *, verbose: bool) -> None:
     """Print what the program leaves, and the findings."""
     from compgen.cli.screen.messages import print_findings, stdout_console
-    from compgen.report.band_words import guaranteed_text, headline
+    from compgen.report.band_words import guaranteed_text, not_known_words
 
     console, written = stdout_console(), summary["written"]
     before, after = (summary["on_part"][side]["total"] for side in ("before", "after"))
@@ -143,12 +143,13 @@ def _show_written(summary: dict[str, Any]) -> None:
         f"{after['max_um']:.2f} um (p99 {after['p99_um']:.2f}, rms {after['rms_um']:.2f}); planned, not corrected: "
         f"{before['max_um']:.2f} um",
     )
-    rises = ", ".join(f"{name} {rise:.2f}" for name, rise in summary["thermal"]["start_K"].items())
-    console.print(f"rise at the start [K]: {rises}")
-    console.print(headline(summary))
+    if verbose:
+        rises = ", ".join(f"{name} {rise:.2f}" for name, rise in summary["thermal"]["start_K"].items())
+        console.print(f"rise at the start [K]: {rises}")
     if summary["guaranteed"]:
         console.print(guaranteed_text(summary["guaranteed"]))
-    print_findings(console, summary["findings"])
+    console.print(not_known_words(summary["band"], verbose=verbose))
+    print_findings(console, summary["findings"], verbose=verbose)
 
 
 def begin_files(paths: list[str], junit: str | None, sarif: str | None, command: Command) -> list[str]:

@@ -12,7 +12,7 @@ import typer
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_marks
-from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
+from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files.marker import Run, read_record
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
@@ -93,8 +93,9 @@ def correct(
     output: opt.ProgramFolder = None,
     wishes: Wishes,
     page: PageChoice,
+    labels: Labels,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Correct an existing program in place: only the numbers of its positions change.
@@ -112,7 +113,7 @@ def correct(
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
     opt.check_elsewhere(program, folder / source.name, "the result")
-    place = page_place(folder, page, date)
+    place = page_place(folder, page, date, labels)
     if wishes.restore:
         return _restore(source, content, folder)
     file = f"{source.stem}{DRY}{source.suffix}" if options.raised else source.name
@@ -125,15 +126,14 @@ def correct(
     run = _check(folder, renamed(content, cell.robot.controller.name_length) if options.raised else content, file)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
-            beside = programs_beside(source)
             correction = pipeline.correct(
-                content, cell, frames, history, options, progress, beside, registers=registers
+                content, cell, frames, history, options, progress, programs_beside(source), registers=registers
             )
         progress(stages.REPORT, 0.0)
-        return _publish(correction, place, file, run, force=wishes.force)
+        return _publish(correction, place, file, run, force=wishes.force, verbose=screen.verbose)
 
 
-def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *, force: bool) -> Outcome:
+def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *, force: bool, verbose: bool) -> Outcome:
     """Put the program, where it may be loaded, and its reports into their folder."""
     from compgen.cli.screen.correction_table import show_correction
     from compgen.report.files import correction_files
@@ -150,7 +150,8 @@ def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *,
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
         errors.append(f"{outcome_words(correction.verdict)}: {broken}; {ending}")
-    return Outcome(record=files[REPORT], show=partial(show_correction, correction, place.folder, files), errors=errors)
+    show = partial(show_correction, correction, place.folder, files, verbose=verbose)
+    return Outcome(record=files[REPORT], show=show, errors=errors)
 
 
 def _check(folder: Path, content: bytes, file: str) -> Run:

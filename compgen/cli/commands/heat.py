@@ -27,7 +27,7 @@ def heat(
     max_um: opt.MaxUm = None,
     page: PageChoice,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run.
@@ -48,7 +48,10 @@ def heat(
     contents = (heat_csv(planned, day), heat_html(planned, day, place.options, max_um), runs_csv(planned, day))
     files = {RECORD: heat_json(planned, day), **dict(zip(TABLES, contents, strict=True))}
     publish(folder, {}, place.files(files), run=run)
-    lines = [*heat_sentences(planned, day), *finding_lines(planned.input_findings)]
+    lines = [
+        *heat_sentences(planned, day, verbose=screen.verbose),
+        *finding_lines(planned.input_findings, verbose=screen.verbose),
+    ]
     lines.append(f"wrote {', '.join(sorted(files))} to {folder}")
     where = f" in run {int(day.residual.argmax()) + 1}"
     errors = opt.beyond_bound("one file is off by {}", float(day.residual.max()), max_um, where)

@@ -138,7 +138,7 @@ def identify(
     force: Annotated[bool, typer.Option("--force", help="Write the robot file even if the verdict is no.")] = False,
     page: PageChoice,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Fit the error sources of a robot to measurements, and judge the fit.
@@ -157,11 +157,17 @@ def identify(
     target = robot_file_place(output, default, Command.IDENTIFY, IDENTIFIED, page, date)
     with show_progress(quiet=screen.is_silent) as progress:
         identified = pipeline.identify_files(arm, files, measured.reference, progress, force=force)
-    return _publish(arm, identified, files.names, target, force=force)
+    return _publish(arm, identified, files.names, target, force=force, verbose=screen.verbose)
 
 
 def _publish(
-    arm: "Arm", identified: "Identification", sources: Sequence[str], target: RobotFilePlace, *, force: bool
+    arm: "Arm",
+    identified: "Identification",
+    sources: Sequence[str],
+    target: RobotFilePlace,
+    *,
+    force: bool,
+    verbose: bool,
 ) -> Outcome:
     """Write the robot file, unless the fit is refused, and its reports."""
     from compgen.pipelines.measure import identification_files as pipeline
@@ -182,14 +188,14 @@ def _publish(
     if identified.refused:
         ending = "written all the same (--force)" if force else f"{target.file.name} not written; --force writes it"
         errors.append(f"refused: {first_message(Level.REFUSED, identified.findings)}; {ending}")
-    return Outcome(record=record, show=partial(_show, identified, words), errors=errors)
+    return Outcome(record=record, show=partial(_show, identified, words, verbose=verbose), errors=errors)
 
 
-def _show(identified: "Identification", words: str) -> None:
+def _show(identified: "Identification", words: str, *, verbose: bool) -> None:
     """Print the fit, and what was written."""
     from compgen.cli.screen.identification_table import show_identification
 
-    show_identification(identified)
+    show_identification(identified, verbose=verbose)
     print_lines([words])
 
 
@@ -204,7 +210,7 @@ def check_robot(
         bool, typer.Option("--refit-frames", help="Fit where the instrument stands and the reflectors sit.")
     ] = False,
     max_um: opt.MaxUm = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Check an identified robot against measurements it has not seen. Fits nothing but frames, and those when asked.
@@ -232,6 +238,5 @@ def check_robot(
     result = replace(result, findings=(*result.findings, *of_log))
     summary = validation_summary(result)
     outside = first_message(Level.OUTSIDE, result.findings)
-    return Outcome(
-        record=summary, show=partial(show_validation, summary), errors=[f"outside: {outside}"] if outside else []
-    )
+    show = partial(show_validation, summary, verbose=screen.verbose)
+    return Outcome(record=summary, show=show, errors=[f"outside: {outside}"] if outside else [])

@@ -3,14 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_date, page_place
+from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_date, page_place
 from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, resume_files
@@ -56,12 +55,13 @@ def generate(
     output: opt.OutputFolder = None,
     date: HeaderDate = None,
     page: PageChoice,
+    labels: Labels,
     force: opt.ForceProgram = False,
     pages: Parted = True,
     strict: opt.Strict = False,
     lift_all: LiftAll = None,
     max_um: opt.MaxUm = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.CompiledCores,
 ) -> Outcome:
     """Write the corrected program and its proof.
@@ -85,17 +85,15 @@ def generate(
         chosen = chosen if lift is None else lifted(chosen, lift)
         program = program_name_of(chosen)
         own = Headed(program=f"{program}.LS", header='= "compgen ', vouches=REPORTS)
-        files = _job_files(folder, Run(Command.GENERATE, chosen.name), program, [own], page, date)
+        files = _job_files(page_place(folder, page, date, labels), Run(Command.GENERATE, chosen.name), program, [own])
         in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(chosen, progress, in_header, pages=pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         programs = dict(corrected.delivery.files) if corrected.is_usable or force else {}
         reports = files.put(planned, corrected, programs, progress)
-    return Outcome(
-        record=reports[REPORT],
-        show=partial(show_job, planned, corrected, folder, [*programs, *reports]),
-        errors=[] if corrected.inside else [_outside_words(corrected, force=force)],
-    )
+    show = partial(show_job, planned, corrected, folder, [*programs, *reports], verbose=screen.verbose)
+    errors = [] if corrected.inside else [_outside_words(corrected, force=force)]
+    return Outcome(record=reports[REPORT], show=show, errors=errors)
 
 
 def _outside_words(corrected: "Corrected", *, force: bool) -> str:
@@ -116,9 +114,10 @@ def predict(
     output: PredictFolder = None,
     max_um: opt.MaxUm = None,
     page: PageChoice,
+    labels: Labels,
     date: PageDate = None,
     program: PlannedProgram = False,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.CompiledCores,
 ) -> Outcome:
     """Predict the error of the planned program, without correcting it.
@@ -139,7 +138,7 @@ def predict(
         name = planned_name_of(chosen)
         corrected, own = f"{program_name_of(chosen)}.LS", Headed(program=f"{name}.LS", header=f'= "{COMMENT}"')
         run = Run(Command.PREDICT, chosen.name)
-        files = _job_files(folder, run, name, [Headed(program=corrected), own], page, date)
+        files = _job_files(page_place(folder, page, date, labels), run, name, [Headed(program=corrected), own])
         planned = pipeline.predict(chosen, progress)
         programs: dict[str, bytes] = {}
         if program:
@@ -149,7 +148,7 @@ def predict(
     errors = opt.beyond_bound("predicted: error of {}", planned.deviation().on_part["total"].max, max_um)
     if program and not programs:
         errors = [f"{first_message(Level.OUTSIDE, planned.findings)}; {name}.LS not written"]
-    show = partial(show_job, planned, None, folder, [*programs, *reports])
+    show = partial(show_job, planned, None, folder, [*programs, *reports], verbose=screen.verbose)
     return Outcome(record=reports[REPORT], show=show, errors=errors)
 
 
@@ -180,12 +179,10 @@ class JobOutput:
         return reports
 
 
-def _job_files(
-    folder: Path, run: Run, program: str, headed: Sequence[Headed], page: PageChoice, date: str | None
-) -> JobOutput:
+def _job_files(place: PagePlace, run: Run, program: str, headed: Sequence[Headed]) -> JobOutput:
     """Where the files of a job go; raises InputError where they would replace what is not the run's own."""
-    check_folder(folder, run, record=REPORT, others=REPORTS, headed=headed)
-    return JobOutput(page_place(folder, page, date), run, program)
+    check_folder(place.folder, run, record=REPORT, others=REPORTS, headed=headed)
+    return JobOutput(place, run, program)
 
 
 def _with_progress(content: Content, progress: Progress, share: float) -> Iterable[bytes]:

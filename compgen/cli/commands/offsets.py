@@ -36,7 +36,7 @@ def offsets(
         typer.Option("--before", help="Of a program: what went before, as cgen correct takes it; repeatable."),
     ] = None,
     max_um: opt.MaxUm = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Find the one position register or user frame that does best in place of a corrected program.
@@ -63,7 +63,7 @@ def offsets(
     record = offsets_record(result)
     best = min((way for way in record["ways"] if way["type_in"] is not None), key=lambda way: way["leaves"]["max_um"])
     errors = opt.beyond_bound(f"the best offset ({best['kind']}) leaves {{}}", best["leaves"]["max_um"] * UM, max_um)
-    return Outcome(record=record, show=partial(_show, record), errors=errors)
+    return Outcome(record=record, show=partial(_show, record, verbose=screen.verbose), errors=errors)
 
 
 def _refuse_options_of_programs(tables: opt.ProgramTables, before: list[str] | None) -> None:
@@ -86,7 +86,7 @@ def _of_program(program: str, choice: opt.ProgramChoice, tables: opt.ProgramTabl
         return offsets_of_program(content, cell, frames, history, progress, programs_beside(source), registers)
 
 
-def _show(record: dict[str, Any]) -> None:
+def _show(record: dict[str, Any], *, verbose: bool) -> None:
     """Print what to type in, and what each way leaves."""
     from rich.table import Table
 
@@ -102,4 +102,4 @@ def _show(record: dict[str, Any]) -> None:
         "X Y Z in mm, W P R in deg. PR offset: type them into a position register, and put Offset,PR[n] on the motions "
         "(the controller adds them in the user frame). User frame: type them in place of the frame's own."
     )
-    print_findings(console, record["findings"])
+    print_findings(console, record["findings"], verbose=verbose)

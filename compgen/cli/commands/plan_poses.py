@@ -107,7 +107,7 @@ def plan_poses(
     wait: Annotated[float, typer.Option("--wait", help="Seconds at each pose.")] = 3.0,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_poses.")] = None,
     date: opt.Date = DEFAULT_DATE,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Choose the poses that tell most of a robot's errors: a CSV, and a program that visits them.
@@ -130,7 +130,7 @@ def plan_poses(
     programs, tables = _files(planned, arm.robot, names, checked_date(date), wait)
     publish(folder, programs, tables, (f"{names[1]}.LS", REVERSALS), run=run)
     record = _record(planned, sorted([*programs, *tables]), [*arm.input_findings, *choice.input_findings()])
-    return Outcome(record=record, show=partial(_show, record, folder))
+    return Outcome(record=record, show=partial(_show, record, folder, verbose=screen.verbose))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -236,7 +236,7 @@ def _record(planned: PlannedPoses, files: list[str], findings: "Sequence[Finding
     }
 
 
-def _show(record: dict[str, Any], folder: Path) -> None:
+def _show(record: dict[str, Any], folder: Path, *, verbose: bool) -> None:
     """Print how well each parameter will be known, findings, and the files."""
     from rich.table import Table
 
@@ -246,6 +246,6 @@ def _show(record: dict[str, Any], folder: Path) -> None:
         prior, sigma = term["prior_sigma"], term["expected_sigma"]
         table.add_row(term["name"], f"{prior:.4g}", f"{sigma:.4g}", f"{100 * (1 - (sigma / prior) ** 2):.0f} %")
     console.print(table)
-    print_findings(console, record["findings"])
+    print_findings(console, record["findings"], verbose=verbose)
     reversals = f", then reversal runs of {record['reversal_runs']} joints" if record["reversal_runs"] else ""
     console.print(f"{record['poses']} poses{reversals}; wrote {', '.join(record['files'])} to {folder}")

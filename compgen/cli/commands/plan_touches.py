@@ -83,7 +83,7 @@ def plan_touches(
     frames: opt.FramesFile = None,
     output: TouchesFolder = None,
     date: opt.Date = DEFAULT_DATE,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Choose the touches that tell most of where a path will be: a CSV to fill in, and a program that touches.
@@ -115,7 +115,8 @@ def plan_touches(
     reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, stops=signal is None)}
     program = {f"{name}.LS": write_touches(planned, name, checked_date(date), choice.utool, signal)}
     publish(folder, program, reports, run=run)
-    return Outcome(record=reports[RECORD], show=partial(_show, record, folder, [*program, *reports]))
+    show = partial(_show, record, folder, [*program, *reports], verbose=screen.verbose)
+    return Outcome(record=reports[RECORD], show=show)
 
 
 def _condition(text: str) -> str:
@@ -125,7 +126,7 @@ def _condition(text: str) -> str:
     return plain
 
 
-def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
+def _show(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bool) -> None:
     """Print the touches, what each gains, and the files."""
     from rich.table import Table
 
@@ -144,5 +145,5 @@ def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
         f"{before['p99_um']:.1f} um p99; after {n} touches {after['rms_um']:.1f} and {after['p99_um']:.1f} um"
         f"{expected}; one more gains {100 * record['one_more']['gain']:.0f} %"
     )
-    print_findings(console, record["findings"])
+    print_findings(console, record["findings"], verbose=verbose)
     console.print(f"wrote {', '.join(files)} to {folder}")

@@ -95,7 +95,7 @@ def executed(
     ] = None,
     page: PageChoice,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Say whether a log of positions is of this program, at which override, in which time, and how true to the path.
@@ -120,7 +120,8 @@ def executed(
     files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
     publish(folder, {}, place.files(files), run=own)
     outside = first_message(Level.OUTSIDE, run.findings)
-    show = partial(print_lines, [*_lines(summary), f"wrote {', '.join(files)} to {folder}"])
+    lines = [*_lines(summary), *finding_lines(summary["findings"], verbose=screen.verbose)]
+    show = partial(print_lines, [*lines, f"wrote {', '.join(files)} to {folder}"])
     return Outcome(record=record, show=show, errors=[f"outside: {outside}"] if outside else [])
 
 
@@ -140,7 +141,7 @@ def _lines(summary: dict[str, Any]) -> list[str]:
         for name, d in summary["deviation"].items()
     ]
     lines.append(f"verdict: {summary['verdict']}")
-    return [*lines, *finding_lines(summary["findings"])]
+    return lines
 
 
 def identify_motion(
@@ -159,7 +160,7 @@ def identify_motion(
     ] = None,
     page: PageChoice,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Fit how the controller smooths its commands to a log of a run, with a verdict on stretches held out.
@@ -181,11 +182,17 @@ def identify_motion(
         run, identified = identify(
             logged.text, logged.course, positions, logged.situation, partial(progress, stages.MOTION)
         )
-    return _publish_motion(logged, arm.text, run, identified, target)
+    return _publish_motion(logged, arm.text, run, identified, target, verbose=screen.verbose)
 
 
 def _publish_motion(
-    logged: LoggedProgram, robot_text: str, run: "ExecutedRun", identified: "IdentifiedMotion", target: RobotFilePlace
+    logged: LoggedProgram,
+    robot_text: str,
+    run: "ExecutedRun",
+    identified: "IdentifiedMotion",
+    target: RobotFilePlace,
+    *,
+    verbose: bool,
 ) -> Outcome:
     """Write a copy of the robot file with the motion, unless the fit is refused, and the reports."""
     from compgen.pipelines.measure.identify_motion import motion_text
@@ -199,7 +206,8 @@ def _publish_motion(
         written = {target.file.name: motion_text(robot_text, robot, run, text, identified).encode()}
     record = json_text(summary)
     words = target.put(written, record, motion_html(summary, logged.inputs(), target.place.options))
-    lines = [*motion_sentences(summary), *finding_lines((*identified.findings, *run.findings)), words]
+    findings = finding_lines((*identified.findings, *run.findings), verbose=verbose)
+    lines = [*motion_sentences(summary), *findings, words]
     refused = first_message(Level.REFUSED, identified.findings)
     errors = [f"refused: {refused}; {target.file.name} not written"] if refused else []
     return Outcome(record=record, show=partial(print_lines, lines), errors=errors)

@@ -127,7 +127,7 @@ def resume(
     date: RecordDate = None,
     force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
     page: PageChoice,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.CompiledCores,
 ) -> Outcome:
     """Write the remaining pages of a job anew, under their names, for what the robot is when the next one starts.
@@ -160,10 +160,10 @@ def resume(
         is_written = bool(resumed.replaced) and (resumed.is_usable or force)
         if is_written:
             put_anew(place, resumed)
-    return _outcome(resumed, place.folder, is_written=is_written)
+    return _outcome(resumed, place.folder, is_written=is_written, verbose=screen.verbose)
 
 
-def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool) -> Outcome:
+def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> Outcome:
     """What became of the pages, and why they are not inside."""
     from compgen.verification.verdict import Verdict
 
@@ -173,7 +173,7 @@ def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: b
         if is_written or resumed.is_usable:
             ending = "written all the same" + ("" if resumed.is_usable else " (--force)")
         errors.append(f"{resumed.verdict}: {first_message(Level.OUTSIDE, resumed.findings)}; {ending}")
-    show = partial(_show, resumed, folder, is_written=is_written)
+    show = partial(_show, resumed, folder, is_written=is_written, verbose=verbose)
     return Outcome(record=record_of(resumed), show=show, errors=errors)
 
 
@@ -198,23 +198,23 @@ def _program_anew(
     return resume_corrected(job, from_page, cause.begin_corrected(job), date, progress, at.loaded, at.done)
 
 
-def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool) -> None:
+def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
     from compgen.cli.screen.resume_table import show_resumed
     from compgen.pipelines.resume.result import Resumed
 
     if isinstance(resumed, Resumed):
-        show_resumed(resumed, folder, is_written=is_written)
+        show_resumed(resumed, folder, is_written=is_written, verbose=verbose)
     else:
-        _show_corrected(resumed, folder, is_written=is_written)
+        _show_corrected(resumed, folder, is_written=is_written, verbose=verbose)
 
 
-def _show_corrected(resumed: "ResumedProgram", folder: Path, *, is_written: bool) -> None:
+def _show_corrected(resumed: "ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
     from compgen.cli.screen.resume_table import pages_table
     from compgen.pipelines.resume.corrected import words_of
 
     console = stdout_console()
     print_table(console, f"{resumed.correction.name} from page {resumed.from_page} on", pages_table(resumed.pages))
-    lines = [*words_of(resumed), *finding_lines(resumed.findings)]
+    lines = [*words_of(resumed), *finding_lines(resumed.findings, verbose=verbose)]
     if is_written:
         lines.append(f"wrote {', '.join(resumed.replaced)} anew, {resumed.written.manifest_file} in {folder}")
     elif not resumed.replaced:

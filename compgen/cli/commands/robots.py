@@ -25,7 +25,7 @@ def inspect_robot(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_inspect.")
     ] = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
 ) -> Outcome:
     """Show a robot file's reach, limits and poses, to compare with the data sheet and the pendant.
 
@@ -44,10 +44,10 @@ def inspect_robot(
     record = sheet_record(sheet)
     files = {RECORD: json_text(record), PICTURE: zero_svg(sheet).encode()}
     publish(folder, {}, files, run=run)
-    return Outcome(record=files[RECORD], show=partial(_show, record, folder, list(files)))
+    return Outcome(record=files[RECORD], show=partial(_show, record, folder, list(files), verbose=screen.verbose))
 
 
-def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
+def _show(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bool) -> None:
     """Print lengths, reach, limits, the table to compare, and the files."""
     from rich.table import Table
 
@@ -73,7 +73,7 @@ def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
     console.print(table)
     if any(abs(abs(pose["p_deg"]) - 90) < 0.01 for pose in record["poses"]):
         console.print("at P = 90 or -90 only the sum of W and R is fixed: the pendant may share it out otherwise")
-    print_findings(console, record["findings"])
+    print_findings(console, record["findings"], verbose=verbose)
     console.print(f"wrote {', '.join(files)} to {folder}")
 
 

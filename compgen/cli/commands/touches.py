@@ -49,7 +49,7 @@ def anchor(
     overrides: opt.Overrides = None,
     page: PageChoice,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
     cores: opt.Cores,
 ) -> Outcome:
     """Say what the robot is now, from a few touches: a state for --state, with a verdict.
@@ -69,10 +69,10 @@ def anchor(
     result = anchor_files(
         path, robot, overrides or (), touches=touches, artefact=artefact, log=log, reference=reference, frames=frames
     )
-    return _publish(result, target, place)
+    return _publish(result, target, place, verbose=screen.verbose)
 
 
-def _publish(result: "Anchored", target: Path, place: PagePlace | None) -> Outcome:
+def _publish(result: "Anchored", target: Path, place: PagePlace | None, *, verbose: bool) -> Outcome:
     """Write the state, where it can be used, and the page that is asked for."""
     from compgen.error_model.anchored_state import ACCEPTED, state_text
     from compgen.report.anchor import anchor_html, anchor_record
@@ -89,12 +89,12 @@ def _publish(result: "Anchored", target: Path, place: PagePlace | None) -> Outco
     if result.verdict in ("cannot tell", "something moved"):
         ending = f"{target} written" if result.verdict in ACCEPTED else f"{target.name} not written"
         errors = [f"{result.findings[0].message}; {ending}"]
-    return Outcome(record=record, show=partial(_show, result, files), errors=errors)
+    return Outcome(record=record, show=partial(_show, result, files, verbose=verbose), errors=errors)
 
 
-def _show(result: "Anchored", files: list[str]) -> None:
+def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
     """Print the verdict, the state, and what a user must know."""
-    from compgen.core.units import MINUTE, UM
+    from compgen.core.units import UM, limit_words
 
     state, (before, after) = result.state, result.rms
     K, sigma = len(state.nodes), state.sigma
@@ -110,8 +110,8 @@ def _show(result: "Anchored", files: list[str]) -> None:
             f"{state.verdict}: {result.reason}",
             f"the path's place is open by {before / UM:.1f} um rms before the touches, {after / UM:.1f} um after",
             f"rise [K], k = 2: {rises}",
-            f"base moved in World by {base} um; the state holds {state.window / MINUTE:.0f} min, standing",
-            *finding_lines(result.findings[1:]),
+            f"base moved in World by {base} um; the state holds {limit_words(state.window)}, standing",
+            *finding_lines(result.findings[1:], verbose=verbose),
             *([f"wrote {', '.join(files)}"] if files else []),
         ]
     )
@@ -128,7 +128,7 @@ def teach_frame(
     frames: UserFrames = None,
     nominal: Annotated[bool, typer.Option("--nominal", help="As the pendant would: without the model.")] = False,
     output: FrameOutput = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
 ) -> Outcome:
     """Compute a part's user frame from spheres that the identified, warm arm has touched.
 
@@ -150,7 +150,7 @@ def teach_frame(
     record = teaching.frame_record(taught, arm.robot.controller.decimals)
     reports = {report.name: json_text(record)}
     publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports)
-    lines = [*_lines(record), f"wrote {target}, {report}"]
+    lines = [*_lines(record), *finding_lines(record["findings"], verbose=screen.verbose), f"wrote {target}, {report}"]
     return Outcome(record=reports[report.name], show=partial(print_lines, lines))
 
 
@@ -183,4 +183,4 @@ def _lines(record: dict[str, Any]) -> list[str]:
     if differs is not None:
         away = ", ".join(f"{v:.0f}" for v in differs["place_um"])
         lines.append(f"the pendant would have taught it {away} um away")
-    return [*lines, *finding_lines(record["findings"])]
+    return lines

@@ -91,7 +91,7 @@ def whatif(
     max_um: opt.MaxUm = None,
     page: PageChoice,
     date: PageDate = None,
-    screen: opt.Screen,
+    screen: opt.FindingScreen,
 ) -> Outcome:
     """Move the day with sliders; vary any key, predict (and correct) every scenario, answer questions.
 
@@ -122,11 +122,18 @@ def whatif(
     living = _sliders(path, robot, changes, silent=screen.is_silent, alone=alone) if live else NONE
     base = base_job(path, robot, changes)
     outcome = StudyOutcome(study=study, rows=rows, answers=answers, base=base, max_um=max_um)
-    return _publish(path, changes, outcome, living, place, fresh=scenarios.fresh)
+    return _publish(path, changes, outcome, living, place, fresh=scenarios.fresh, verbose=screen.verbose)
 
 
 def _publish(
-    path: str, changes: Sequence[str], outcome: "StudyOutcome", living: "LiveSection", place: PagePlace, *, fresh: bool
+    path: str,
+    changes: Sequence[str],
+    outcome: "StudyOutcome",
+    living: "LiveSection",
+    place: PagePlace,
+    *,
+    fresh: bool,
+    verbose: bool,
 ) -> Outcome:
     """Put the journal and the reports of a study, and of what was asked, into their folder."""
     from compgen.report.files import study_files, study_sentences
@@ -140,7 +147,7 @@ def _publish(
     lines = [
         *study_sentences(outcome),
         *([living.sentence] if living.sentence else []),
-        *finding_lines(base.input_findings if base is not None else ()),
+        *finding_lines(base.input_findings if base is not None else (), verbose=verbose),
         *(f"failed: scenario {row['index']}: {row['reason']}" for row in failed[:MOST_FAILED]),
         f"wrote {', '.join(sorted([*journal, *files]))} to {place.folder}",
     ]

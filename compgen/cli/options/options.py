@@ -127,6 +127,7 @@ Json = Annotated[
     bool, typer.Option("--json", help="Print the record as JSON, and nothing else on stdout; a refusal as well.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Print every note, and by name all that is not known.")]
 Workers = Annotated[
     int,
     typer.Option("--workers", min=0, max=256, help="Cores to use; 0: all. The results are the same for any number."),
@@ -196,6 +197,13 @@ class Screen:
     def is_silent(self) -> bool:
         """Whether no progress is shown."""
         return self.as_json or self.quiet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FindingScreen(Screen):
+    """What a command prints that has findings."""
+
+    verbose: Verbose = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -34,6 +34,37 @@ AssetsOption = Annotated[
 PageDate = Annotated[str | None, typer.Option("--date", help="Date on the page, YYYY-MM-DD; none unless given.")]
 
 
+MOST_LETTERS = 80  # of a label
+
+
+def _checked_label(param: typer.CallbackParam, value: str | None) -> str | None:
+    """A label as typed; raises InputError for one that is no line of a page."""
+    if value is not None and not (value.strip() and value.isprintable() and len(value) <= MOST_LETTERS):
+        raise InputError(f"{param.opts[0]} {value[:MOST_LETTERS]!r}: must be 1 to {MOST_LETTERS} printable letters")
+    return value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Labels:
+    """What the page and the record of a run are filed under; no program knows of it."""
+
+    part: Annotated[
+        str | None, typer.Option("--part", callback=_checked_label, help="Part, on the page and in report.json.")
+    ] = None
+    order: Annotated[
+        str | None, typer.Option("--order", callback=_checked_label, help="Order, on the page and in report.json.")
+    ] = None
+    operator: Annotated[
+        str | None,
+        typer.Option("--operator", callback=_checked_label, help="Operator, on the page and in report.json."),
+    ] = None
+
+    def named(self) -> tuple[tuple[str, str], ...]:
+        """Those that are given, in the order of the page."""
+        labels = (("part", self.part), ("order", self.order), ("operator", self.operator))
+        return tuple((name, words.strip()) for name, words in labels if words is not None)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageChoice:
     """What every command that writes a page takes for it."""
@@ -57,13 +88,14 @@ class PagePlace:
         return reports
 
 
-def page_place(folder: Path, page: PageChoice, date: str | None = None) -> PagePlace:
+def page_place(folder: Path, page: PageChoice, date: str | None = None, labels: Labels | None = None) -> PagePlace:
     """Where a page goes; refused before any work where the script cannot lie above its folder.
 
     Args:
         folder: Of the page.
         page: Where plotly.js lies.
         date: As typed: YYYY-MM-DD or YY-MM-DD.
+        labels: Part, order and operator.
 
     Raises:
         InputError: No date, or a folder above that cannot hold the script.
@@ -72,14 +104,15 @@ def page_place(folder: Path, page: PageChoice, date: str | None = None) -> PageP
     from compgen.report.page import PageOptions
 
     shown = "" if date is None else page_date(date)
+    options = PageOptions(shown, labels=() if labels is None else labels.named())
     project = find_project(Path.cwd()) if page.assets is None else None
     assets = project.table.assets if project else page.assets
     if assets != Assets.SHARED:
-        return PagePlace(folder, page, PageOptions(shown))
+        return PagePlace(folder, page, options)
     script = _script_above(folder)
     check_writable(script.parent)
     _is_there(script)
-    return PagePlace(folder, page, PageOptions(shown, f"../{script.name}"))
+    return PagePlace(folder, page, replace(options, script=f"../{script.name}"))
 
 
 def share_script(folder: Path, options: "PageOptions") -> None:

@@ -5,14 +5,14 @@ from pathlib import Path
 
 from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
 from compgen.pipelines.correct import Correction
-from compgen.report.band_words import guaranteed_text, headline
+from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, not_known_words
 from compgen.report.correction import correction_summary
 
-MOST_STATEMENTS = 40  # unsafe ones that are printed
+MOST_STATEMENTS, FEW_STATEMENTS = 40, 5  # unsafe ones that are printed, asked for more and not
 
 
-def show_correction(correction: Correction, folder: Path, files: Iterable[str]) -> None:
-    """Print the errors before and after, the positions, the warmth, the findings and the files."""
+def show_correction(correction: Correction, folder: Path, files: Iterable[str], *, verbose: bool) -> None:
+    """Print the errors, then: before and after, what is not known, what to read, what was written."""
     summary = correction_summary(correction)
     console = stdout_console()
     if summary["before"]:
@@ -20,23 +20,26 @@ def show_correction(correction: Correction, folder: Path, files: Iterable[str]) 
         for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
             table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values()))
         print_table(console, f"{summary['name']} on {summary['provenance']['robot']}", table)
-    if summary["before"] and summary["band"]:
-        console.print(headline(summary))
     if "guaranteed" in summary:
         console.print(guaranteed_text(summary["guaranteed"]))
+    if summary["before"]:
+        console.print(f"{before_and_after(summary)}{gain_words(summary)}")
     console.print(f"verdict: {summary['verdict']}")
     count = summary["positions"]
     console.print(
         f"{count['corrected']} positions corrected, {count['new']} new, {count['unchanged']} unchanged; "
         f"{summary['duration_s']:.1f} s"
     )
-    heat = summary["thermal"]
-    console.print(
-        "rise [K]: " + ", ".join(f"{n} {v:.2f} to {heat['end_K'][n]:.2f}" for n, v in heat["start_K"].items())
-    )
-    print_findings(console, summary["findings"])
-    for statement in summary["unsafe"][:MOST_STATEMENTS]:
+    if verbose:
+        heat = summary["thermal"]
+        rises = (f"{n} {v:.2f} to {heat['end_K'][n]:.2f}" for n, v in heat["start_K"].items())
+        console.print(f"rise [K]: {', '.join(rises)}")
+    if summary["before"] and summary["band"]:
+        console.print(not_known_words(summary["band"], verbose=verbose))
+    print_findings(console, summary["findings"], verbose=verbose)
+    most = MOST_STATEMENTS if verbose else FEW_STATEMENTS
+    for statement in summary["unsafe"][:most]:
         console.print(f"  line {statement['line']}: {statement['text']}: {statement['reason']}")
-    if len(summary["unsafe"]) > MOST_STATEMENTS:
-        console.print(f"  and {len(summary['unsafe']) - MOST_STATEMENTS} more, all in report.json")
+    if len(summary["unsafe"]) > most:
+        console.print(f"  and {len(summary['unsafe']) - most} more, all in report.json")
     console.print(f"wrote {', '.join(sorted(files))} to {folder}")

@@ -11,7 +11,7 @@ from compgen.report.identification import identification_summary, ladder_cells, 
 MOST_PARAMETERS = 20  # that are printed, those that move the tool most first
 
 
-def show_identification(identified: Identification) -> None:
+def show_identification(identified: Identification, *, verbose: bool) -> None:
     """Print the models tried, how well the joints were covered, the parameters, the findings and the verdict."""
     summary = identification_summary(identified)
     console = stdout_console()
@@ -31,11 +31,11 @@ def show_identification(identified: Identification) -> None:
         console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}, moves the tool by {p['moves_um']:.0f} um")
     if len(known) > MOST_PARAMETERS:
         console.print(f"and {len(known) - MOST_PARAMETERS} more, see the report")
-    print_findings(console, summary["findings"])
+    print_findings(console, summary["findings"], verbose=verbose)
     console.print(f"verdict: {summary['verdict']}")
 
 
-def show_validation(summary: dict[str, Any]) -> None:
+def show_validation(summary: dict[str, Any], *, verbose: bool) -> None:
     """Print the errors at each target, of the nominal and of the identified arm."""
     console = stdout_console()
     table = Table("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm")
@@ -47,4 +47,4 @@ def show_validation(summary: dict[str, Any]) -> None:
             statistics = (f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))
             table.add_row(target, arm, str(errors["count"]), *statistics)
     console.print(table)
-    print_findings(console, summary["findings"])
+    print_findings(console, summary["findings"], verbose=verbose)

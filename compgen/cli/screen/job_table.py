@@ -11,10 +11,11 @@ from rich.text import Text
 
 from compgen.cli.screen.junit import JudgedPath
 from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
+from compgen.core.codes import Code
 from compgen.core.exit_codes import ExitCode
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report import job_summary
-from compgen.report.band_words import guaranteed_text, headline
+from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, is_corrected, not_known_words
 
 ROWS = (  # row of the report, its label, its bound
     ("total", "total, um", "max_um"),
@@ -28,16 +29,15 @@ STARTS = "one file for many starts, largest error on the part, um"
 MOST_LISTED = 4  # numbered files of one name; of more, only the first and the last are
 
 
-def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
-    """Print errors and bounds, the motion, the warmth, the findings and the files."""
+def show_job(
+    planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str], *, verbose: bool
+) -> None:
+    """Print the errors, then in four sentences: before and after, what is not known, what to read, what was written."""
     summary = job_summary(planned, corrected)
     console = stdout_console()
-    table = sizes_table("TCP error", ["before", "after"] if corrected else ["predicted"], "bound")
-    for row, label, key in ROWS:
-        cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
-        bound = summary["bounds"].get(key)
-        table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
-    print_table(console, planned.job.title or planned.job.name, table)
+    console.print(Text(" ".join((planned.job.title or planned.job.name).split()), style="bold"))
+    if is_corrected(summary) or corrected is None or verbose:
+        console.print(_errors_table(summary))
     if summary.get("guaranteed"):
         console.print(guaranteed_text(summary["guaranteed"]))
     path, time, heat = summary["path"], summary["timing"], summary["thermal"]
@@ -45,21 +45,29 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "
         f"{100 * time['at_feed']:.1f} % of the length at feed, {path['stops']} stops"
     )
-    rises = ", ".join(f"{n} {heat['start_K'][n]:.2f} to {heat['end_K'][n]:.2f}" for n in heat["start_K"])
-    mean = " mean over the starts" if "average_over" in summary else ""
-    console.print(f"rise [K]{mean}: {rises}")
-    if corrected:
-        console.print(
-            f"{summary['ratio']:.0f} times smaller; start within {heat['start_window_s']:.0f} s of the state it is for"
-        )
+    if verbose:
+        rises = ", ".join(f"{n} {heat['start_K'][n]:.2f} to {heat['end_K'][n]:.2f}" for n in heat["start_K"])
+        console.print(f"rise [K]{' mean over the starts' if 'average_over' in summary else ''}: {rises}")
     if corrected and corrected.averaged is not None:
         print_table(console, STARTS, _starts_table(summary["average_over"]))
-    console.print(headline(summary))
-    print_findings(console, summary["findings"])
+    console.print(f"{before_and_after(summary)}{gain_words(summary)}")
+    console.print(not_known_words(summary["band"], verbose=verbose))
+    to_read = [finding for finding in summary["findings"] if finding["code"] != Code.CORRECTION_NONE]
+    print_findings(console, to_read, verbose=verbose)
     robot_file = summary["provenance"]["robot_file"]
     console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
     if folder is not None:
         console.print(f"wrote {name_list(files)} to {folder}")
+
+
+def _errors_table(summary: dict[str, Any]) -> Table:
+    """The error by its parts, and its bounds."""
+    table = sizes_table("TCP error", ["before", "after"] if summary["after"] else ["predicted"], "bound")
+    for row, label, key in ROWS:
+        cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
+        bound = summary["bounds"].get(key)
+        table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
+    return table
 
 
 def show_outcomes(outcomes: Sequence[JudgedPath]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
 from compgen.core.exit_codes import ExitCode
-from compgen.core.findings import Finding, one_line
+from compgen.core.findings import Finding, in_reading_order, is_for_every_job, one_line
 from compgen.core.json_text import json_text
 
 if TYPE_CHECKING:
@@ -81,10 +81,20 @@ def stdout_console() -> "Console":
     return Console(width=width, highlight=False, markup=False, force_terminal=terminal)  # whatever FORCE_COLOR says
 
 
-def finding_lines(findings: Iterable[Finding | Mapping[str, str]]) -> list[str]:
-    """Findings, or their records, as a reader sees them: how much each weighs, and what it says."""
-    records = (finding.record() if isinstance(finding, Finding) else finding for finding in findings)
-    return [f"{record['level']}: {record['message']}" for record in records]
+def finding_lines(findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> list[str]:
+    """Findings, or their records, in the order of reading: how much each weighs, and what it says.
+
+    Notes that every job has are counted in the last line, unless ``verbose``.
+    """
+    shown = in_reading_order(findings)
+    folded = [] if verbose else [finding for finding in shown if is_for_every_job(finding)]
+    lines = [f"{finding.level}: {finding.message}" for finding in shown if finding not in folded]
+    if folded:
+        several = len(folded) > 1
+        lines.append(
+            f"{len(folded)} note{'s' * several} that every job has: --verbose shows {'them' if several else 'it'}"
+        )
+    return lines
 
 
 def print_lines(lines: Iterable[str]) -> None:
@@ -92,9 +102,9 @@ def print_lines(lines: Iterable[str]) -> None:
     sys.stdout.write("".join(f"{line}\n" for line in lines))
 
 
-def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str, str]]) -> None:
-    """Print findings, a line each."""
-    for line in finding_lines(findings):
+def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> None:
+    """Print findings, a line each, as ``finding_lines`` has them."""
+    for line in finding_lines(findings, verbose=verbose):
         console.print(line)
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from rich.table import Table
 
 from compgen.cli.screen.messages import finding_lines, print_table, sizes_table, stdout_console
-from compgen.core.units import UM
+from compgen.core.units import UM, limit_words
 from compgen.pipelines.resume.result import PageResult, Resumed
-from compgen.report.band_words import band_sentence
+from compgen.report.band_words import not_known_words, rounded
 from compgen.report.resume import band_of_resumed
 
 
@@ -21,7 +21,7 @@ def pages_table(pages: Sequence[PageResult]) -> Table:
     return table
 
 
-def show_resumed(resumed: Resumed, folder: Path, *, is_written: bool) -> None:
+def show_resumed(resumed: Resumed, folder: Path, *, is_written: bool, verbose: bool) -> None:
     """Print the pages, why, and what became of them."""
     console = stdout_console()
     planned, beginning = resumed.planned, resumed.beginning
@@ -38,11 +38,12 @@ def show_resumed(resumed: Resumed, folder: Path, *, is_written: bool) -> None:
         place = "on the part" if join.on_the_part else "off the part"
         lines.append(
             f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
-            f"{join.beyond / UM:.2f} beyond that; start within {resumed.starts[0].window:.0f} s"
+            f"{join.beyond / UM:.2f} beyond that; start within {limit_words(resumed.starts[0].window)}"
         )
     largest = resumed.deviation.on_part["total"].max / UM
-    lines.append(f"with the new pages: {band_sentence(largest, band_of_resumed(resumed))}")
-    lines += finding_lines(resumed.findings)
+    lines.append(f"with the new pages: {rounded(largest)} um left by calculation")
+    lines.append(not_known_words(band_of_resumed(resumed), verbose=verbose))
+    lines += finding_lines(resumed.findings, verbose=verbose)
     if is_written:
         count = len(resumed.replaced)
         names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"

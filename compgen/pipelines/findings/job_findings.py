@@ -73,7 +73,10 @@ def nothing_to_correct(cell: Cell) -> list[Finding]:
     """That a robot file knows of nothing that makes its arm err: a program stays as it was planned."""
     if OF_WARMTH not in cell.unknown or not all(isinstance(source, RiseDependent) for source in cell.sources):
         return []
-    message = "nothing in the robot file makes this arm err: nothing was corrected; identify it, or give [thermal]"
+    message = (
+        "the robot file says nothing that makes this arm err; it needs [thermal] with temperatures of the warm arm, or "
+        "an identification (cgen plan-poses, then cgen identify)"
+    )
     return [Finding(Level.OUTSIDE, Code.CORRECTION_NONE, message)]
 
 

@@ -74,8 +74,8 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
             message = f"{WHAT} is not known; on the part this path has no bend that it could matter at"
             return [Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)]
         message = (
-            f"the controller is expected to lead the tool {size} um off this path ({_um(effect.lowest)} to "
-            f"{_um(effect.highest)}; {place}), by {BASIS[effect.expected.evidence]}; nothing is corrected for it; a "
+            f"the controller is expected to lead the tool off this path by {size} um ({_um(effect.lowest)} to "
+            f"{_um(effect.highest)}), {place}, by {BASIS[effect.expected.evidence]}; nothing is corrected for it; a "
             f"quarter of it at {HALF / PERCENT:.0f} % override; log a run for cgen identify-motion, or drive "
             "slower"
         )
@@ -232,11 +232,11 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
     caused = max(lead.caused for lead in short)
     given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
     beyond = effect.known and bool(given) and caused > min(given)
-    leads = " lead" if effect.known else " are expected to lead"
+    leads = f"{motion_words(effect.motion)} lead" if effect.known else "the controller is expected to lead"
     raised = worst.needed <= MAX_LEAD * MM
     message = (
-        f"{motion_words(effect.motion)}{leads} the tool {_um(caused)} um off on the part by a bend {worst.bend:.3f} m "
-        f"along: {worst.length / MM:.1f} mm lie between it and the edge, {np.ceil(worst.needed / MM - 1e-6):.0f} are "
+        f"{leads} the tool off its path on the part by {_um(caused)} um for a bend {worst.bend:.3f} m along: "
+        f"{worst.length / MM:.1f} mm lie between it and the edge, {np.ceil(worst.needed / MM - 1e-6):.0f} are "
         f"needed at {worst.speed / MM:.4g} mm/s (such places: {len(short)}); "
         f"{'raise path.lead_mm to that' if raised else 'lower process.feed_mm_s'}, or stop at the bend: "
         'path.turn = "square", or stop = 1 in points of your own'

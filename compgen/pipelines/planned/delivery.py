@@ -148,7 +148,7 @@ def page_remarks(job: Job, program: Program, k: int, count: int, start: PageStar
     wait = "start within" if k == 0 else "wait before it at most"
     if k == 0 and job.ensemble is not None:
         return _ascii(line[:REMARK_LENGTH] for line in [*remarks, start_remarks(job, start.window)[0]])
-    return _ascii(line[:REMARK_LENGTH] for line in [*remarks, f"{wait} {start.window:.0f} s"])
+    return _ascii(line[:REMARK_LENGTH] for line in [*remarks, f"{wait} {int(start.window)} s"])
 
 
 def _ascii(lines: Iterable[str]) -> list[str]:

@@ -11,6 +11,7 @@ from compgen.core.dates import DEFAULT_DATE
 from compgen.core.pose import Pose
 from compgen.core.version import __version__
 from compgen.job.job import Job
+from compgen.pipelines.findings.job_findings import nothing_to_correct
 from compgen.pipelines.planned.dry_run import dry_run_words
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
@@ -19,6 +20,7 @@ from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.turns import turn_digits
 
 REMARK_WIDTH = 32
+NOT_CORRECTED = "planned, not corrected"
 FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override
 DRY = "_DRY"  # behind the name of a dry run
 COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
@@ -85,14 +87,14 @@ def _remarks(job: Job, start_window: float | None) -> tuple[str, ...]:
     remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
     remarks += [f"robot file {job.cell.robot_file_hash[:16]}", override_remark(job)]
     if start_window is None:
-        return (*remarks, "planned, not corrected")
+        return (*remarks, NOT_CORRECTED)
     rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise(), strict=True)]
     pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
     remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
     remarks += start_remarks(job, start_window)
     remarks += motion_remarks(job)
     if (state := job.cell.state) is not None:
-        remarks.append(f"state {state.digest[:8]} holds {state.window:.0f} s"[:REMARK_WIDTH])
+        remarks.append(f"state {state.digest[:8]} holds {int(state.window)} s"[:REMARK_WIDTH])
     return tuple(remarks)
 
 
@@ -132,9 +134,9 @@ def start_remarks(job: Job, window: float) -> list[str]:
     """From when to when the program may start, and in which runs where it serves several."""
     ensemble = job.ensemble
     if ensemble is None:
-        return [f"start within {window:.0f} s of that"]
+        return [NOT_CORRECTED if nothing_to_correct(job.cell) else f"start within {int(window)} s of that"]
     early, late = ensemble.delay
-    start = f"start {early:.0f} to {late:.0f} s after that" if early > 0 else f"start within {window:.0f} s of that"
+    start = f"start {early:.0f} to {late:.0f} s after that" if early > 0 else f"start within {int(window)} s of that"
     if ensemble.runs == (0, 0):
         return [start]
     first, last = (run + 1 for run in ensemble.runs)

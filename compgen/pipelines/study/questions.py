@@ -91,7 +91,7 @@ def validity(job: Job, limit: float) -> Answer:
     offs = np.array([warmer(k) for k in kelvins])
     above = warmer(1.0)
     span = limit / above if above > 0 else np.inf  # the models are linear in the air, the error nearly so
-    when = f"up to {valid:.0f} min late" if valid is not None else f"even {minutes[-1] * MINUTE / HOUR:g} h late"
+    when = f"up to {int(valid)} min late" if valid is not None else f"even {minutes[-1] * MINUTE / HOUR:g} h late"
     sentence = (
         f"one corrected file stays within {limit / UM:g} um for a start {when}, or an ambient within "
         f"+-{span:.2f} K of the planned; regenerate beyond"

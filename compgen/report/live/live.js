@@ -369,7 +369,7 @@ function beyond(values, state, sides) {  // words beside each slider
         `${(hours / HOUR).toFixed(2)} h of motion by the program's end: the warmth was measured over ${fixed(box.hours)} h`);
     }
     if (slider.kind === "delay" && values[n] * MINUTE > live.window && live.window > 0) words[n].push(
-      `later than the ${Math.round(live.window)} s that the program's remark allows`);
+      `later than the ${Math.floor(live.window)} s that the program's remark allows`);
     if (slider.kind === "cte" && live.cte_limits
         && (value < live.cte_limits[0] - 1e-9 || value > live.cte_limits[1] + 1e-9)) words[n].push(
       `beyond ${fixed(live.cte_limits[0])} to ${fixed(live.cte_limits[1])}, what the robot file holds for possible`);
@@ -403,6 +403,34 @@ function overrides() {
   });
   return out.map(item => ` --set ${item}`).join("");
 }
+
+// -- the state of the sliders in the page's address: a link to it opens in the same state
+function fragment() {  // of those that were moved
+  const moved = sliders.flatMap((slider, n) => values[n] === slider.value ? []
+    : [`${encodeURIComponent(slider.key)}=${encodeURIComponent(values[n])}`]);
+  return moved.join("&");
+}
+function linked() {  // the setting that the address has; the planned one where any of it is not what a slider can say
+  const setting = [...plannedValues];
+  try {
+    for (const part of location.hash.slice(1).split("&").filter(part => part)) {
+      const [key, word, ...more] = part.split("=").map(decodeURIComponent);
+      const n = sliders.findIndex(slider => slider.key === key), slider = sliders[n], value = Number(word);
+      if (!slider || more.length || !/^-?[0-9.]+(e-?[0-9]+)?$/.test(word) || !(value >= slider.low && value <= slider.high)
+          || (slider.stops.length && !slider.stops.includes(value))
+          || (slider.kind === "repeat" && !Number.isInteger(value))) return [...plannedValues];
+      setting[n] = value;
+    }
+  } catch { return [...plannedValues]; }  // no text in such an address
+  return setting;
+}
+function writeLink() {
+  const state = fragment();
+  if (state === location.hash.slice(1)) return;
+  try { history.replaceState(null, "", state ? `#${state}` : location.pathname + location.search); }
+  catch { /* a page inside another may not change its address */ }
+}
+window.addEventListener("hashchange", () => { values = linked(); refused.fill(""); later(); });
 
 // -- the path, and the error along it
 const view = {axes: [0, 1], colour: "after"};
@@ -481,7 +509,7 @@ function update(announce = true) {
   const sentence = `Largest error ${where}: ${micro(shown.before.largest)} µm before, ` +
     `${micro(shown.after.largest)} µm after with the same file.`;
   text($("live-sentence"), sentence);
-  if (announce) { clearTimeout(update.later); update.later = setTimeout(() => text($("live-announcement"), sentence), 400); }
+  if (announce) { clearTimeout(update.later); update.later = setTimeout(() => { text($("live-announcement"), sentence); writeLink(); }, 400); }
   $("live-band").dataset.um = open.whole * UM;
   text($("live-band"), rounded(open.whole));
   band.sources.forEach((_, n) => {
@@ -563,6 +591,7 @@ for (const input of root.querySelectorAll("input[name=live-view]")) input.addEve
 });
 view.axes = root.querySelector("input[name=live-view]:checked").value.split("").map(Number);
 drawPath();
+values = linked();
 for (let turn = 0; turn < 3; turn++) update(false);  // a browser compiles what it has seen before: quick from the first move
 root.classList.add("live-ready");
 })();
