@@ -316,8 +316,7 @@ class Code(StrEnum):
     ANCHOR_NOISE = ("anchor.noise", "pipelines", "Touches scatter more than their sigma says.",
         "Clean probe and spheres, and touch again, or give the true sigma_um.", WARNING)
     ANCHOR_LEFT_OUT = ("anchor.left_out", "pipelines", "The others foretell a touch badly.", "Touch it again.", WARNING)
-    ANCHOR_SIGMA = ("anchor.sigma", "pipelines", "No sigma_um of touches: a usual one is taken.",
-        "Give sigma_um.", NOTE)
+    ANCHOR_SIGMA = ("anchor.sigma", "pipelines", "No sigma_um of touches: the usual is taken.", "Give sigma_um.", NOTE)
     ANCHOR_COLD = ("anchor.cold", "pipelines", "No history is given: the forecast is a cold robot.",
         "Give [[before]] or a log if it was warm.", NOTE)
     TOUCHES_CERTIFIED = ("touches.certified", "pipelines", "The artefact does not say whether it is certified.",
@@ -396,7 +395,6 @@ class Code(StrEnum):
         "Teach them in a frame, or use the position register.", NOTE)
     OFFSETS_USELESS = ("offsets.useless", "pipelines", "This offset leaves no less than none does.",
         "Use the corrected program.", WARNING)
-    EXECUTED_RECORD = ("executed.record", "pipelines", "The record beside the program is of another one.",
-        "Give the program that the record was written with.", WARNING)
+    EXECUTED_RECORD = ("executed.record", "pipelines", "The record beside it is of another program.", "Give that one.", WARNING)
     EXECUTED_UNLIKE = ("executed.unlike", "pipelines", "A program given with --also is another path.", "Nothing.", NOTE)
     # fmt: on
