@@ -98,6 +98,7 @@ class JobFiles:
     robot_source: Path
     robot_text: TomlText
     overrides: tuple[str, ...]
+    may_start_late: bool = True  # False: nobody asks how the robot warms while it stands before the start
 
     def __call__(self) -> Job:
         """The job that they describe; unlike a function, two of the same files compare as the same."""
@@ -151,7 +152,9 @@ def job_of(files: JobFiles) -> Job:
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
     others = files_read(path, str(source))
-    history = _planned_day(path, programs, cell, air)
+    history = _planned_day(path, programs, air)
+    if files.may_start_late or state is not None:
+        history = replace(history, standing=programs.standing())
     if log is not None:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
@@ -185,13 +188,13 @@ def job_of(files: JobFiles) -> Job:
     return job
 
 
-def _planned_day(path: PathFile, programs: Programs, cell: Cell, air: Ambient) -> History:
+def _planned_day(path: PathFile, programs: Programs, air: Ambient) -> History:
     """What a path file says that the cell does before, between and after runs of its program."""
     source, feed = programs.plan("").source, programs.plan("").process.feed
     stretches = (("before", path.before), ("cycle", path.cycle), ("after", path.after))
     parts = [tables.steps_of(rows, name, source, feed) for name, rows in stretches]
     shifts = tables.shifts_of(path.shift, source)
-    return plan_history(programs, cell, air, parts, shifts, path.ambient.clock_h * HOUR)
+    return plan_history(programs, air, parts, shifts, path.ambient.clock_h * HOUR)
 
 
 def _ensemble(path: PathFile, runs: int, program: ProgramPlan) -> Ensemble | None:
@@ -201,9 +204,9 @@ def _ensemble(path: PathFile, runs: int, program: ProgramPlan) -> Ensemble | Non
 
 
 def _on_other_heat_model(files: JobFiles) -> JobFiles | None:
-    """The same files with the robot's other model of heat in use; None where it has one only."""
+    """The same files with the robot's other model of heat in use, for a flight on time; None where it has one only."""
     other = with_other_heat_model(files.robot_text)
-    return None if other is None else replace(files, robot_text=other)
+    return None if other is None else replace(files, robot_text=other, may_start_late=False)
 
 
 def _inputs_hash(files: JobFiles, others: Mapping[str, Mapping[str, Any]]) -> str:
