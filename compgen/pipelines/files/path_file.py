@@ -98,7 +98,7 @@ class JobFiles:
     robot_source: Path
     robot_text: TomlText
     overrides: tuple[str, ...]
-    may_start_late: bool = True  # False: nobody asks how the robot warms while it stands before the start
+    may_start_late: bool = True  # False: unless its tables say so, the robot never stands before the start
 
     def __call__(self) -> Job:
         """The job that they describe; unlike a function, two of the same files compare as the same."""
@@ -153,7 +153,8 @@ def job_of(files: JobFiles) -> Job:
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
     others = files_read(path, str(source))
     history = _planned_day(path, programs, air)
-    if files.may_start_late or state is not None:
+    late = (path.state, path.start, path.compensation.average_over)
+    if files.may_start_late or any(table is not None for table in late):
         history = replace(history, standing=programs.standing())
     if log is not None:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
