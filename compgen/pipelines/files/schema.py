@@ -1,5 +1,8 @@
 """The two files: a path file and a robot file, of the tables of each room; and their JSON Schema (draft 2020-12)."""
 
+import ast
+import inspect
+from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -128,7 +131,28 @@ def _document(model: type[Table], name: str) -> dict[str, Any]:
         "$id": f"urn:compgen:{name}-file",
         "title": f"compgen {name} file",
     }
-    return {**head, **_plain(model.model_json_schema())}
+    schema, tables = model.model_json_schema(), _tables()
+    for described in (*schema["$defs"].values(), schema):
+        for key, text in _texts(tables[described["title"]]).items():
+            described["properties"][key] = dict(sorted({"description": text, **described["properties"][key]}.items()))
+    return {**head, **_plain(schema)}
+
+
+def _tables(model: type[Table] = Table) -> dict[str, type[Table]]:
+    """A table and all that are made from it, by name."""
+    return {model.__name__: model, **{n: m for made in model.__subclasses__() for n, m in _tables(made).items()}}
+
+
+def _texts(model: type[Table]) -> dict[str, str]:
+    """The texts below a table's fields, by their keys; its own before those that it inherits."""
+    texts: dict[str, str] = {}
+    for base in (m for m in reversed(model.__mro__) if issubclass(m, Table)):
+        (made,) = ast.parse(inspect.getsource(base)).body
+        for field, below in pairwise(ast.iter_child_nodes(made)):
+            match field, below:
+                case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(value=ast.Constant(value=str(text))):
+                    texts[model.model_fields[key].alias or key] = inspect.cleandoc(text)
+    return texts
 
 
 def _plain(schema: dict[str, Any], key: str = "") -> dict[str, Any]:
