@@ -21,7 +21,7 @@ from compgen.pipelines.planned import generate
 from compgen.pipelines.uncertainty.band_columns import assumed_findings
 from compgen.report.band_page import band_facts, band_rows
 from compgen.report.band_words import band_record, band_sentence, headline, unknown_words
-from compgen.report.files import job_reports
+from compgen.report.job_files import job_reports
 from compgen.report.job_summary import job_summary
 from compgen.report.study_tables import band_caveat
 from compgen.verification.band import Band, BudgetShare
