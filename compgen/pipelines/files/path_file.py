@@ -89,7 +89,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     return job_of(read_job_files(path_file, robot, overrides))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JobFiles:
     """The files of a job as they were read, overrides put in."""
 
@@ -125,7 +125,10 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
     robot_text = read_toml_text(robot_source, "robots")
     for item in for_robot:
         override(robot_text.tables, item.removeprefix("robot."), item)
-    return JobFiles(source, path_data, robot_source, robot_text, tuple(overrides))
+    return JobFiles(
+        source=source, path_data=path_data, robot_source=robot_source, robot_text=robot_text,
+        overrides=tuple(overrides),
+    )  # fmt: skip
 
 
 def job_of(files: JobFiles) -> Job:
