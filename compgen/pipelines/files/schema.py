@@ -2,6 +2,8 @@
 
 import ast
 import inspect
+import sys
+from functools import cache
 from itertools import pairwise
 from typing import Annotated, Any
 
@@ -147,12 +149,18 @@ def _texts(model: type[Table]) -> dict[str, str]:
     """The texts below a table's fields, by their keys; its own before those that it inherits."""
     texts: dict[str, str] = {}
     for base in (m for m in reversed(model.__mro__) if issubclass(m, Table)):
-        (made,) = ast.parse(inspect.getsource(base)).body
-        for field, below in pairwise(ast.iter_child_nodes(made)):
+        for field, below in pairwise(_classes(base.__module__)[base.__name__].body):
             match field, below:
                 case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(value=ast.Constant(value=str(text))):
                     texts[model.model_fields[key].alias or key] = inspect.cleandoc(text)
     return texts
+
+
+@cache
+def _classes(module: str) -> dict[str, ast.ClassDef]:
+    """The classes of a module as its source has them, by name."""
+    source = inspect.getsource(sys.modules[module])
+    return {node.name: node for node in ast.parse(source).body if isinstance(node, ast.ClassDef)}
 
 
 def _plain(schema: dict[str, Any], key: str = "") -> dict[str, Any]:
