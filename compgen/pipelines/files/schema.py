@@ -135,14 +135,20 @@ def _document(model: type[Table], name: str) -> dict[str, Any]:
     }
     schema, tables = model.model_json_schema(), _tables()
     for described in (*schema["$defs"].values(), schema):
-        for key, text in _texts(tables[described["title"]]).items():
+        for key, text in _texts(tables[described["title"], *sorted(described["properties"])]).items():
             described["properties"][key] = dict(sorted({"description": text, **described["properties"][key]}.items()))
     return {**head, **_plain(schema)}
 
 
-def _tables(model: type[Table] = Table) -> dict[str, type[Table]]:
-    """A table and all that are made from it, by name."""
-    return {model.__name__: model, **{n: m for made in model.__subclasses__() for n, m in _tables(made).items()}}
+def _tables(model: type[Table] = Table) -> dict[tuple[str, ...], type[Table]]:
+    """A table and all that are made from it, by name and keys: two rooms may have tables of one name."""
+    own = (model.__name__, *sorted(_key(model, field) for field in model.model_fields))
+    return {own: model, **{name: m for made in model.__subclasses__() for name, m in _tables(made).items()}}
+
+
+def _key(model: type[Table], field: str) -> str:
+    """What a field is called in the file."""
+    return model.model_fields[field].alias or field
 
 
 def _texts(model: type[Table]) -> dict[str, str]:
@@ -152,7 +158,7 @@ def _texts(model: type[Table]) -> dict[str, str]:
         for field, below in pairwise(_classes(base.__module__)[base.__name__].body):
             match field, below:
                 case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(value=ast.Constant(value=str(text))):
-                    texts[model.model_fields[key].alias or key] = inspect.cleandoc(text)
+                    texts[_key(model, key)] = inspect.cleandoc(text)
     return texts
 
 
