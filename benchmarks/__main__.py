@@ -15,7 +15,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 
-from benchmarks import bands, cases, heat, identification, peers, text, whole  # noqa: E402
+from benchmarks import bands, cases, heat, identification, peers, shares, text, whole  # noqa: E402
 from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
 from compgen import fanuc  # noqa: E402
 from compgen.core import evaluation  # noqa: E402
@@ -123,6 +123,13 @@ def whole_runs(folder: Path, unit: float, points: int, starts: int) -> Iterator[
         yield told, "<= 1.1" if long else "", f"{late / early:.2f}"
         yield "start-up beside, in processor seconds", "", f"{small[2] - small[0] * early:.2f}"
     yield f"peak memory at {count:.0f}", "<= 2000 MB", f"{peak:.0f} MB"
+    share = shares.shares(points)
+    for part in shares.HONEST:
+        yield (
+            f"{part} at {count:.0f} waypoints, of the run, one worker",
+            "<= 10 %" if long else "",
+            f"{100 * share[part]:.1f} %",
+        )
     of_band = bands.seconds_of_band(points)
     what_band_adds = f"linear band with its columns at {count:.0f} waypoints, over the rest of the run, processor time"
     yield what_band_adds, "<= + 25 %" if long else "", f"+ {100 * of_band / (spent - of_band):.1f} %"

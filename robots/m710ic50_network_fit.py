@@ -24,7 +24,7 @@ from compgen.core.units import HOUR, MM
 from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Duty, JointMotion, rise_history, state_after
-from compgen.thermal.drive_losses import Drives, segment_losses
+from compgen.thermal.drive_losses import Drives, moving_losses
 from compgen.thermal.network import NetworkModel, assemble_volumes, modal_form
 
 HERE = Path(__file__).parent
@@ -95,8 +95,7 @@ def parts(name: str, feed: float) -> np.ndarray:
         holding, coulomb, viscous = np.eye(3)[k]
         one = replace(heat.drives, holding=holding, coulomb=coulomb, viscous=viscous)
         rows = [
-            np.average(segment_losses(heat.robot, one, m)[0], axis=0, weights=np.diff(m.time))
-            for m in driven(name, feed)
+            np.average(moving_losses(heat.robot, one, m), axis=0, weights=np.diff(m.time)) for m in driven(name, feed)
         ]
         out.append(np.mean(rows, axis=0))
     return np.array(out)

@@ -395,6 +395,6 @@ class Code(StrEnum):
         "Teach them in a frame, or use the position register.", NOTE)
     OFFSETS_USELESS = ("offsets.useless", "pipelines", "This offset leaves no less than none does.",
         "Use the corrected program.", WARNING)
-    EXECUTED_RECORD = ("executed.record", "pipelines", "The record beside it is of another program.", "Give that one.", WARNING)
+    EXECUTED_RECORD = ("executed.record", "pipelines", "The record is of another program.", "Give its own.", WARNING)
     EXECUTED_UNLIKE = ("executed.unlike", "pipelines", "A program given with --also is another path.", "Nothing.", NOTE)
     # fmt: on

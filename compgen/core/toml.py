@@ -46,10 +46,11 @@ MOST_VALUES = 200  # of a list: one with more is named by how many they are and 
 class Table(BaseModel):
     """A TOML table: unknown keys are refused, numbers are numbers, and it stays as it was read.
 
-    The text below a field describes its key: the JSON Schema and the tables of keys in docs/ are made from it.
+    The text below a field describes its key: the JSON Schema and the tables of keys in docs/ are made from it, read
+    from the source by who makes them (``use_attribute_docstrings`` reads it at every start).
     """
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 Model = TypeVar("Model", bound=Table)

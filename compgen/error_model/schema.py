@@ -125,7 +125,7 @@ class HysteresisTable(SourceTable):
     """How the change goes on after a reversal: dahl fades, play is a straight ramp with an end."""
 
 
-class FrameTable(SourceTable):
+class FrameErrorTable(SourceTable):
     """Displacement of a frame."""
 
     position_um: ThreeOffsets = 3 * [0.0]
@@ -214,11 +214,11 @@ class SourcesTable(Table):
     gear_harmonics: GearHarmonicsTable | None = None
     joint_ripple: JointRippleTable | None = None
     hysteresis: HysteresisTable | None = None
-    base_frame: FrameTable | None = None
+    base_frame: FrameErrorTable | None = None
     """Displacement of the arm's base, World."""
     thermal_bend: ThermalBendTable | None = None
     thermal_shift: ThermalShiftTable | None = None
-    tool_frame: FrameTable | None = None
+    tool_frame: FrameErrorTable | None = None
     """Displacement of the tool, in the flange."""
     map: list[MapTable] = []
     """Errors measured along lines, at most one for each axis of World."""

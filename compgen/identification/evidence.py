@@ -170,9 +170,13 @@ def _solved(channels: Sequence[NormalEquations], prior: Prior, scales: Scales) -
         H += channel.matrix / scales.noise[channel.kind]
         b += channel.vector / scales.noise[channel.kind]
     root = np.sqrt(np.diag(H))
-    factor = cho_factor(H / np.outer(root, root), lower=True)
+    scale = np.outer(root, root)
+    factor = cho_factor(H / scale, lower=True)
     inverse, _ = lapack.dpotri(factor[0], lower=1)
-    C = (np.tril(inverse) + np.tril(inverse, -1).T) / np.outer(root, root)
+    lower = np.tril(inverse)
+    C = lower + lower.T
+    np.fill_diagonal(C, np.diag(inverse))
+    C /= scale
     return cho_solve(factor, b / root) / root, C, 2 * float(np.log(np.diag(factor[0]) * root).sum())
 
 

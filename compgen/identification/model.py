@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import evaluate, kept_with
 from compgen.error_model.source import Source, State
 from compgen.identification.measurements import Measurements
@@ -98,13 +98,18 @@ class ArmModel:
 
     def groups(self) -> tuple[tuple[str, ...], IntArray]:
         """Names of the groups, and the group of each parameter, (K,)."""
-        names = tuple(dict.fromkeys(t.group for t in self.parameters))
-        return names, np.array([names.index(t.group) for t in self.parameters], dtype=int)
+        return _groups(self)
 
 
 def _from_functions(parameters: tuple[FreeParameter, ...], flange: Any, expressions: Any) -> ArmModel:
     inputs = expressions.sx_in()
     return ArmModel(parameters, flange, (inputs, *expressions(*inputs)))
+
+
+@kept_with("model")
+def _groups(model: ArmModel) -> tuple[tuple[str, ...], IntArray]:
+    names = tuple(dict.fromkeys(t.group for t in model.parameters))
+    return names, frozen(np.array([names.index(t.group) for t in model.parameters], dtype=int))
 
 
 @kept_with("model")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 
 from compgen.core.exceptions import InputError
 from compgen.job.job import Cell, ProgramPlan
@@ -24,6 +24,7 @@ class Programs:
         self._load = load
         self._plans = {"": own}
         self._motions: dict[tuple[str, float], JointMotion] = {}
+        self._losses: dict[tuple[str, float], MeanLosses] = {}
 
     def plan(self, name: str) -> ProgramPlan:
         """A program by name; "" is the one whose history is planned."""
@@ -37,15 +38,24 @@ class Programs:
             self._motions[name, feed] = plan_written_motion(self.plan(name), self._cell, feed).joint_motion
         return self._motions[name, feed]
 
+    def losses(self, name: str, feed: float) -> MeanLosses:
+        """Of the drives over a program at a feed, and standing in its poses."""
+        if (name, feed) not in self._losses:
+            self._losses[name, feed] = self._cell.heat.mean_losses(partial(self.motion, name, feed))
+        return self._losses[name, feed]
+
+    def standing(self) -> Duty:
+        """One second of servo on before the own program."""
+        return replace(STANDING, loss=self.losses("", self.plan("").process.feed).held)
+
 
 def plan_history(
-    programs: Programs, cell: Cell, air: Ambient, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float
+    programs: Programs, air: Ambient, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float
 ) -> History:
-    """What a cell does around a program, with the heat of each stretch.
+    """What a cell does around a program, with the heat of each stretch; its ``standing`` is left to who asks for it.
 
     Args:
         programs: The program and those that steps name.
-        cell: Robot and heat model.
         air: From the first step on.
         parts: The steps before, in and after the cycle.
         shifts: Of a day.
@@ -63,21 +73,16 @@ def plan_history(
     def run_time(step: Step) -> float:
         return float(programs.motion(step.program, step.feed).time[-1])
 
-    heat, own_feed = cell.heat, programs.plan("").process.feed
-
-    @cache
-    def losses(name: str, feed: float) -> MeanLosses:
-        return heat.mean_losses(partial(programs.motion, name, feed))
-
+    own_feed = programs.plan("").process.feed
     spread = []
     for steps in parts_with_feeds:
         pieces = expand_steps(steps, shifts, clock, run_time)
         clock += sum(d.duration for _, d in pieces)
-        spread.append([(step, losses(step.program, step.feed or own_feed).warming(duty)) for step, duty in pieces])
+        losses = [programs.losses(step.program, step.feed or own_feed) for step, _ in pieces]
+        spread.append([(step, loss.warming(duty)) for (step, duty), loss in zip(pieces, losses, strict=True)])
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
-    standing = replace(STANDING, loss=losses("", own_feed).held)
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
-    return History(before=before, cycle=cycle, after=after, runs=runs, standing=standing, air=air)
+    return History(before=before, cycle=cycle, after=after, runs=runs, air=air)
 
 
 def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:

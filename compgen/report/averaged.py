@@ -1,17 +1,19 @@
 """A file that serves many starts, as data and as a figure: its error at each of them, beside the file made anew."""
 
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from compgen.core.units import UM
-from compgen.pipelines.correct.proof import Residue, ServedStarts
 from compgen.pipelines.planned.averaging import Averaged
 from compgen.report.curves import curves_in_words
 from compgen.report.figure import DASHES, GREY, LINES, WARM, Figure, Trace, axis, figure, trace
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.deviation import Extent
+
+if TYPE_CHECKING:
+    from compgen.pipelines.correct.proof import Residue, ServedStarts
 
 
 def ensemble_record(ensemble: Ensemble) -> dict[str, Any]:
@@ -51,10 +53,10 @@ def averaged_record(averaged: Averaged) -> dict[str, Any]:
     }
 
 
-def served_record(served: ServedStarts) -> dict[str, Any]:
+def served_record(served: "ServedStarts") -> dict[str, Any]:
     """The same of a program that exists."""
 
-    def sizes(residue: Residue) -> dict[str, float]:
+    def sizes(residue: "Residue") -> dict[str, float]:
         return {"max_um": residue.largest / UM, "rms_um": residue.rms / UM}
 
     record = ensemble_record(served.ensemble)
@@ -65,7 +67,7 @@ def served_record(served: ServedStarts) -> dict[str, Any]:
     return {**record, "at_mean": sizes(served.at_mean), "max_um": served.worst[1].largest / UM, "flown": flown}
 
 
-def served_figure(served: ServedStarts) -> Figure:
+def served_figure(served: "ServedStarts") -> Figure:
     """The largest error at each start of a program that exists, over delays or overrides, and at the mean."""
     key, title = _abscissa(served.ensemble)
     points = sorted((_start(start)[key], residue.largest / UM) for start, residue in served.flown)

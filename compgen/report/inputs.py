@@ -2,16 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.job.job import Cell, Job
-from compgen.pipelines.correct import Correction
 from compgen.pipelines.planned.averaging import ensemble_words
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient
+
+if TYPE_CHECKING:
+    from compgen.pipelines.correct import Correction
 
 SHORT = 12  # characters of a hash that tell two files apart
 STRETCHES = 4  # of duty that are named one by one
@@ -61,7 +63,7 @@ def day_inputs(job: Job) -> Inputs:
     return job_inputs(job).with_rows(("runs of the program", str(len(history.runs))), *day)
 
 
-def correction_inputs(result: Correction, planned_sha256: str, corrected_sha256: str | None) -> Inputs:
+def correction_inputs(result: "Correction", planned_sha256: str, corrected_sha256: str | None) -> Inputs:
     """Of a program that existed: itself, robot, frames, history, options; None: the corrected one is not written."""
     frames, options = result.around.frames, result.options
     given = [

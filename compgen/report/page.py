@@ -34,6 +34,10 @@ class PageOptions:
     script: str = ""  # where plotly.js lies, seen from the page; "" for inside the page
     labels: tuple[tuple[str, str], ...] = ()  # part, order and operator, of those that were named
 
+    def labelled(self) -> dict[str, dict[str, str]]:
+        """Part, order and operator for a record; nothing where none is named."""
+        return {"labels": dict(self.labels)} if self.labels else {}
+
 
 PLAIN = PageOptions()
 

@@ -10,12 +10,11 @@ tables of one robot can tell apart. With the servo on and standing the copper lo
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from compgen.core.arrays import Array, owns
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.robot.robot import Robot
 from compgen.thermal.duty import JointMotion, MeanLosses
 
@@ -70,15 +69,8 @@ def joint_torques(robot: Robot, drives: Drives, theta: Array, speed: Array, acce
     return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration, strict=True)]).reshape(-1, 6)
 
 
-class SegmentLosses(NamedTuple):
-    """Heat of each drive on N - 1 segments of a motion."""
-
-    moving: Array  # (N - 1, 6) [W] with speeds from the waypoints' own times
-    held: Array  # (N - 1, 6) [W] standing still in its poses
-
-
-def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> SegmentLosses:
-    """Heat of each drive over a motion, and over standing still in its poses.
+def moving_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Array:
+    """Heat of each drive over the segments of a motion, with speeds from the waypoints' own times, (N - 1, 6) [W].
 
     Args:
         robot: For the arm.
@@ -87,9 +79,7 @@ def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Segment
     """
     step = np.diff(motion.time)[:, None]
     speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
-    middle = (motion.theta[1:] + motion.theta[:-1]) / 2
     time = (motion.time[1:] + motion.time[:-1]) / 2
-    sampled = np.unique(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
     acceleration = np.zeros_like(speed)
     if len(time) > 1:
         between = np.diff(time)[:, None]
@@ -97,29 +87,36 @@ def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Segment
         acceleration[:-1] += change / 2
         acceleration[1:] += change / 2
     # a stop's ramp lies between two waypoints: its mean is what counts, not the jump of the chord's speed
-    limit = robot.acceleration
-    at_rest = np.zeros((len(sampled), 6))
-    moving = joint_torques(
-        robot, drives, middle[sampled], speed[sampled], np.clip(acceleration[sampled], -limit, limit)
-    )
-    holding = joint_torques(robot, drives, middle[sampled], at_rest, at_rest)
-    power = drives.rated_power
-    copper_moving, copper_holding = (
-        np.array([np.interp(time, time[sampled], column) for column in _copper_loss(drives, torque).T]).T
-        for torque in (moving, holding)
-    )
-    share = np.abs(speed) / drives.rated_speed
-    friction = power * (drives.coulomb * share + drives.viscous * share**2)
-    return SegmentLosses(copper_moving + friction, copper_holding)
+    limit, share = robot.acceleration, np.abs(speed) / drives.rated_speed
+    friction = drives.rated_power * (drives.coulomb * share + drives.viscous * share**2)
+    sampled = _sampled(motion)
+    bounded = np.clip(acceleration[sampled], -limit, limit)
+    return _copper_loss(robot, drives, motion, speed[sampled], bounded) + friction
+
+
+def held_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Array:
+    """Heat of each drive while the arm stands still in the poses of a motion's segments, (N - 1, 6) [W]."""
+    at_rest = np.zeros((len(_sampled(motion)), 6))
+    return _copper_loss(robot, drives, motion, at_rest, at_rest)
 
 
 def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> MeanLosses:
     """Means over the motion's time."""
-    moving, held = segment_losses(robot, drives, motion)
     step = np.diff(motion.time) + 1e-12
-    return MeanLosses(*(tuple(np.average(loss, axis=0, weights=step).tolist()) for loss in (moving, held)))
+    losses = (of(robot, drives, motion) for of in (moving_losses, held_losses))
+    return MeanLosses(*(tuple(np.average(loss, axis=0, weights=step).tolist()) for loss in losses))
 
 
-def _copper_loss(drives: Drives, torque: Array) -> Array:
+def _sampled(motion: JointMotion) -> IntArray:
+    """Segments that torques are worked out on; between them heat is a straight line in time."""
+    return np.unique(np.linspace(0, len(motion.time) - 2, SAMPLES).astype(int))
+
+
+def _copper_loss(robot: Robot, drives: Drives, motion: JointMotion, speed: Array, acceleration: Array) -> Array:
+    """Of each drive's torque on every segment (N - 1, 6) [W], with the speeds and accelerations of the sampled ones."""
+    sampled, time = _sampled(motion), (motion.time[1:] + motion.time[:-1]) / 2
+    middle = (motion.theta[sampled + 1] + motion.theta[sampled]) / 2
+    torque = joint_torques(robot, drives, middle, speed, acceleration)
     rated = drives.rated_power / drives.rated_speed
-    return np.asarray(drives.rated_power * drives.holding * (torque / rated) ** 2)
+    loss = drives.rated_power * drives.holding * (torque / rated) ** 2
+    return np.array([np.interp(time, time[sampled], column) for column in loss.T]).T

@@ -20,7 +20,7 @@ from scipy.linalg import eigh_tridiagonal
 
 from compgen.core.arrays import Array, IntArray, owns
 from compgen.robot.robot import Robot
-from compgen.thermal.drive_losses import Drives, mean_losses, segment_losses
+from compgen.thermal.drive_losses import Drives, mean_losses, moving_losses
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.node_model import HeatSources, MeasuredBox, NodeModel
 
@@ -140,7 +140,8 @@ class NetworkModel:
 
     def steady_states(self, motion: JointMotion) -> Array:
         """State that each segment of a program leads to, by its joint speeds and torques, (N - 1, V)."""
-        return self.steady_state_of(segment_losses(self.robot, self.drives, motion).moving)
+        losses, heated = moving_losses(self.robot, self.drives, motion), self.volumes.power.any(axis=1)
+        return np.asarray(losses @ self.volumes.power[heated].T @ self.to_volumes[heated] / self.rate)
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a body, from volume to volume, (M,) [m] to (M,) [K]; zero where the network has none."""

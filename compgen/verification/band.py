@@ -76,7 +76,9 @@ class Band:
         """k = 2 at some waypoints: along World x, y, z, feed, cross and normal, (n, 6) [m]."""
         first, last, _ = rows.indices(len(path.arc))
         arc = path.arc[first:last]
-        xx, xy, xz, yy, yz, zz = (np.interp(arc, path.arc[self.rows], column) for column in self.moment.T)
+        near = slice(max(np.searchsorted(self.rows, first) - 1, 0), np.searchsorted(self.rows, last) + 1)
+        knots = path.arc[self.rows[near]]
+        xx, xy, xz, yy, yz, zz = (np.interp(arc, knots, column) for column in self.moment[near].T)
         variances = [xx, yy, zz]
         for d in travel_directions(path, first, last):
             x, y, z = d.T

@@ -33,7 +33,7 @@ def course_motion(course: ProgramCourse, robot: Robot) -> MotionEffect | None:
     """
     if not course.judged.any() or (robot.motion is not None and robot.motion.space == "joint"):
         return None
-    return expected_effect(robot, partial(_effect, course, robot))
+    return expected_effect(robot, partial(_effect, course, robot), partial(_largest, course, robot))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,6 +72,10 @@ def _effect(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> Mo
         lag=moments(motion).delay * float(speed[course.judged].max()),
         off=frozen(off),
     )
+
+
+def _largest(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> float:
+    return _effect(course, robot, motion).largest
 
 
 def _led(course: ProgramCourse, robot: Robot, motion: ControllerMotion, clock: Array, run: slice) -> _Led:

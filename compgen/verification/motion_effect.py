@@ -7,6 +7,7 @@ what was seen. Each is flown: a bend's pull goes with sigma^2 alone only where t
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +15,11 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, row_no
 from compgen.robot.motion import ControllerMotion, ExpectedMotion
 from compgen.robot.robot import Robot
 from compgen.verification.twin import PreparedProgram
-from compgen.verification.twin.controller.deviation import MotionDeviation, motion_deviation
+from compgen.verification.twin.controller.command import WrittenPath
+from compgen.verification.twin.controller.deviation import MotionDeviation, most_in_blocks, motion_deviation
 
 HALF = 0.5  # the override whose effect is told beside
+FEW_BLOCKS = 3  # of time: fewer are all looked at
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -53,25 +56,45 @@ def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffec
         prepared: The program, of N positions.
         touching: The segments on the part, (N - 1,); of none all count.
     """
-    return expected_effect(prepared.twin.robot, partial(_effect, prepared, touching))
+    flight = _flight(prepared, touching)
+    return expected_effect(prepared.twin.robot, partial(_effect, flight), partial(_largest, flight))
 
 
-def expected_effect(robot: Robot, effect_of: Callable[[ControllerMotion], MotionEffect]) -> MotionEffect:
+def expected_effect(
+    robot: Robot,
+    effect_of: Callable[[ControllerMotion], MotionEffect],
+    largest_of: Callable[[ControllerMotion], float],
+) -> MotionEffect:
     """The effect of a robot's motion where it is known, else of what is expected of such an arm, with its spread."""
     if robot.motion is not None:
         return effect_of(robot.motion)
     seen = robot.expected_motion
-    lowest, effect, highest = (effect_of(motion) for motion in (seen.lowest, seen.expected, seen.highest))
-    sizes = lowest.largest, effect.largest, highest.largest
+    effect = effect_of(seen.expected)
+    sizes = largest_of(seen.lowest), effect.largest, largest_of(seen.highest)
     return replace(effect, expected=seen, lowest=min(sizes), highest=max(sizes))
 
 
-def _effect(prepared: PreparedProgram, touching: BoolArray, motion: ControllerMotion) -> MotionEffect:
-    """Of one motion."""
-    led = prepared.led if motion is prepared.twin.robot.motion else _led(prepared, motion)
+class _Flight(NamedTuple):
+    """A program that is flown with one motion after another, at S samples."""
+
+    prepared: PreparedProgram
+    path: WrittenPath
+    segment: IntArray  # (S,) of each sample
+    on_part: BoolArray  # (S,) all, where no segment is
+
+
+def _flight(prepared: PreparedProgram, touching: BoolArray) -> _Flight:
     counts = prepared.samples_per_segment
     segment = np.append(np.repeat(np.arange(len(counts)), counts), len(counts) - 1)
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
+    return _Flight(prepared, prepared.written_path(), segment, on_part)
+
+
+def _effect(flight: _Flight, motion: ControllerMotion) -> MotionEffect:
+    """Of one motion."""
+    prepared, _, segment, on_part = flight
+    led = prepared.led if motion is prepared.twin.robot.motion else _led(flight, motion)
+    counts = prepared.samples_per_segment
     anywhere = np.zeros(len(segment)) if led is None else row_norms(led.across)
     off = np.where(on_part, anywhere, 0.0)
     worst = int(np.argmax(off))
@@ -106,9 +129,26 @@ def error_at_half_override(prepared: PreparedProgram, error: Array, touching: Bo
     return float(row_norms((error + half.across - prepared.led.across)[on_part]).max())
 
 
-def _led(prepared: PreparedProgram, motion: ControllerMotion) -> MotionDeviation | None:
-    twin = prepared.twin
+def _largest(flight: _Flight, motion: ControllerMotion) -> float:
+    """How far a motion leads the tool off on the part [m]: first where it may be most, then where it may be more."""
+    most = most_in_blocks(flight.prepared.twin.robot, flight.path, motion, flight.prepared.override)
+    if len(most) < FEW_BLOCKS:
+        return _largest_in(flight, motion, None)
+    likeliest = np.arange(len(most)) == np.argmax(most)
+    largest = _largest_in(flight, motion, likeliest)
+    others = (most >= largest) & ~likeliest
+    return max(largest, _largest_in(flight, motion, others)) if others.any() else largest
+
+
+def _largest_in(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None) -> float:
+    """In some blocks of time [m]."""
+    led = _led(flight, motion, blocks)
+    return 0.0 if led is None else float(row_norms(led.across)[flight.on_part].max())
+
+
+def _led(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None = None) -> MotionDeviation | None:
+    prepared = flight.prepared
     return motion_deviation(
-        replace(twin.robot, motion=motion), twin.tool, prepared.written_path(), prepared.samples_per_segment,
-        prepared.override, places_only=True,
+        replace(prepared.twin.robot, motion=motion), prepared.twin.tool, flight.path, prepared.samples_per_segment,
+        prepared.override, places_only=True, blocks=blocks,
     )  # fmt: skip

@@ -18,6 +18,7 @@ from compgen.pipelines.files.robot_file import arm_of, load_arm, load_cell
 from compgen.pipelines.measure import identification_files
 from compgen.robot.kinematics import nominal_chain
 from compgen.thermal.drive_losses import joint_torques
+from compgen.thermal.network import NetworkModel
 
 #: kg, and mm in front of the axes of J2 and of J3 with the forearm forward: its drawing, 302 and 72 mm to J5 and flange
 MASS = {"upper arm": 3.909, "forearm": 2.944, "link 4": 1.328, "link 5": 0.546, "flange": 0.137}
@@ -35,10 +36,11 @@ def test_its_joints_carry_what_a_hand_sums():
 
 
 def test_masses_of_the_thermal_network_load_the_joints_as_they_load_its_drives():
-    arm, drives = load_arm("m710ic50"), load_cell("m710ic50", ["thermal.model='network'"]).heat.drives
+    arm, heat = load_arm("m710ic50"), load_cell("m710ic50", ["thermal.model='network'"]).heat
     assert arm.network_masses
+    assert isinstance(heat, NetworkModel)
     theta = np.random.default_rng(0).uniform(arm.robot.lower, arm.robot.upper, (50, 6))
-    holding = joint_torques(arm.robot, drives, theta, np.zeros((50, 6)), np.zeros((50, 6)))  # by pinocchio
+    holding = joint_torques(arm.robot, heat.drives, theta, np.zeros((50, 6)), np.zeros((50, 6)))  # by pinocchio
     load = [[float(t) for t in torque_expr(arm.facts.loads, nominal_chain(arm.robot, ca.DM(q)))] for q in theta]
     assert_allclose(-np.array(load) / 9.80665, holding / 9.81, atol=1e-9)
 

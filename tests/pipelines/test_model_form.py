@@ -8,6 +8,9 @@ from shipped import ROOT
 
 from compgen.core.findings import Finding
 from compgen.core.units import UM
+from compgen.job import day_plan
+from compgen.job.job import Cell, ProgramPlan
+from compgen.job.motion_plan import MotionPlan, plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
@@ -64,6 +67,30 @@ def test_a_long_program_is_heated_stretch_by_stretch() -> None:
     assert parted is not None
     assert len(prepared.time) > 80
     assert abs(whole.largest - parted.largest) < 0.01 * UM
+
+
+@pytest.mark.parametrize(("late", "cooler"), [
+    ("start.delay_min=10", 0.05 * UM), ("compensation.average_over.delay_s=[300,900]", 0.0)
+])  # fmt: skip
+def test_a_robot_that_stands_before_the_start_does_so_on_both_models(late: str, cooler: float) -> None:
+    waited, prompt = corrected(late)[1].model_form, corrected()[1].model_form
+    assert waited is not None
+    assert prompt is not None
+    assert cooler < abs(waited.thermal - prompt.thermal) < 5 * UM
+
+
+def test_the_other_model_plans_the_day_and_not_the_program_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    feeds = []
+
+    def planned(program: ProgramPlan, cell: Cell, feed: float) -> MotionPlan:
+        feeds.append(feed)
+        return plan_written_motion(program, cell, feed)
+
+    monkeypatch.setattr(day_plan, "plan_written_motion", planned)
+    job = load_job(LINE, None, ["process.feed_mm_s=100", "before.0.feed_mm_s=150"])
+    assert job.on_other_heat_model is not None
+    assert job.on_other_heat_model().heat.names != job.heat.names
+    assert feeds == [0.15]
 
 
 def test_a_robot_with_one_model_has_no_model_form(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
-from compgen.thermal.drive_losses import joint_torques, segment_losses
+from compgen.thermal.drive_losses import held_losses, joint_torques, moving_losses
 from compgen.thermal.model import extrapolations
 from compgen.thermal.network import Body, Housing, assemble_volumes, modal_form
 
@@ -222,7 +222,8 @@ def test_losses_are_power_times_shares(warm, heat):
     time_ = np.linspace(0, 10, 50)
     theta = np.zeros((50, 6)) + warm.robot.pendant_zero
     theta[:, 0] = 0.3 * time_
-    moving, held = segment_losses(warm.robot, weightless, JointMotion(time_, theta, np.ones(49)))
+    motion = JointMotion(time_, theta, np.ones(49))
+    moving, held = (of(warm.robot, weightless, motion) for of in (moving_losses, held_losses))
     share = 0.3 / warm.robot.speed[0]
     expected = 4300 * (heat.drives.coulomb * share + heat.drives.viscous * share**2)
     assert_allclose(moving[:, 0], expected, rtol=1e-9)

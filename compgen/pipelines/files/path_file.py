@@ -100,6 +100,7 @@ class JobFiles:
     robot_text: TomlText
     overrides: tuple[str, ...]
     project: Project | None = None
+    may_start_late: bool = True  # False: unless its tables say so, the robot never stands before the start
 
     def __call__(self) -> Job:
         """The job that they describe; unlike a function, two of the same files compare as the same."""
@@ -113,19 +114,16 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
         InputError: A file, or an override, that cannot be read.
     """
     source = Path(path_file)
-    if robot == "":
-        raise InputError("--robot: an empty name; give a robot's name or file")
     refuse_unprintable(overrides)
     for_robot = [o for o in overrides if o.startswith("robot.")]
     data = read_toml(source, "paths")
     project = find_project(source.resolve().parent, Path.cwd())
     typed = [*(["robot"] if robot else []), *(item.partition("=")[0].strip() for item in overrides)]
     project = project and project.filling(data, typed)
-    for item in overrides:
-        if item not in for_robot:
-            override(data, item, item)
+    for item in (o for o in overrides if o not in for_robot):
+        override(data, item, item)
     path = check(PathFile, data, str(source))
-    arm_file = find_robot(robot or path.robot, source)
+    arm_file = find_robot(path.robot if robot is None else robot, source)
     text = read_toml_text(arm_file, "robots")
     for item in for_robot:
         override(text.tables, item.removeprefix("robot."), item)
@@ -158,7 +156,9 @@ def job_of(files: JobFiles) -> Job:
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
     others = files_read(path, str(source)) | (files.project.record(source) if files.project else {})
-    history = _planned_day(path, programs, cell, air)
+    history = _planned_day(path, programs, air)
+    if files.may_start_late or path.state or path.start or path.compensation.average_over:
+        history = replace(history, standing=programs.standing())
     if log is not None:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
@@ -192,13 +192,13 @@ def job_of(files: JobFiles) -> Job:
     return job
 
 
-def _planned_day(path: PathFile, programs: Programs, cell: Cell, air: Ambient) -> History:
+def _planned_day(path: PathFile, programs: Programs, air: Ambient) -> History:
     """What a path file says that the cell does before, between and after runs of its program."""
     source, feed = programs.plan("").source, programs.plan("").process.feed
     stretches = (("before", path.before), ("cycle", path.cycle), ("after", path.after))
     parts = [tables.steps_of(rows, name, source, feed) for name, rows in stretches]
     shifts = tables.shifts_of(path.shift, source)
-    return plan_history(programs, cell, air, parts, shifts, path.ambient.clock_h * HOUR)
+    return plan_history(programs, air, parts, shifts, path.ambient.clock_h * HOUR)
 
 
 def _ensemble(path: PathFile, runs: int, program: ProgramPlan) -> Ensemble | None:
@@ -208,9 +208,9 @@ def _ensemble(path: PathFile, runs: int, program: ProgramPlan) -> Ensemble | Non
 
 
 def _on_other_heat_model(files: JobFiles) -> JobFiles | None:
-    """The same files with the robot's other model of heat in use; None where it has one only."""
+    """The same files with the robot's other model of heat in use, for a flight on time; None where it has one only."""
     other = with_other_heat_model(files.robot_text)
-    return None if other is None else replace(files, robot_text=other)
+    return None if other is None else replace(files, robot_text=other, may_start_late=False)
 
 
 def _inputs_hash(files: JobFiles, others: Mapping[str, Mapping[str, Any]]) -> str:

@@ -153,8 +153,6 @@ def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
     Raises:
         InputError: Anything wrong, naming file and key.
     """
-    if name == "":
-        raise InputError("--robot: an empty name; give a robot's name or file")
     refuse_unprintable(overrides)
     source = find_robot(name)
     text = read_toml_text(source, "robots")
@@ -225,6 +223,8 @@ def find_robot(name: str, path_file: Path | None = None) -> Path:
     Raises:
         InputError: No such robot; or the current folder has another one of that name.
     """
+    if name == "":
+        raise InputError("--robot: an empty name; give a robot's name or file")
     if name.endswith(".toml"):
         return Path(name)
     if len(name) > 64 or not name.isprintable():

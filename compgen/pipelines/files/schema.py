@@ -1,5 +1,10 @@
 """The two files: a path file and a robot file, of the tables of each room; and their JSON Schema (draft 2020-12)."""
 
+import ast
+import inspect
+import sys
+from functools import cache
+from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -128,7 +133,40 @@ def _document(model: type[Table], name: str) -> dict[str, Any]:
         "$id": f"urn:compgen:{name}-file",
         "title": f"compgen {name} file",
     }
-    return {**head, **_plain(model.model_json_schema())}
+    schema, tables = model.model_json_schema(), _tables()
+    for described in (*schema["$defs"].values(), schema):
+        for key, text in _texts(tables[described["title"], *sorted(described["properties"])]).items():
+            described["properties"][key] = dict(sorted({"description": text, **described["properties"][key]}.items()))
+    return {**head, **_plain(schema)}
+
+
+def _tables(model: type[Table] = Table) -> dict[tuple[str, ...], type[Table]]:
+    """A table and all that are made from it, by name and keys: two rooms may have tables of one name."""
+    own = (model.__name__, *sorted(_key(model, field) for field in model.model_fields))
+    return {own: model, **{name: m for made in model.__subclasses__() for name, m in _tables(made).items()}}
+
+
+def _key(model: type[Table], field: str) -> str:
+    """What a field is called in the file."""
+    return model.model_fields[field].alias or field
+
+
+def _texts(model: type[Table]) -> dict[str, str]:
+    """The texts below a table's fields, by their keys; its own before those that it inherits."""
+    texts: dict[str, str] = {}
+    for base in (m for m in reversed(model.__mro__) if issubclass(m, Table)):
+        for field, below in pairwise(_classes(base.__module__)[base.__name__].body):
+            match field, below:
+                case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(value=ast.Constant(value=str(text))):
+                    texts[_key(model, key)] = inspect.cleandoc(text)
+    return texts
+
+
+@cache
+def _classes(module: str) -> dict[str, ast.ClassDef]:
+    """The classes of a module as its source has them, by name."""
+    source = inspect.getsource(sys.modules[module])
+    return {node.name: node for node in ast.parse(source).body if isinstance(node, ast.ClassDef)}
 
 
 def _plain(schema: dict[str, Any], key: str = "") -> dict[str, Any]:

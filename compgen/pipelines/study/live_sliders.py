@@ -82,7 +82,7 @@ def _stages(path: PathFile, programs: Programs, job: Job) -> list[Stage]:
 def _goal(step: Step, programs: Programs, job: Job) -> Array:
     """Steady state of a step, (S,)."""
     alone = replace(step, repeat=None, duration=1.0, shifts=False)
-    (duty,) = plan_history(programs, job.cell, job.history.air, ([alone], (), ()), (), 0.0).before
+    (duty,) = plan_history(programs, job.history.air, ([alone], (), ()), (), 0.0).before
     return job.heat.steady_state(duty)
 
 

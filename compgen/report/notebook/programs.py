@@ -21,7 +21,7 @@ from compgen.pipelines.correct.result import options_of
 from compgen.pipelines.files.history_words import load_before
 from compgen.pipelines.files.robot_file import load_cell, robot_of_program
 from compgen.report.correction import FIGURES, correction_columns, correction_figures, correction_summary
-from compgen.report.files import correction_files
+from compgen.report.correction_files import correction_files
 from compgen.report.notebook.arguments import (
     STATE,
     File,

@@ -15,7 +15,6 @@ from compgen.job.job import Job
 from compgen.pipelines.study import Answer, Row, Study, build, run
 from compgen.pipelines.study.questions import answer_questions, base_job, check_study
 from compgen.report.answer_figures import TITLES, answer_figure
-from compgen.report.files import study_files, study_sentences
 from compgen.report.key_words import words_of
 from compgen.report.notebook.arguments import (
     File,
@@ -34,6 +33,7 @@ from compgen.report.notebook.arguments import (
 )
 from compgen.report.notebook.machine import data_frame, logger, numpy_alone, plotly_figure
 from compgen.report.study_figures import error_against
+from compgen.report.study_files import study_files, study_sentences
 from compgen.report.study_tables import StudyOutcome, column_names
 
 MAX_PROCESSES = 1024

@@ -15,8 +15,9 @@ from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.circular_motion import sweeps
+from compgen.verification.twin.controller import deviation
 from compgen.verification.twin.controller.command import WrittenPath
-from compgen.verification.twin.controller.deviation import cubic, motion_deviation
+from compgen.verification.twin.controller.deviation import cubic, most_in_blocks, motion_deviation
 
 TWO_MEANS = ControllerMotion(moving_averages=(0.2, 0.1))
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -82,6 +83,46 @@ def test_a_straight_line_is_only_late(robot):
     assert np.abs(deviation.across).max() < 1e-12
     assert deviation.lag == pytest.approx(0.1 * 0.3 / 2, rel=1e-6)
     assert deviation.turn is None
+
+
+def test_on_a_circle_the_bound_is_three_to_four_times_v2_sigma2_over_2r(robot):
+    text = program(circle(0.3, N=20_000), 0.2)
+    robot = replace(robot, motion=TWO_MEANS, controller=replace(robot.controller, period=0.008))
+    path = WrittenPath(text, sweeps(text), np.zeros(20_000), np.zeros((20_000, 6)))
+    variance = (0.2**2 + 0.1**2) / 12
+    (most,) = most_in_blocks(robot, path, TWO_MEANS)
+    assert 3.0 < most / (0.2**2 * variance / 0.6) < 4.0
+    arcs = replace(path, sweep=path.sweep._replace(angle=np.full(19_999, 1e-4)))
+    assert np.isinf(most_in_blocks(robot, arcs, TWO_MEANS)).all()
+
+
+@pytest.mark.parametrize("motion", [TWO_MEANS, ControllerMotion(first_orders=(0.03, 0.02), lag=0.01)])
+@pytest.mark.parametrize("seed", range(6))
+def test_no_block_of_time_leads_farther_off_than_its_bound(robot, monkeypatch, motion, seed):
+    """Circles and waves with noise of the digits, at changing speeds, with corners of any angle and a stop."""
+    monkeypatch.setattr(deviation, "BLOCK", 64)
+    rng = np.random.default_rng(seed)
+    bend = circle(rng.uniform(0.02, 0.3), rng.uniform(0.2, 1.0), 300)
+    bend[:, 2] += rng.uniform(0, 0.01) * np.sin(np.linspace(0, 20, 300))
+    legs = bend[-1] + np.cumsum(rng.normal(0, 0.05, (8, 3)), axis=0)
+    points = np.round(np.vstack([bend, legs]), 6)
+    points[:, :2] *= 0.5
+    points[:, 0] += 0.7
+    text = program(points, rng.uniform(0.05, 0.3, len(points) - 1), np.isin(np.arange(308), [0, 303, 307]))
+    robot = replace(robot, motion=motion, controller=replace(robot.controller, period=0.008))
+    path = WrittenPath(text, sweeps(text), np.zeros(308), np.zeros((308, 6)))
+
+    def off(blocks=None):
+        led_off = motion_deviation(robot, TOOL, path, np.full(307, 4), places_only=True, blocks=blocks)
+        assert led_off is not None
+        return np.linalg.norm(led_off.across, axis=1)
+
+    most = most_in_blocks(robot, path, motion)
+    assert len(most) > 5
+    each = np.array([off(np.arange(len(most)) == n) for n in range(len(most))])
+    assert np.all(each.max(axis=1) <= most)
+    assert each.max() > most.max() / 100
+    assert_allclose(each.max(axis=0), off(), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("motion", "farther"), [

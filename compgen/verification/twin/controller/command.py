@@ -32,7 +32,7 @@ from compgen.verification.twin.circular_motion import Sweeps
 from compgen.verification.twin.controller.smoothing import settling_time
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 @owns(time=("N",), theta=("N", 6))
 class WrittenPath:
     """A program of N positions in World, with how its segments run and when the twin's clock passes its positions."""
@@ -122,9 +122,9 @@ class CommandClock:
         run = np.clip(np.searchsorted(self.begin, time, side="right") - 1, 0, len(self.begin) - 1)
         done = self.first[run] + run_law(time - self.begin[run], self.duration[run], self.at_speed[run])
         first, last = (int(n) for n in np.searchsorted(self.arrive, done[[0, -1]]))
-        near = slice(max(first - 1, 0), last + 2)
-        knots = np.column_stack([self.arrive[near], self.leave[near]]).ravel()
-        return np.asarray(np.interp(done, knots, np.repeat(np.arange(len(self.arrive), dtype=float)[near], 2)))
+        first, last = max(first - 1, 0), min(last + 2, len(self.arrive))
+        knots = np.column_stack([self.arrive[first:last], self.leave[first:last]]).ravel()
+        return np.asarray(np.interp(done, knots, np.repeat(np.arange(first, last, dtype=float), 2)))
 
 
 def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, kept: Array | None = None) -> CommandClock:

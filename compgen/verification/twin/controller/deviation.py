@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, frozen, own
-from compgen.core.evaluation import evaluate
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
+from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.motion import ControllerMotion
@@ -32,6 +32,7 @@ TURNING = 2e-5  # [rad] of the tool's axes, as much as the third decimal of W P 
 SAMPLES = 10  # in the shortest window or time constant, at least
 SHARP = 0.1  # [rad] change of direction from one segment to the next: a corner
 EDGE = 3  # samples that a cubic needs beyond its own
+ROUNDED = 1.1  # of a bound in continuous time: samples and cubics
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,6 +65,7 @@ def motion_deviation(
     override: float = 1.0,
     *,
     places_only: bool = False,
+    blocks: BoolArray | None = None,
 ) -> MotionDeviation | None:
     """Where the controller's motion leads the tool; None where nothing is smoothed or nothing is known of it.
 
@@ -74,21 +76,22 @@ def motion_deviation(
         counts: How many places each segment has, its start among them, evenly in length, (N - 1,); the end is one more.
         override: Share of all written speeds.
         places_only: Of the places alone.
+        blocks: Which blocks of time are looked at, (J,) as ``most_in_blocks`` has them; the places that are passed
+            in others are left at zero.
     """
-    known, period = robot.motion, robot.controller.period
+    known = robot.motion
     if known is None or not known.is_smooth:
         return None
     motion = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
-    step = period if has_corners(path) else coarser(motion, period, SAMPLES)
-    arc = path.arcs()
+    step, arc = _step(robot, path, motion), path.arcs()
     turned = np.zeros((0, 3)) if places_only else path.turned()
     in_joints = motion.space == "joint"
     turning = in_joints or bool(turned.any())
     clock = command_clock(robot, path, override).on_samples(step)
     first = np.concatenate([[0], np.cumsum(counts)])
     K = int(first[-1]) + 1
-    across, along, turn = np.empty((K, 3)), np.empty(K), np.empty((K if turning else 0, 3))
-    for rows, command, way in _blocks(path, clock, motion, step, first):
+    across, along, turn = np.zeros((K, 3)), np.zeros(K), np.zeros((K if turning else 0, 3))
+    for rows, command, way in _blocks(path, clock, motion, step, first, blocks):
         segment, fraction = _on_segments(np.arange(rows.start, rows.stop), first, counts)
         at = np.interp(arc[segment] + fraction * path.sweep.length[segment], way, np.arange(len(way), dtype=float))
         if in_joints:
@@ -108,19 +111,72 @@ def motion_deviation(
     return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turns else None, lag)
 
 
+def most_in_blocks(robot: Robot, path: WrittenPath, motion: ControllerMotion, override: float = 1.0) -> Array:
+    r"""How far the tool may be led off at most in each block of time, (J,) [m]: a bound that costs little.
+
+    A smoothed place is a mean of places p(s) around it, those of arc lengths s around the smoothed one S, whose mean
+    square distance is (v sigma)^2 at most: no command is faster than v. Where the direction u of travel turns by
+    theta at most on each piece of length b = v sigma / 2, it turns by theta (\|s - S\| / b + 2) at most between:
+
+        \|d\| = \|mean of p(s) - p(S) - (s - S) u(S)\| <= theta ((v sigma)^2 / (2 b) + 2 v sigma) = 3 theta v sigma
+
+    Infinite where this is not so: on arcs, and where joints are smoothed.
+
+    Args:
+        robot: Its interpolation period.
+        path: The program.
+        motion: The smoothing.
+        override: Share of all written speeds.
+    """
+    motion = replace(motion, lag=0.0)
+    step, arc = _step(robot, path, motion), path.arcs()
+    clock = command_clock(replace(robot, motion=motion), path, override).on_samples(step)
+    begin = step * np.arange(0, int(np.ceil(clock.end / step)) + EDGE, BLOCK, dtype=float)
+    if motion.space == "joint" or path.sweep.angle.any():
+        return np.full(len(begin), np.inf)
+    passed = np.interp(
+        clock.position_numbers(np.append(begin, begin[-1] + BLOCK * step)), np.arange(len(arc), dtype=float), arc
+    )
+    fastest = override * float(path.program.speed.max())
+    reach, spread = 2 * fastest * settling_time(motion), fastest * np.sqrt(moments(motion).variance)
+    turn = np.arccos(np.clip(_bends(path), -1.0, 1.0))
+    theta = np.bincount((arc[1:-1] / (spread / 2)).astype(np.int64), turn, minlength=1)
+    low, high = (
+        (at / (spread / 2)).astype(np.int64) for at in (np.maximum(passed[:-1] - reach, 0), passed[1:] + reach)
+    )
+    most = [theta[a : b + 1].max(initial=0.0) for a, b in zip(low, high, strict=True)]
+    return np.asarray(ROUNDED * 3 * spread * np.array(most))
+
+
+def _step(robot: Robot, path: WrittenPath, motion: ControllerMotion) -> float:
+    """Between samples [s]."""
+    period = robot.controller.period
+    return period if has_corners(path) else coarser(motion, period, SAMPLES)
+
+
 def _blocks(
-    path: WrittenPath, clock: CommandClock, motion: ControllerMotion, step: float, first: IntArray
+    path: WrittenPath,
+    clock: CommandClock,
+    motion: ControllerMotion,
+    step: float,
+    first: IntArray,
+    chosen: BoolArray | None,
 ) -> Iterator[tuple[slice, Command, Array]]:
     """Block by block of samples in time: the places that are passed in it, the command, and the smoothed way (M,) [m].
 
-    Each begins so early that what was before no longer counts; ``first`` are the first places of positions, (N,).
+    Each begins so early that what was before no longer counts; ``first`` are the first places of positions, (N,). Of
+    those that are not ``chosen`` nothing is told.
     """
     M, halo = int(np.ceil(clock.end / step)) + EDGE, int(np.ceil(settling_time(motion) / step)) + 2 * EDGE
     arc, done = path.arcs(), 0
-    for begin in range(0, M, BLOCK):
+    for n, begin in enumerate(range(0, M, BLOCK)):
+        if chosen is not None and not chosen[n]:
+            continue
         samples = step * np.arange(max(begin - halo, 0), min(begin + BLOCK, M) + EDGE, dtype=float)
         command = command_at(path, arc, clock.position_numbers(samples), samples, step)
         way = np.maximum.accumulate(smooth(command.arc[:, None], step, motion)[:, 0])
+        if n and chosen is not None and not chosen[n - 1]:
+            done = _places_before(float(way[min(begin, halo)]), arc, first)
         end = int(first[-1]) + 1 if begin + BLOCK >= M else _places_before(float(way[-EDGE]), arc, first)
         if end > done:
             yield slice(done, end), command, way
@@ -140,9 +196,17 @@ def _between(rows: Array, segment: IntArray, fraction: Array) -> Array:
 
 def has_corners(path: WrittenPath) -> bool:
     """Whether the program turns sharply anywhere without a stop."""
+    return bool(np.any(_bends(path) < np.cos(SHARP)))
+
+
+@kept_with("path")
+def _bends(path: WrittenPath) -> Array:
+    """Cosine of the change of direction at each position between the ends, (N - 2,); one at a stop."""
     inner = np.flatnonzero(~path.program.fine[1:-1])
     before, after = path.directions(inner, np.ones(len(inner))), path.directions(inner + 1, np.zeros(len(inner)))
-    return bool(np.any(np.einsum("ij,ij->i", before, after) < np.cos(SHARP)))
+    cosine = np.ones(len(path.program.fine) - 2)
+    cosine[inner] = np.einsum("ij,ij->i", before, after)
+    return cosine
 
 
 def _places_before(way: float, arc: Array, first: IntArray) -> int:
