@@ -45,7 +45,7 @@ def test_a_run_says_before_and_after_what_is_not_known_what_to_read_and_what_was
     whole = run("generate", "paths/circle_1300.toml", "-o", out.with_name("whole"), "--verbose").stdout
     assert all(what in whole for what in unknown)
     for finding in report["findings"]:
-        assert f"{finding['level']}: {finding['message']}" in whole
+        assert f"{finding['level']} [{finding['code']}]: {finding['message']}" in whole
         assert finding["level"] == "note" or finding["message"] in screen
     folded = sum(f["message"] not in screen for f in report["findings"])
     assert folded

@@ -14,7 +14,7 @@ from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_codes, page_place
 from compgen.cli.output_files.marker import read_record
 from compgen.cli.output_files.ownership import REPORT
-from compgen.cli.screen.messages import finding_lines, print_lines
+from compgen.cli.screen.messages import print_lines
 from compgen.core.codes import Code
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
@@ -82,7 +82,7 @@ def _of_report(place: str) -> dict[Code, list[str]]:
     findings = read_record(file).get("findings")
     for finding in findings if isinstance(findings, list) else ():
         if isinstance(finding, dict) and {"level", "message"} < finding.keys() and finding.get("code") in list(Code):
-            said.setdefault(Code(finding["code"]), []).extend(finding_lines([finding]))
+            said.setdefault(Code(finding["code"]), []).append(f"{finding['level']}: {finding['message']}")
     if not said:
         raise InputError(f"{file}: it has no findings; give a {REPORT}, its folder, or a code")
     return said

@@ -127,7 +127,7 @@ Json = Annotated[
     bool, typer.Option("--json", help="Print the record as JSON, and nothing else on stdout; a refusal as well.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
-Verbose = Annotated[bool, typer.Option("--verbose", help="Print every note, and by name all that is not known.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Print every note, every code, and all that is not known.")]
 Workers = Annotated[
     int,
     typer.Option("--workers", min=0, max=256, help="Cores to use; 0: all. The results are the same for any number."),

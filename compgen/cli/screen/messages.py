@@ -84,11 +84,13 @@ def stdout_console() -> "Console":
 def finding_lines(findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> list[str]:
     """Findings, or their records, in the order of reading: how much each weighs, and what it says.
 
-    Notes that every job has are counted in the last line, unless ``verbose``.
+    Notes that every job has are counted in the last line; ``verbose`` lists them, and names the code of each finding for
+    ``cgen explain``.
     """
     shown = in_reading_order(findings)
     folded = [] if verbose else [finding for finding in shown if is_for_every_job(finding)]
-    lines = [f"{finding.level}: {finding.message}" for finding in shown if finding not in folded]
+    codes = [f" [{finding.code}]" if verbose else "" for finding in shown]
+    lines = [f"{f.level}{code}: {f.message}" for f, code in zip(shown, codes, strict=True) if f not in folded]
     if folded:
         several = len(folded) > 1
         lines.append(
