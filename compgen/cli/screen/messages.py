@@ -84,7 +84,7 @@ def stdout_console() -> "Console":
 def finding_lines(findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> list[str]:
     """Findings, or their records, in the order of reading: how much each weighs, and what it says.
 
-    Notes that every job has are counted in the last line; ``verbose`` lists them, and names the code of each finding for
+    Notes that every job has are counted in the last line; ``verbose`` lists them, and names each code for
     ``cgen explain``.
     """
     shown = in_reading_order(findings)
