@@ -142,38 +142,31 @@ def identify(
     offered = nodes_to_offer(facts, states, data.modelled) if warm and facts is not None else ()
     sources = symbolic_sources(robot, known, moved, warm=warm, log=temperatures, facts=facts, offered=offered)
     lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
-    if lost_motion is not None:
-        sources = with_lost_motion(sources, lost_motion)
+    sources = sources if lost_motion is None else with_lost_motion(sources, lost_motion)
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
-    if lost_motion is not None:
-        data = with_runs_as_poses(data, lost_motion)
+    data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
     candidates = _fitted_candidates(model, data, progress)
-    held_out_errors = [s.cross_validation.robust_mean for s in candidates]
-    best = int(np.nanargmin(held_out_errors))
+    best = int(np.nanargmin([c.cross_validation.robust_mean for c in candidates]))
     progress(stages.WARMTH, 0.9)
-    selected = candidates[best]
-    misread = log_findings(model, data, selected.fit, facts.nodes) if facts is not None else []
-    data, shared = with_shared_setups(data, selected.fit)
-    fitted, held = with_needed_warmth(model, data, selected.fit, temperatures=temperatures, anew=bool(shared))
-    validated = cross_validate(model, data, fitted)
-    candidates[best] = FittedCandidate(selected.candidate, with_uncertain_scales(model, data, fitted), validated)
+    misread = log_findings(model, data, candidates[best].fit, facts.nodes) if facts is not None else []
+    data, selected, of_warmth = _with_needed_warmth(model, data, candidates[best], temperatures=temperatures)
+    candidates[best] = selected
     progress(stages.JUDGE, 0.95)
-    identifiability = assess_identifiability(model, data, candidates[best].fit)
-    findings = verdict_findings(robot, model, data, candidates[0], candidates[best], identifiability, moved)
-    chosen = [s for s in sources if is_fitted(s, candidates[best])]
-    limits = assess_fit_limits(model, data, candidates[best].fit, temperatures=temperatures)
-    findings += [
-        *left_findings(data, validated.distance, fitted.outlier, limits.repeatability, [s.original for s in chosen]),
+    identifiability = assess_identifiability(model, data, selected.fit)
+    chosen = [source for source in sources if is_fitted(source, selected)]
+    limits = assess_fit_limits(model, data, selected.fit, temperatures=temperatures)
+    findings = [
+        *verdict_findings(robot, model, data, candidates[0], selected, identifiability, moved),
+        *_left(data, selected, limits, chosen),
         *lost_motion_findings(robot, lost_motion, chosen),
-        *unobservable(model, data, candidates[best].fit),
+        *unobservable(model, data, selected.fit),
         *forecast_findings(limits, warm=warm),
         *misread,
-        *shared,
-        *held,
+        *of_warmth,
         *(_unwritten_warmth(nodes) if states else ()),
     ]
-    identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures=temperatures)
+    identified = fitted_sources(known, sources, model, selected.fit, temperatures=temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
         robot=robot,
@@ -188,6 +181,25 @@ def identify(
         lost_motion=lost_motion,
         limits=limits,
     )
+
+
+def _left(
+    data: Measurements, selected: FittedCandidate, limits: FitLimits, chosen: Sequence[SymbolicSource]
+) -> list[Finding]:
+    """What the selected model leaves at places that it has not seen."""
+    distance, originals = selected.cross_validation.distance, [source.original for source in chosen]
+    return left_findings(data, distance, selected.fit.outlier, limits.repeatability, originals)
+
+
+def _with_needed_warmth(
+    model: ArmModel, data: Measurements, selected: FittedCandidate, *, temperatures: bool
+) -> tuple[Measurements, FittedCandidate, list[Finding]]:
+    """Measurements of one setup taken as such, the model with the warmth that they need, and what is said of both."""
+    data, shared = with_shared_setups(data, selected.fit)
+    fitted, held = with_needed_warmth(model, data, selected.fit, temperatures=temperatures, anew=bool(shared))
+    validated = cross_validate(model, data, fitted)
+    fitted = with_uncertain_scales(model, data, fitted)
+    return data, FittedCandidate(selected.candidate, fitted, validated), [*shared, *held]
 
 
 def _fitted_candidates(model: ArmModel, data: Measurements, progress: Progress) -> list[FittedCandidate]:
