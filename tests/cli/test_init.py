@@ -21,7 +21,7 @@ def test_wheel_carries_robots_and_paths():
     text = (ROOT / "pyproject.toml").read_text()
     assert '"robots" = "compgen/data/robots"' in text
     assert '"paths" = "compgen/data/paths"' in text
-    assert '"docs/tutorials/data" = "compgen/data/docs/tutorials/data"' in text
+    assert '"docs" = "compgen/data/docs"' in text
 
 
 def test_init_lays_down_the_files_of_a_tutorial_and_keeps_those_there(tmp_path):

@@ -50,7 +50,7 @@ WITHOUT_LOADS = (
 )
 #: of one whose thermal network gives them; with the payload [kg]
 NETWORK_LOADS = (
-    "sag is fitted with the masses of [thermal.network] and its payload of {:g} kg; where the arm carried something "
+    "for sag the masses of [thermal.network] count, and its payload of {:g} kg; where the arm carried something "
     "else when it was measured, say so in [sources.loads]"
 )
 
