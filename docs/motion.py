@@ -12,7 +12,7 @@ from compgen.pipelines.planned import generate
 HERE = Path(__file__).parent
 ROOT = HERE.parent
 PATHS = ("circle_1300", "spiral_1300", "raster_1300")
-FEEDS = (20, 50, 100, 200)  # mm/s
+FEEDS = (20, 100, 200)  # mm/s
 IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
 EXACT = "robot.controller.rounds_up_to_period=false"
 CONTROLLERS = {
