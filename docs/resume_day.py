@@ -228,13 +228,10 @@ def rows_of(name: str, day: Day, runs) -> list[str]:
 def table(numbers: str) -> str:
     """The page's table from the file of numbers."""
     rows = [line.split(",") for line in numbers.splitlines()[1:]]
-    text = (
-        "| day | pages | written anew | max um | p99 um | rms um | path within 5 um |\n|---|---|---|---|---|---|---|\n"
-    )
+    text = "| day | pages | written anew | max, p99, rms [um] | path within 5 um |\n|---|---|---|---|---|\n"
     for day, run, hours, count, written, largest, p99, rms, share in rows:
-        text += (
-            f"| {day} ({hours} h, {count} pages) | {run} | {written} times | {largest} | {p99} | {rms} | {share} % |\n"
-        )
+        length = f" ({hours} h, {count} pages)" if run == "as written" else ""
+        text += f"| {day}{length} | {run} | {written} | {largest}, {p99}, {rms} | {share} % |\n"
     return text
 
 
@@ -247,13 +244,12 @@ def section(numbers: str) -> str:
 `python docs/resume_day.py` drives the optic raster (2.25 mm between sweeps, 20 mm/s) on an arm that is not the one of
 the robot file: after the reference duty its nodes are off by {law} K, its time constants by {lag} %,
 its sensors by {OFFSET_K:g} K together and {NOISE_K:g} K of noise. It starts {late} late, stands {first} and {second} in
-breaks, and after {DOOR / HOUR:g} h a door is opened: the air falls by 2 K in 10 min. Pages are no longer than their
-start window. The twin flies what the pages said when they ran, as warm as that arm; on the part:
+breaks, and after {DOOR / HOUR:g} h the air falls by 2 K in 10 min. Pages are no longer than their start window. On the
+part, by the twin:
 
 {table(numbers)}
-`resumed at each page` is `cgen resume --log` before each page, `followed` is `cgen follow --within-um 5` with a look
-every {POLL / MINUTE:.0f} min. The short day is what the tests simulate anew. What stays is the offset of the sensors,
-and what no sensor sees: a log does not tell them.
+`followed` is `cgen follow --within-um 5` with a look every {POLL / MINUTE:.0f} min. The tests simulate the short day
+anew. What stays is the offset of the sensors, and what no sensor sees.
 
 ![Error on the part over the day](resume_day.svg)
 
