@@ -90,7 +90,7 @@ def test_a_body_that_names_no_material_must_be_one_of_them(tmp_path):
     robot = tmp_path / "m710ic50.toml"
     robot.write_text(plain)
     load_job(path_file("line_y"), str(robot))
-    robot.write_text(plain.replace("conductance_W_mm_K = 913.3", "conductance_W_mm_K = 1300"))
+    robot.write_text(plain.replace("conductance_W_mm_K = 1100", "conductance_W_mm_K = 1600"))
     with pytest.raises(InputError, match=r"body\.3\.conductance_W_mm_K.*aluminium has at most 97\.1"):
         load_job(path_file("line_y"), str(robot))
     robot.write_text(plain.replace("heat_capacity_J_kgK = 900", "heat_capacity_J_kgK = 700", 1))
