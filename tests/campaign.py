@@ -1,4 +1,9 @@
-"""The synthetic campaign: made-up robots, identified and judged. Run it with [seeds] [first]: a row is printed each."""
+"""The synthetic campaign: made-up robots, identified and judged. Run it with [seeds] [first]: a row is printed each.
+
+M-710iC/50, parameters drawn from their priors (offsets, Hayati, zeros, coupling, compliance, harmonics, backlash,
+windup, growth, bend); 60 poses x 3 reflectors with 25 um of noise and 1 % outliers, three bidirectional lines, one
+warm-up of 40 poses over 5 h; judged on 500 fresh poses, both directions.
+"""
 
 import sys
 import tempfile

@@ -5,9 +5,10 @@ python tests/campaigns/anchored_arms.py --arms 0:10 --keep FOLDER --table    onl
 
 Hidden arms of ``flown_arms`` (play run through over a width of its own at each joint, bends, column, own growths, in
 numpy), identified from the poses of ``plan-poses`` (FOLDER/plan, made once) and a warm-up by ``cgen identify``. A day:
-hours of motion, told right or not (or a cold arm told warm); eight centres of four spheres located with 12 um, in one
-orientation, each joint with the play that the way there left; places by an instrument (``certified``) or those that
-the robot commanded on them cold (``taught``). The truth is the hidden arm on the shipped spiral, play apart.
+2 to 6 h of motion, told right or 2 to 4 h off or as a cold arm (or a cold arm told warm); eight centres of four
+spheres located with 12 um, in one orientation, each joint with the play that the way there left; places by an
+instrument (``certified``) or those that the robot commanded on them cold (``taught``). The truth is the hidden arm on
+the shipped spiral, play apart.
 
 What is left is judged by what the state says: with the covariance S of the path's places that the state gives, the
 rms left holds where it is below the 95th percentile of the rms of N(0, S).

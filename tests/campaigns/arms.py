@@ -4,8 +4,9 @@ python tests/campaigns/arms.py --seeds 0:20                 a row for each arm, 
 python tests/campaigns/arms.py --seeds 0:20 --log none      without temperatures; ``j2,link1,j3`` for some sensors only
 python tests/campaigns/arms.py --seeds 0:20 --table         only the table of what is in arms.jsonl
 
-60 cold poses x 3 reflectors, a warm-up of 6 h with 120 poses x 3, 25 um of noise a coordinate, 1 % wild. What the
-robot file predicts is judged on poses never seen: cold, after 2 h and 6 h of another program, 2 h of cooling after it.
+60 cold poses x 3 reflectors, a warm-up of 6 h with 120 poses x 3, a log of five nodes, 25 um of noise a coordinate, 1 %
+wild; no file names its instrument. What the robot file predicts is judged on poses never seen: cold, after 2 h and 6 h
+of another program, which heats each node by 15 % more or less, and 2 h of cooling after it.
 """
 
 import argparse

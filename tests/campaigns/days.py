@@ -4,7 +4,8 @@ python tests/campaigns/days.py --seeds 0:200                a row for each day, 
 python tests/campaigns/days.py --seeds 0:200 --table        only the table of what is in days.jsonl
 python tests/campaigns/days.py --seeds 0:200 --touches 4    fewer or more touches
 
-Breaks, doors, laws and sensors of each day: ``tests/simulated_days.py``; every second one has a log. Kinds of days:
+Breaks, doors, laws and sensors of each day: ``tests/simulated_days.py``; every second one has a log. Eight touches,
+each locating one of four spheres around the spiral with 12 um a coordinate, on the twin's arm. Kinds of days:
 ``plain``, ``base`` (it has moved by 0.2 mm), ``knocked`` (a sphere by 0.5 mm), ``shipped`` (the robot file as it is
 shipped, never identified), ``geometry`` (the cold arm is off by its sigmas, and places are an instrument's),
 ``taught`` (the same arm, but it has taught the places itself).

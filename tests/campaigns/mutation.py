@@ -9,7 +9,8 @@ python tests/campaigns/mutation.py --seeds 0:300 --table    only the table of wh
 A seed draws one place of the library (operator, comparison, constant, condition or returned value outside cli, report,
 tables and messages). All tests are loaded once; a change inside a function is made in a forked process, by its code
 alone, and the tests that call the function run there, the quickest first, until one fails. A change at a module's level
-is made in a copy of the tree. equivalent.toml lists the changes that cannot be noticed, each with its reason.
+is made in a copy of the tree. equivalent.toml lists the changes that cannot be noticed, each with its reason,
+and the files of those that nobody has read yet.
 """
 
 import gc

@@ -4,10 +4,10 @@ python tests/campaigns/planned_arms.py --seeds 0:20                 circle and s
 python tests/campaigns/planned_arms.py --seeds 0:20 --without-runs  without the reversal runs
 python tests/campaigns/planned_arms.py --seeds 0:20 --table         only the table of what is in the journal
 
-The arms of ``wider_arm.py`` with play of either sign that is run through linearly, over a width of each joint's own.
-60 poses x 3 reflectors and the runs, as the command chooses them; 8 um of repeatability, 6 um of the instrument, 1 %
-wild. The part's frame from touched spheres. Errors as found in that frame, by the text as written, without
-repeatability: what the robot file leaves.
+The arms of ``wider_arm.py`` with half the waviness and play of either sign that is run through linearly, over a width
+of each joint's own, 4 to 150 mdeg. 60 poses x 3 reflectors and the runs, as the command chooses them; 8 um of
+repeatability, 6 um of the instrument, 1 % wild, no log; masses declared to 10 %. The part's frame from touched spheres.
+Errors as found in that frame, by the text as written, without repeatability: what the robot file leaves.
 """
 
 import csv

@@ -3,7 +3,8 @@
 python tests/campaigns/wrong_files.py --seeds 0:3
 
 The cold campaign of ``arms.py``, read with a file in which one thing is wrong: the sign of an axis, the coupling of J2
-and J3 left out or reversed, a length of another row or in inches, an alpha of the other sign, another robot's file.
+and J3 left out or reversed, lengths exchanged, of another row, in inches or 50 mm longer, an alpha of the other sign,
+an IRB 120's file or a UR5's.
 """
 
 import sys
