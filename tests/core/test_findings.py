@@ -85,6 +85,6 @@ def test_only_notes_are_folded_and_nothing_that_is_not_known():
     shown = finding_lines(DRAWN, verbose=False)
     assert shown[-1] == f"{len(folded)} notes that every job has: --verbose shows them"
     assert len(shown) == len(DRAWN) - len(folded) + 1
-    assert sorted(finding_lines(DRAWN, verbose=True)) == sorted(f"{f.level}: {f.message}" for f in DRAWN)
+    assert sorted(finding_lines(DRAWN, verbose=True)) == sorted(f"{f.level} [{f.code}]: {f.message}" for f in DRAWN)
     one = finding_lines([Finding(Level.NOTE, Code.PATH_THINNED, "a"), *DRAWN[:1]], verbose=False)
     assert one[1:] == ["1 note that every job has: --verbose shows it"]
