@@ -6,6 +6,7 @@ Nodes without a sensor get the height and the lag that were fitted beside the ro
 import tomllib
 from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,20 @@ def robot_text(
     for entry in known:
         if entry.sigma:
             sources[entry.source.NAME] = {**source_table(entry), "provenance": provenance}
+    return text_with_sources(text, sources, record)
+
+
+def text_with_sources(text: str, sources: Mapping[str, Any], record: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """A robot file's text with tables of ``[sources]`` in it; comments, order and all else stay.
+
+    Args:
+        text: Of the file.
+        sources: The tables by their names.
+        record: The table ``identified``; empty: as it is.
+
+    Raises:
+        InputError: The file's tables are laid out in a way that cannot be updated.
+    """
     expected = tomllib.loads(text)
     try:
         updated = _update(text, expected, _plain(record), _plain(sources))
@@ -98,9 +113,10 @@ def text_with_table(text: str, name: str, values: Mapping[str, Any]) -> str:
 
 
 def _update(text: str, expected: dict[str, Any], record: dict[str, Any], sources: dict[str, Any]) -> str:
-    """The text with new values; ``expected``, what it says, gets them too."""
+    """The text with new values, without a record in sources alone; ``expected``, what it says, gets them too."""
     document, added = tomlkit.parse(text), tomlkit.document()
-    _merge(document, expected, added, "identified", record)
+    if record:
+        _merge(document, expected, added, "identified", record)
     old_sources: Any = document.get("sources", {})
     added_sources: Any = old_sources if isinstance(old_sources, InlineTable) else tomlkit.table(is_super_table=True)
     for name, values in sources.items():

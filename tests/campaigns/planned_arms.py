@@ -29,7 +29,12 @@ from compgen.core.codes import Code
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_arm
-from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements
+from compgen.pipelines.measure.identification_files import (
+    MeasurementFiles,
+    arm_to_identify,
+    identified_robot_text,
+    read_measurements,
+)
 from compgen.pipelines.measure.teach_frame import frame_text, teach_frame
 from compgen.pipelines.planned.generate import generate
 
@@ -99,7 +104,7 @@ def trial(seed, runs=True, loads=True, paths=RUNS, folder=None):
             return trial(seed, runs, loads, paths, Path(name))
     nominal_file = folder / "m710ic50.toml"
     nominal_file.write_text((ROOT / "robots" / "m710ic50.toml").read_text() + LOADS * loads)
-    nominal = load_arm(str(nominal_file))
+    nominal = arm_to_identify(str(nominal_file))
     site = Site(seed, nominal.robot)
     site.arm = arm = PlannedArm(seed)
     rng = np.random.default_rng([seed, 43])

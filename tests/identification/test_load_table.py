@@ -14,8 +14,9 @@ from compgen.core.codes import Code
 from compgen.core.findings import Finding
 from compgen.error_model.loads import torque_expr
 from compgen.identification.parameters import symbolic_sources
-from compgen.pipelines.files.robot_file import arm_of, load_arm, load_cell
+from compgen.pipelines.files.robot_file import load_arm, load_cell
 from compgen.pipelines.measure import identification_files
+from compgen.pipelines.measure.identification_files import arm_to_identify
 from compgen.robot.kinematics import nominal_chain
 from compgen.thermal.drive_losses import joint_torques
 from compgen.thermal.network import NetworkModel
@@ -36,7 +37,7 @@ def test_its_joints_carry_what_a_hand_sums():
 
 
 def test_masses_of_the_thermal_network_load_the_joints_as_they_load_its_drives():
-    arm, heat = load_arm("m710ic50"), load_cell("m710ic50", ["thermal.model='network'"]).heat
+    arm, heat = arm_to_identify("m710ic50"), load_cell("m710ic50", ["thermal.model='network'"]).heat
     assert arm.network_masses
     assert isinstance(heat, NetworkModel)
     theta = np.random.default_rng(0).uniform(arm.robot.lower, arm.robot.upper, (50, 6))
@@ -45,17 +46,30 @@ def test_masses_of_the_thermal_network_load_the_joints_as_they_load_its_drives()
     assert_allclose(-np.array(load) / 9.80665, holding / 9.81, atol=1e-9)
 
 
-def test_masses_of_its_own_come_before_those_of_the_thermal_network():
-    text = load_arm("m710ic50").text + "\n[sources.loads]\npayload_kg = 7\n"
-    arm = arm_of(tomllib.loads(text), text, "own.toml")
+def test_masses_of_its_own_come_before_those_of_the_thermal_network(tmp_path):
+    robot = tmp_path / "own.toml"
+    robot.write_text(load_arm("m710ic50").text + "\n[sources.loads]\npayload_kg = 7\n")
+    arm = arm_to_identify(str(robot))
     assert not arm.network_masses
+    assert arm.text == robot.read_text()
     assert arm.facts.loads.payload == 7
     assert not arm.facts.loads.mass.any()
 
 
+def test_a_file_that_was_not_identified_sags_by_its_own_masses_alone(tmp_path):
+    robot = tmp_path / "own.toml"
+    robot.write_text(load_arm("m710ic50").text + "\n[sources.compliance]\ncompliance_urad_Nm = [0, 1, 0, 0, 0, 0]\n")
+    assert not load_arm(str(robot)).facts.loads.have_weight
+    arm = arm_to_identify(str(robot))
+    table, network = tomllib.loads(arm.text)["sources"], tomllib.loads(arm.text)["thermal"]["network"]
+    assert table["compliance"] == {"compliance_urad_Nm": [0, 1, 0, 0, 0, 0]}
+    assert table["loads"] == {key: network[key] for key in table["loads"]}
+    assert set(table["loads"]) == {"link_kg", "link_centre_mm", "payload_kg", "payload_centre_mm"}
+
+
 @pytest.mark.parametrize(("name", "fitted"), [("irb120", True), ("ur5", False), ("m710ic50", True)])
 def test_sag_is_fitted_where_the_masses_are_known(name, fitted):
-    arm = load_arm(name)
+    arm = arm_to_identify(name)
     sources = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=False, facts=arm.facts)
     tables = {p.source for source in sources for p in source.parameters}
     assert ("compliance" in tables) == fitted
@@ -78,5 +92,5 @@ def test_an_arm_without_masses_is_told_of_its_sag(name, codes, monkeypatch):
     monkeypatch.setattr(identification_files, "identify", lambda *_, **__: Fitted())
     monkeypatch.setattr(identification_files, "sensorless_nodes", lambda *_: [])
     files = identification_files.MeasurementFiles(poses=["poses.csv"])
-    identified = identification_files.identify_files(load_arm(name), files, "start", quiet, force=False)
+    identified = identification_files.identify_files(arm_to_identify(name), files, "start", quiet, force=False)
     assert [finding.code for finding in identified.findings] == codes

@@ -48,7 +48,9 @@ def test_points_of_a_circle_are_corrected_as_the_circle_is(tmp_path):
     assert before < 4e-6
     assert_allclose(before, after, atol=5e-7)
     assert_allclose(planned.deviation().on_part["total"].max, pattern.deviation().on_part["total"].max, rtol=1e-2)
-    assert_allclose(corrected.trajectory.time[-1], other.trajectory.time[-1], rtol=1e-2)
+    # a user's lines are as long as they are: each lasts up to one period of 8 ms more
+    later = corrected.trajectory.time[-1] - other.trajectory.time[-1]
+    assert 0 <= later <= 8e-3 * len(corrected.trajectory.time)
 
 
 def test_the_twin_judges_against_the_user_s_curve(tmp_path):

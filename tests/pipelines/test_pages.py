@@ -212,7 +212,7 @@ def test_each_page_is_text_of_our_own_form_with_its_own_head(made):
         assert own.remarks[4].startswith(f"page {k + 1} of {len(pages)}")
         assert f"{start.rise[0]:.1f}" in own.remarks[5]
         assert own.remarks[-1].startswith("start within" if k == 0 else "wait before")
-        assert own.remarks[-1].endswith(f"{start.window:.0f} s")
+        assert own.remarks[-1].endswith(f" {np.floor(start.window):.0f} s")
         assert page.size.lines <= 60
         assert (page.size.lines, page.size.positions) == (len(own.remarks) + 2 + len(own.position), len(own.position))
     assert planned.page_stops.on_the_part == 2

@@ -323,7 +323,10 @@ def test_warm_up_is_long_enough_and_no_longer():
     assert 0.1 < hours < 40
     table = answer.table
     assert np.interp(hours, table[:, 0], table[:, 1]) * UM == pytest.approx(limit, rel=0.05)
-    assert np.all(np.diff(table[:, 1]) < 1e-9)  # the longer, the less drift
+    still = table[:-1, 1] > 1e-3  # um; the last is of the order of what whole periods change in a cycle's mean speed
+    assert still.sum() > 50
+    assert np.all(np.diff(table[:, 1])[still] < 1e-9)  # the longer, the less drift
+    assert table[np.flatnonzero(still)[-1] + 1 :, 1].max() <= 1e-3
 
 
 def test_validity_is_the_start_window(line):

@@ -148,11 +148,10 @@ def identify(
         cgen identify m710ic50 --touches touches.csv --artefact artefact.toml -o mine.toml
     """
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure import identification_files as pipeline
 
     files = measured.files(warm_up, lines)
-    arm = load_arm(robot)
+    arm = pipeline.arm_to_identify(robot)
     default = Path("outputs") / "identify" / f"{arm.robot.name}.toml"
     target = robot_file_place(output, default, Command.IDENTIFY, IDENTIFIED, page, date)
     with show_progress(quiet=screen.is_silent) as progress:

@@ -17,7 +17,7 @@ from compgen.core.other_units import values_in_other_units
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.units import UM
 from compgen.core.version import __version__
-from compgen.error_model.loads import Loads, loads_of
+from compgen.error_model.loads import loads_of
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources
 from compgen.error_model.unknown import OF_WARMTH, unknown_of
@@ -83,7 +83,7 @@ class Arm:
     identified: IdentifiedTable | None
     input_findings: tuple[Finding, ...]  # values that look like another unit's
     facts: ArmFacts  # what the arm carries, its nodes, and how it grows
-    network_masses: bool  # it carries what [thermal.network] says, for [sources.loads] has no masses
+    network_masses: bool = False  # what it carries was taken from [thermal.network]
 
     @property
     def law(self) -> NodeModel | None:
@@ -112,8 +112,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     robot = _nominal(facts, where)
     heat, _, growth, _ = _warmth(facts, robot, where)
     nodes = heat.names if facts.thermal else ()
-    loads = loads_of(facts.sources.loads, robot)
-    arm = ArmFacts(robot, nodes, growth, _with_network_masses(loads, facts, robot))
+    arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
     return Arm(
         source=where,
         text=text,
@@ -125,17 +124,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
         identified=facts.identified,
         input_findings=values_in_other_units(data, where),
         facts=arm,
-        network_masses=arm.loads.have_weight and not loads.have_weight,
     )
-
-
-def _with_network_masses(loads: Loads, facts: RobotFile, robot: Robot) -> Loads:
-    """What the joints carry; the masses of the thermal network where [sources.loads] has none."""
-    network = facts.thermal.network if facts.thermal else None
-    if loads.have_weight or network is None:
-        return loads
-    masses = {key: getattr(network, key) for key in ("link_kg", "link_centre_mm", "payload_kg", "payload_centre_mm")}
-    return loads_of(facts.sources.loads.model_copy(update=masses), robot)
 
 
 def known_robots() -> list[str]:
@@ -173,8 +162,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     robot = _nominal(facts, where)
     check_arm_class(robot)
     heat, profiles, growth, warmth = _warmth(facts, robot, where)
-    loads = _with_network_masses(loads_of(facts.sources.loads, robot), facts, robot)
-    arm = ArmFacts(robot, heat.names, growth, loads)
+    arm = ArmFacts(robot, heat.names, growth, loads_of(facts.sources.loads, robot))
     known = read_sources(facts.sources, arm, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
     posterior, of_posterior = posterior_beside(facts.identified, source, known, heat, is_overridden=bool(overrides))

@@ -28,6 +28,7 @@ from compgen.identification.identified_robot_file import (
     robot_text,
     sensorless_findings,
     sensorless_nodes,
+    text_with_sources,
     with_sensorless_nodes,
 )
 from compgen.identification.identify import Identification, identify
@@ -38,7 +39,7 @@ from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.job.tables import IdentifiedTable
-from compgen.pipelines.files.robot_file import Arm, arm_of
+from compgen.pipelines.files.robot_file import Arm, arm_of, load_arm
 from compgen.pipelines.files.schema import SCHEMA_FILES, robot_schema
 from compgen.program.frames import default_frames, load_frames
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
@@ -53,6 +54,23 @@ NETWORK_LOADS = (
     "for sag the masses of [thermal.network] count, and its payload of {:g} kg; where the arm carried something "
     "else when it was measured, say so in [sources.loads]"
 )
+
+
+MASSES = ("link_kg", "link_centre_mm", "payload_kg", "payload_centre_mm")
+
+
+def arm_to_identify(name: str) -> Arm:
+    """A robot with the masses by which it sags: its own, else those of its thermal network, written out in its text.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    arm = load_arm(name)
+    network = tomllib.loads(arm.text).get("thermal", {}).get("network")
+    if arm.facts.loads.have_weight or not network:
+        return arm
+    text = text_with_sources(arm.text, {"loads": {key: network[key] for key in MASSES}})
+    return replace(arm_of(tomllib.loads(text), text, arm.source), network_masses=True)
 
 
 def artefact_of_touches(touches: str, artefact: str | None) -> str:

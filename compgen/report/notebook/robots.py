@@ -11,8 +11,13 @@ from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
 from compgen.core.stages import Progress
 from compgen.identification.identify import Identification
-from compgen.pipelines.files.robot_file import Arm, load_arm
-from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, identify_files
+from compgen.pipelines.files.robot_file import Arm
+from compgen.pipelines.measure.identification_files import (
+    MeasurementFiles,
+    arm_to_identify,
+    identified_texts,
+    identify_files,
+)
 from compgen.report.identification import FIGURES, identification_figures, identification_html, identification_summary
 from compgen.report.inputs import Inputs, measured_inputs
 from compgen.report.notebook.arguments import (
@@ -145,7 +150,7 @@ def identify(
     )
     if not (files.poses or files.warm_up or files.distances or files.touches):
         raise InputError("--poses: missing; give at least one CSV of measured poses, or --distances, or --touches")
-    identified = _identified(load_arm(name), files, _reference(reference), progress_of(progress), force=force)
+    identified = _identified(arm_to_identify(name), files, _reference(reference), progress_of(progress), force=force)
     logger.info("%r", identified)
     log_findings(identified.name, identified.result.findings)
     return identified
