@@ -94,7 +94,7 @@ if __name__ == "__main__":
     size = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
     with tempfile.TemporaryDirectory() as cache:
         evaluation.configure(evaluation.find_compiler(Path(cache)), 1)
-        found = shares(size)
-    (Path(__file__).parents[1] / "docs" / "performance_shares.svg").write_text(picture(found, size))
-    for name, value in found.items():
+        measured = shares(size)
+    (Path(__file__).parents[1] / "docs" / "performance_shares.svg").write_text(picture(measured, size))
+    for name, value in measured.items():
         sys.stdout.write(f"{name}: {100 * value:.1f} %\n")

@@ -6,7 +6,6 @@ Nodes without a sensor get the height and the lag that were fitted beside the ro
 import tomllib
 from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -53,27 +52,16 @@ def robot_text(
     for entry in known:
         if entry.sigma:
             sources[entry.source.NAME] = {**source_table(entry), "provenance": provenance}
-    return text_with_sources(text, sources, record)
+    return _updated(text, {"identified": record}, sources, _MEND)
 
 
-def text_with_sources(text: str, sources: Mapping[str, Any], record: Mapping[str, Any] = MappingProxyType({})) -> str:
-    """A robot file's text with tables of ``[sources]`` in it; comments, order and all else stay.
-
-    Args:
-        text: Of the file.
-        sources: The tables by their names.
-        record: The table ``identified``; empty: as it is.
+def text_with_sources(text: str, sources: Mapping[str, Any]) -> str:
+    """A robot file's text with tables of ``[sources]``, by their names, in it; comments, order and all else stay.
 
     Raises:
         InputError: The file's tables are laid out in a way that cannot be updated.
     """
-    expected = tomllib.loads(text)
-    try:
-        updated = _update(text, expected, _plain(record), _plain(sources))
-    except TOMLKitError as exception:
-        raise InputError(f"robot file: cannot be updated: {exception}; {_MEND}") from None
-    check_written(updated, expected)
-    return updated
+    return _updated(text, {}, sources, _MEND)
 
 
 def box_table(robot: Robot, box: Array) -> dict[str, Any]:
@@ -100,23 +88,25 @@ def text_with_table(text: str, name: str, values: Mapping[str, Any]) -> str:
     Raises:
         InputError: The file's tables are laid out in a way that cannot be updated.
     """
-    expected, plain = tomllib.loads(text), _plain(values)
+    return _updated(text, {name: values}, {}, f"give [{name}] a table of its own")
+
+
+def _updated(text: str, tables: Mapping[str, Any], sources: Mapping[str, Any], mend: str) -> str:
+    """The text with tables, and tables of ``[sources]``, by their names; read again, it says nothing else."""
+    expected = tomllib.loads(text)
     try:
-        document, added = tomlkit.parse(text), tomlkit.document()
-        _merge(document, expected, added, name, plain)
-        updated = tomlkit.dumps(document)
-        updated = updated.rstrip("\n") + "\n\n" + tomlkit.dumps(added) if len(added) else updated
+        updated = _update(text, expected, _plain(tables), _plain(sources))
     except TOMLKitError as exception:
-        raise InputError(f"robot file: cannot be updated: {exception}; give [{name}] a table of its own") from None
+        raise InputError(f"robot file: cannot be updated: {exception}; {mend}") from None
     check_written(updated, expected)
     return updated
 
 
-def _update(text: str, expected: dict[str, Any], record: dict[str, Any], sources: dict[str, Any]) -> str:
-    """The text with new values, without a record in sources alone; ``expected``, what it says, gets them too."""
+def _update(text: str, expected: dict[str, Any], tables: dict[str, Any], sources: dict[str, Any]) -> str:
+    """The text with new values; ``expected``, what it says, gets them too."""
     document, added = tomlkit.parse(text), tomlkit.document()
-    if record:
-        _merge(document, expected, added, "identified", record)
+    for name, values in tables.items():
+        _merge(document, expected, added, name, values)
     old_sources: Any = document.get("sources", {})
     added_sources: Any = old_sources if isinstance(old_sources, InlineTable) else tomlkit.table(is_super_table=True)
     for name, values in sources.items():

@@ -75,9 +75,9 @@ def planned_poses(keep):
 def identified(seed, keep):
     """The robot file that ``cgen identify`` wrote of an arm, made once."""
     folder = keep / str(seed)
-    mine = folder / "mine.toml"
-    if mine.exists():
-        return mine
+    own_robot = folder / "mine.toml"
+    if own_robot.exists():
+        return own_robot
     folder.mkdir(parents=True, exist_ok=True)
     nominal = arms.robot_file(folder)
     site = arms.Site(seed, load_arm(nominal).robot)
@@ -96,9 +96,9 @@ def identified(seed, keep):
     rows += [f"{t:.0f}," + ",".join(f"{v:.3f}" for v in d) for t, d in zip(minute, degC, strict=True)]
     (folder / "log.csv").write_text("\n".join(rows) + "\n")
     words = ["identify", nominal, "--poses", folder / "cold.csv", "--warm-up", folder / "warm.csv", "--temperatures",
-             folder / "log.csv", "-o", mine, "-q"]  # fmt: skip
+             folder / "log.csv", "-o", own_robot, "-q"]  # fmt: skip
     subprocess.run([sys.executable, "-m", "compgen", *map(str, words)], cwd=ROOT, check=False)
-    return mine
+    return own_robot
 
 
 def measured(site, pendant, rise, rng):
@@ -147,12 +147,14 @@ def touched(arm, robot, places, rise, start, rng, approach):
 
 def hours_of(kind, rng):
     """Told, and true."""
-    told = rng.uniform(2, 6)
+    declared = rng.uniform(2, 6)
     if kind.endswith("right"):
-        return told, told
+        return declared, declared
     if kind.endswith("cold"):
         return 0.0, 0.0
-    return (told, 0.0) if rng.random() < 0.25 else (told, max(told + rng.choice([-1, 1]) * rng.uniform(2, 4), 0.5))
+    if rng.random() < 0.25:
+        return declared, 0.0
+    return declared, max(declared + rng.choice([-1, 1]) * rng.uniform(2, 4), 0.5)
 
 
 def true_rise(job, arm, hours, rng):
@@ -168,24 +170,24 @@ def true_rise(job, arm, hours, rng):
 
 
 @lru_cache(maxsize=1)
-def shop_job(mine):
+def shop_job(own_robot):
     """The shipped spiral by an identified robot, after some hours of the circle."""
-    return load_job(path_file("spiral_1300"), robot=str(mine))
+    return load_job(path_file("spiral_1300"), robot=str(own_robot))
 
 
-def job_of(mine, told):
+def job_of(own_robot, declared):
     """The same after hours that the shop is told."""
-    job = shop_job(mine)
-    before = (replace(job.history.before[0], duration=told * HOUR),) if told else ()
+    job = shop_job(own_robot)
+    before = (replace(job.history.before[0], duration=declared * HOUR),) if declared else ()
     return replace(job, history=replace(job.history, before=before))
 
 
-def day(seed, kind, draw, mine, folder, approach=True, count=8, wrong_touch=False):
+def day(seed, kind, draw, own_robot, folder, approach=True, count=8, wrong_touch=False):
     """One day's job, touches and truth."""
     rng = np.random.default_rng([seed, draw, KINDS.index(kind), 43])
-    told, hours = hours_of(kind, rng)
-    arm, job = TrueArm(seed), job_of(mine, told)
-    warm_job = job if told else job_of(mine, 3.0)
+    declared, hours = hours_of(kind, rng)
+    arm, job = TrueArm(seed), job_of(own_robot, declared)
+    warm_job = job if declared else job_of(own_robot, 3.0)
     rise = true_rise(warm_job, arm, hours, rng)
     robot, taught = job.robot, kind.startswith("taught")
     stand = SPHERES + PLACE * rng.standard_normal(SPHERES.shape)
@@ -209,15 +211,15 @@ def day(seed, kind, draw, mine, folder, approach=True, count=8, wrong_touch=Fals
     for k, q in zip(which, robot.to_pendant(theta) / DEG, strict=True):
         rows.append(f"{'abcd'[k]}," + ",".join(f"{v:.6f}" for v in q) + f",{NOISE / UM:g}")
     (folder / "touches.csv").write_text("\n".join(rows) + "\n")
-    return job, arm, rise, told, hours
+    return job, arm, rise, declared, hours
 
 
-def run(seed, kind, draw, mine, folder, **changes):
+def run(seed, kind, draw, own_robot, folder, **changes):
     """One row."""
-    job, arm, rise, told, hours = day(seed, kind, draw, mine, folder, **changes)
+    job, arm, rise, declared, hours = day(seed, kind, draw, own_robot, folder, **changes)
     artefact = read_artefact(str(folder / "artefact.toml"))
     touches = read_touches(str(folder / "touches.csv"), job.robot, artefact, {}, planes=True)
-    row = {"seed": seed, "kind": kind, "draw": draw, "told": round(told, 2), "true": round(hours, 2)}
+    row = {"seed": seed, "kind": kind, "draw": draw, "declared": round(declared, 2), "true": round(hours, 2)}
     try:
         result = anchor(job, artefact, touches, IDENTITY)
     except CompgenError as failure:

@@ -243,10 +243,7 @@ def table(rows):
         of = [r for r in rows if key in r["runs"]]
         columns = [([r["runs"][key][name] for r in of], ".0f") for name in ("before", "found", "aligned", "quiet")]
         columns.append(([r["runs"][key]["found"] / r["runs"][key]["aligned"] for r in of], ".2f"))
-        cells = []
-        for values, digits in columns:
-            k = int(np.argmax(values))
-            cells.append(f"{np.median(values):{digits}}, {values[k]:{digits}} ({of[k]['seed']})")
+        cells = [seed_journal.median_and_worst(values, of, digits) for values, digits in columns]
         lines.append(f"| {key} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

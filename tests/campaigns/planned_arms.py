@@ -137,11 +137,8 @@ def table(rows):
     lines = [f"{len(rows)} arms, refused {refused}"]
     lines += ["| [um]: median, worst (its seed) | p99 as found | rms as found | p99 aligned |", "|---|---|---|---|"]
     for key in rows[0]["runs"] if rows else ():
-        cells = []
-        for name in ("quiet", "rms", "quiet_aligned"):
-            values = [r["runs"][key][name] for r in rows]
-            k = int(np.argmax(values))
-            cells.append(f"{np.median(values):.0f}, {values[k]:.0f} ({rows[k]['seed']})")
+        columns = ([r["runs"][key][name] for r in rows] for name in ("quiet", "rms", "quiet_aligned"))
+        cells = [seed_journal.median_and_worst(values, rows) for values in columns]
         lines.append(f"| {key} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

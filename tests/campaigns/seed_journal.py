@@ -7,9 +7,17 @@ processes on different seeds may share it. A seed means the same input only on t
 import argparse
 import json
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
+from typing import Any
+
+
+def median_and_worst(values: Sequence[float], rows: Sequence[dict[str, Any]], digits: str = ".0f") -> str:
+    """Median and worst of a figure of some rows, with the worst one's seed."""
+    k = max(range(len(values)), key=values.__getitem__)
+    return f"{median(values):{digits}}, {values[k]:{digits}} ({rows[k]['seed']})"
 
 
 @dataclass(frozen=True)

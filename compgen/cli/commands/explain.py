@@ -52,15 +52,15 @@ def explain(
         cgen explain outputs/spiral_1300
         cgen explain
     """
-    said = _of_report(code) if os.path.exists(code) else {c: [] for c in _codes(code)}
+    messages_of = _of_report(code) if os.path.exists(code) else {c: [] for c in _codes(code)}
     record = [
         {
             "code": each.value, "levels": [level.value for level in each.levels], "room": each.room,
             "meaning": each.meaning, "remedy": each.remedy, "page": f"{PAGE}#{each}", "messages": messages,
         }
-        for each, messages in said.items()
+        for each, messages in messages_of.items()
     ]  # fmt: skip
-    lines = [line for each, messages in said.items() for line in _lines(each, messages)] if code else _listed()
+    lines = [line for each, messages in messages_of.items() for line in _lines(each, messages)] if code else _listed()
     return Outcome(record={"command": Command.EXPLAIN, "codes": record}, show=partial(print_lines, lines))
 
 
@@ -78,14 +78,14 @@ def _codes(word: str) -> list[Code]:
 def _of_report(place: str) -> dict[Code, list[str]]:
     """The codes that a report has, each with its messages."""
     file = Path(place, REPORT) if os.path.isdir(place) else Path(place)
-    said: dict[Code, list[str]] = {}
+    messages_of: dict[Code, list[str]] = {}
     findings = read_record(file).get("findings")
     for finding in findings if isinstance(findings, list) else ():
         if isinstance(finding, dict) and {"level", "message"} < finding.keys() and finding.get("code") in list(Code):
-            said.setdefault(Code(finding["code"]), []).append(f"{finding['level']}: {finding['message']}")
-    if not said:
+            messages_of.setdefault(Code(finding["code"]), []).append(f"{finding['level']}: {finding['message']}")
+    if not messages_of:
         raise InputError(f"{file}: it has no findings; give a {REPORT}, its folder, or a code")
-    return said
+    return messages_of
 
 
 def _lines(code: Code, messages: list[str]) -> Iterator[str]:
