@@ -24,7 +24,7 @@ BACK = {"C": lambda v: v, "F": lambda v: (v - 32) / 1.8, "K": lambda v: v - 273.
 
 
 @dataclass
-class Told:
+class Form:
     """What the plain reader is told of a file."""
 
     encoding: str
@@ -36,7 +36,7 @@ class Told:
     grouped: str
     time_columns: list
     time_format: str
-    said: dict = field(default_factory=dict)
+    dialect: dict = field(default_factory=dict)
 
 
 def draw(seed):
@@ -57,13 +57,13 @@ def draw(seed):
     names = {node: pick(["TC {:02}", "CH{}", "Kanal {}", "Temp. {} Ave"]).format(n + 1) for n, node in enumerate(nodes)}
     named = {node: f"{name} [{unit}]" if where == "header" else name for node, name in names.items()}
     head = ["No."] + (["Date", "Clock"] if apart else ["Zeitpunkt"]) + [named[n] for n in nodes] + ["Alarm", ""]
-    told = Told(encoding, delimiter, 0, {}, unit, comma, "", [1, 2] if apart else [1], f"{date} {clock}")
+    form = Form(encoding, delimiter, 0, {}, unit, comma, "", [1, 2] if apart else [1], f"{date} {clock}")
     above = [[pick(["Serial", "Gerät", "Model"]), "SN-2"], ["Start", "12"], []]
     lines = [*above[: int(rng.integers(0, 4))], head]
     if where == "row":
-        lines.append(["", *[""] * len(told.time_columns), *[unit] * len(nodes), "", ""])
-    told.above = len(lines)
-    told.column = {node: 1 + len(told.time_columns) + n for n, node in enumerate(nodes)}
+        lines.append(["", *[""] * len(form.time_columns), *[unit] * len(nodes), "", ""])
+    form.above = len(lines)
+    form.column = {node: 1 + len(form.time_columns) + n for n, node in enumerate(nodes)}
     for n, moment in enumerate(times):
         stamp = moment.strftime(date), moment.strftime(clock)
         cells = [f"{UNITS[unit](rng.uniform(15, 60)):.{2}f}" for _ in nodes]
@@ -72,31 +72,31 @@ def draw(seed):
         lines.append([str(n + 1), *(stamp if apart else [" ".join(stamp)]), *cells, "off", ""])
     out = io.StringIO()
     csv.writer(out, delimiter=delimiter, lineterminator=pick(["\n", "\r\n"])).writerows(lines)
-    told.said = {"columns": {node: names[node] for node in nodes}}
+    form.dialect = {"columns": {node: names[node] for node in nodes}}
     if where == "said":
-        told.said["unit"] = {"C": "degC", "F": "degF", "K": "K"}[kind(unit)]
+        form.dialect["unit"] = {"C": "degC", "F": "degF", "K": "K"}[kind(unit)]
     orders = {"%d/%m/%Y": "dmy", "%m/%d/%Y": "mdy", "%m-%d-%y": "mdy"}
     if date in orders:
-        told.said["dates"] = orders[date]
-    return out.getvalue().encode(encoding), told
+        form.dialect["dates"] = orders[date]
+    return out.getvalue().encode(encoding), form
 
 
 def kind(unit):
     return unit.replace("deg", "").replace("°", "")[0]
 
 
-def read(data, told):
+def read(data, form):
     """Seconds from the first reading, and the readings of each node in degC."""
-    rows = list(csv.reader(io.StringIO(data.decode(told.encoding)), delimiter=told.delimiter))
-    body = [row for row in rows[told.above :] if row]
+    rows = list(csv.reader(io.StringIO(data.decode(form.encoding)), delimiter=form.delimiter))
+    body = [row for row in rows[form.above :] if row]
     moments = [
-        datetime.datetime.strptime(" ".join(row[k] for k in told.time_columns), told.time_format) for row in body
+        datetime.datetime.strptime(" ".join(row[k] for k in form.time_columns), form.time_format) for row in body
     ]
     seconds = [(moment - moments[0]).total_seconds() for moment in moments]
     readings = {}
-    for node, k in told.column.items():
+    for node, k in form.column.items():
         texts = [row[k] for row in body]
-        points = [t.replace(",", ".") if told.comma else t for t in texts]
+        points = [t.replace(",", ".") if form.comma else t for t in texts]
         values = [np.nan if t in GAPS else float(t) for t in points]
-        readings[node] = BACK[kind(told.unit)](np.array(values))
+        readings[node] = BACK[kind(form.unit)](np.array(values))
     return np.array(seconds), readings

@@ -113,8 +113,8 @@ def test_what_makes_a_program_unsafe_stands_at_its_line(programs):
     rows = list(results(content))
     unsafe = [row for row in rows if row[0] == "correction.unsafe"]
     assert {row[1] for row in unsafe} == {"warning"}
-    said = [u for one in json.loads(done.stdout) if "report" in one for u in one["report"]["unsafe"]]
-    assert [(row[3], row[4]) for row in unsafe] == [(u["line"], f"{u['text']}: {u['reason']}") for u in said]
+    reported = [u for one in json.loads(done.stdout) if "report" in one for u in one["report"]["unsafe"]]
+    assert [(row[3], row[4]) for row in unsafe] == [(u["line"], f"{u['text']}: {u['reason']}") for u in reported]
     assert {row[2] for row in unsafe} <= {"my%20programs/MOVES.LS", "my%20programs/TRAPS.LS"}
     text = (programs / "TRAPS.LS").read_text("latin-1").splitlines()
     calls = [row for row in unsafe if row[2].endswith("TRAPS.LS") and row[4].startswith(("CALL ", "SKIP ", "JMP "))]

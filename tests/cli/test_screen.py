@@ -30,10 +30,10 @@ def test_a_run_says_before_and_after_what_is_not_known_what_to_read_and_what_was
     report = json.loads((out / "report.json").read_text())
     before, after = (report[side]["total"]["max_um"] for side in ("before", "after"))
     lines = sentences(screen)
-    said = next(line for line in lines if line.startswith("Largest error"))
-    assert f"Largest error {before:.1f} um before. After: {after:.1f} um left by calculation. " in said
+    sentence = next(line for line in lines if line.startswith("Largest error"))
+    assert f"Largest error {before:.1f} um before. After: {after:.1f} um left by calculation. " in sentence
     minutes = int(report["thermal"]["start_window_s"] // 60)
-    assert said.endswith(f" times smaller. Start within {minutes} minutes of the planned time.")
+    assert sentence.endswith(f" times smaller. Start within {minutes} minutes of the planned time.")
     place = {word: n for word in ("Largest error", "Uncertainty", "warning:", "note", "wrote") for n, line in
              enumerate(lines) if line.startswith(word)}  # fmt: skip
     assert list(place) == sorted(place, key=place.__getitem__)

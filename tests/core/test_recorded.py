@@ -24,13 +24,13 @@ def written(folder, content, name="log.csv"):
     return file
 
 
-def read(file, required=("time_s",), known=LOG, table="[log]", **said):
-    return read_recorded(file, required, known, DialectTable(**said), table)
+def read(file, required=("time_s",), known=LOG, table="[log]", **dialect):
+    return read_recorded(file, required, known, DialectTable(**dialect), table)
 
 
-def refusal(file, *arguments, **said):
+def refusal(file, *arguments, **dialect):
     with pytest.raises(InputError) as caught:
-        read(file, *arguments, **said)
+        read(file, *arguments, **dialect)
     message = str(caught.value).replace(str(file), "log.csv")
     assert "\n" not in message
     assert len(message) <= 300
@@ -43,15 +43,15 @@ def column(table, name):
 
 @pytest.mark.parametrize("seed", range(60))
 def test_a_drawn_file_is_read_as_by_who_is_told_how_it_is_written(tmp_path, seed):
-    data, told = naive_logger.draw(seed)
-    table = read(written(tmp_path, data), **told.said)
-    seconds, readings = naive_logger.read(data, told)
+    data, drawn = naive_logger.draw(seed)
+    table = read(written(tmp_path, data), **drawn.dialect)
+    seconds, readings = naive_logger.read(data, drawn)
     time = column(table, "time_s")
     assert_allclose(time - time[0], seconds, atol=1e-6)
     for node, values in readings.items():
         assert_allclose(column(table, f"{node}_degC"), values, rtol=0, atol=1e-9)
     assert np.isfinite(np.concatenate(list(readings.values()))).any()
-    assert f"decimal {'comma' if told.comma else 'point'}" in table.recorded.words
+    assert f"decimal {'comma' if drawn.comma else 'point'}" in table.recorded.words
     assert "No." in table.recorded.left_out
 
 
@@ -109,7 +109,7 @@ HEAD = "time;j2 [°C];TC 04\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "said", "words"),
+    ("text", "dialect", "words"),
     [
         ("time;j2 [°C]\n23:59;20,5\n00:01;20,5\n", {}, ("line 3, column 1 'time'", "runs back", "write dates")),
         ("time;j2 [C]\n2026-11-22 08:15;20\n2026-11-22 08:14;20\n", {}, ("line 3, column 1", "runs back", "sort")),
@@ -143,8 +143,8 @@ HEAD = "time;j2 [°C];TC 04\n"
         (b"PK\x03\x04 torn", {}, ("no workbook", "save it as CSV")),
     ],
 )  # fmt: skip
-def test_what_a_file_leaves_open_is_refused_with_the_mend(tmp_path, text, said, words):
-    message = refusal(written(tmp_path, text), **said)
+def test_what_a_file_leaves_open_is_refused_with_the_mend(tmp_path, text, dialect, words):
+    message = refusal(written(tmp_path, text), **dialect)
     for word in words:
         assert word in message, message
 
@@ -153,7 +153,7 @@ TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "dialect"),
     [
         ("time;j2 [C]\n03/04/2026 08:15;20,5\n03/04/2026 08:16;20,5\n", {"dates": "dmy"}),
         ("time;j2 [C]\n03/04/2026 08:15;20,5\n13/04/2026 08:16;20,5\n", {}),  # another row decides
@@ -172,8 +172,8 @@ TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
         ("1 08:15:00 20,5\n2 08:16:00 20,5\n", {"columns": {"j2_degC": "#3"}}),
     ],
 )  # fmt: skip
-def test_what_is_said_or_decided_by_another_row_is_read(tmp_path, text, said):
-    table = read(written(tmp_path, text), **said)
+def test_what_is_said_or_decided_by_another_row_is_read(tmp_path, text, dialect):
+    table = read(written(tmp_path, text), **dialect)
     assert_allclose(column(table, "j2_degC"), [20.5, 20.5], atol=1e-9)
     assert table.recorded.words
     assert len(table.columns[table.header.index("time_s")]) == 2
@@ -242,7 +242,7 @@ TRACKER = "".join(
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "dialect"),
     [
         ("// SpatialAnalyzer\n// AXES = CARTESIAN: X,  Y,  Z (mm)\n" + TRACKER,
          {"columns": {"x_mm": "#4", "y_mm": "#5", "z_mm": "#6"}}),
@@ -250,8 +250,8 @@ TRACKER = "".join(
         ("Id;X;Y;Z;T\n" + TRACKER.replace("Path, G1, ", "P").replace(", ", ";").replace(".", ","), {"unit": "mm"}),
     ],
 )  # fmt: skip
-def test_an_instruments_points_are_read_with_their_names_in_a_column(tmp_path, text, said):
-    table = read(written(tmp_path, text), PLACE, POINTS, "[path]", **said)
+def test_an_instruments_points_are_read_with_their_names_in_a_column(tmp_path, text, dialect):
+    table = read(written(tmp_path, text), PLACE, POINTS, "[path]", **dialect)
     assert_allclose(column(table, "x_mm"), np.round(2255.5 + np.arange(5) / 7, 6), atol=1e-9)
     assert_allclose(column(table, "z_mm"), -275.1 - np.arange(5), atol=1e-9)
 

@@ -32,8 +32,8 @@ def test_a_limit_in_words_is_never_longer_than_it_is_and_at_most_a_tenth_shorter
     for limit in limits:
         words = units.limit_words(limit).split()
         parts = [(int(n), unit.removesuffix("s")) for n, unit in zip(words[::2], words[1::2], strict=True)]
-        said = sum(n * seconds[unit] for n, unit in parts)
-        assert 0.9 * limit - 1 < said <= limit, (limit, words)
+        seconds_in_words = sum(n * seconds[unit] for n, unit in parts)
+        assert 0.9 * limit - 1 < seconds_in_words <= limit, (limit, words)
     assert units.limit_words(1068.9) == "17 minutes"
     assert units.limit_words(57600) == "16 hours"
     assert units.limit_words(7500) == "2 hours 5 minutes"

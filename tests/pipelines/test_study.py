@@ -333,8 +333,8 @@ def test_validity_is_the_start_window(line):
     """The same question, asked of the correction: pipeline.start_window."""
     _, corrected = generate.generate(line, quiet)
     answer = ASKS["validity"](line, line.start_drift)
-    said = float(answer.sentence.split(" up to ")[1].split()[0]) * 60
-    assert corrected.start_window - 61 < said <= corrected.start_window + 1  # a limit is never rounded up
+    seconds = float(answer.sentence.split(" up to ")[1].split()[0]) * 60
+    assert corrected.start_window - 61 < seconds <= corrected.start_window + 1  # a limit is never rounded up
     kelvin = float(answer.sentence.split("+-")[1].split()[0])
     warmer = load_job(PATH, overrides=[f"ambient.value_degC={20 + kelvin}"])
     geometry = lay_out(line)

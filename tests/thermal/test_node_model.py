@@ -39,10 +39,10 @@ def test_what_occasions_share_is_what_the_page_says_and_the_file_has_its_most():
     names = [(row["feed_mm_s"], row["hours"]) for row in rows]
     shifts = {name: rng.normal(0, 2.0, 600) for name in dict.fromkeys(names)}
     drawn = np.array([shifts[name] for name in names]) + rng.normal(0, 0.5, (len(rows), 600))
-    found = [m710ic50_fit.shared_error(off) for off in drawn.T]
-    assert np.sqrt(np.mean([f.likeliest**2 for f in found])) == pytest.approx(2.0, rel=0.06)
-    assert np.mean([f.most > 2.0 for f in found]) == pytest.approx(0.95, abs=0.03)
-    assert np.sqrt(np.mean([f.scatter**2 for f in found])) == pytest.approx(0.5, rel=0.02)
+    occasions = [m710ic50_fit.shared_error(off) for off in drawn.T]
+    assert np.sqrt(np.mean([f.likeliest**2 for f in occasions])) == pytest.approx(2.0, rel=0.06)
+    assert np.mean([f.most > 2.0 for f in occasions]) == pytest.approx(0.95, abs=0.03)
+    assert np.sqrt(np.mean([f.scatter**2 for f in occasions])) == pytest.approx(0.5, rel=0.02)
     shared = m710ic50_fit.shared_error(m710ic50_fit.left_out(m710ic50_fit.misses_without, lambda row: str(row)))
     scale = 13 / 100 * np.hypot(1.5, 1.5) / np.sqrt(3)
     page = (Path(__file__).parents[2] / "docs" / "uncertainty.md").read_text()

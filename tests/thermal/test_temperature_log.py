@@ -114,8 +114,8 @@ Zeit;TC 01;TC 03;TC 09
 
 def test_a_loggers_own_columns_are_those_that_the_path_file_or_the_robot_file_names(tmp_path):
     (tmp_path / "log.csv").write_bytes(LOGGER.encode("cp1252"))
-    said = LogTable(file="log.csv", columns={"j2": "TC 03", "ambient": "TC 01"})
-    log = read_temperature_log(tmp_path / "log.csv", NODES, SENSORS, said)
+    columns = LogTable(file="log.csv", columns={"j2": "TC 03", "ambient": "TC 01"})
+    log = read_temperature_log(tmp_path / "log.csv", NODES, SENSORS, columns)
     assert_allclose(log.readings["j2"], [21.5, np.nan])
     assert log.ambient is not None
     assert_allclose(log.ambient, 20.5)

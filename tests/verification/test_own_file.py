@@ -155,7 +155,7 @@ def test_of_a_curve_only_the_places_count(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "said"),
+    ("text", "code", "dialect"),
     [
         ("// AXES = X, Y, Z (mm)\n{}", "utf-8",
          {"columns": {"x_mm": "#3", "y_mm": "#4", "z_mm": "#5"}, "row": "A, P{n}, {}, {}, {}, x"}),
@@ -163,15 +163,15 @@ def test_of_a_curve_only_the_places_count(tmp_path):
         ("Gerät\tX\n\nName\tX\tY\tZ\n{}", "utf-16", {"unit": "m", "row": "P{n}\t{}\t{}\t{}"}),
     ],
 )  # fmt: skip
-def test_points_of_an_instrument_are_read_alike_by_both_readers(tmp_path, text, code, said):
-    rng, row, comma = np.random.default_rng(4), said.pop("row"), said.pop("comma", False)
+def test_points_of_an_instrument_are_read_alike_by_both_readers(tmp_path, text, code, dialect):
+    rng, row, comma = np.random.default_rng(4), dialect.pop("row"), dialect.pop("comma", False)
     values = rng.uniform(0.1, 5, (20, 3)).round(4)
     rows = "\n".join(row.format(*(repr(v) for v in xyz), n=n) for n, xyz in enumerate(values.tolist()))
     file = tmp_path / "given.txt"
     file.write_bytes(text.format(rows.replace(".", ",") if comma else rows).encode(code))
-    table = PointsTable(pattern="points", file=file.name, **said)
+    table = PointsTable(pattern="points", file=file.name, **dialect)
     read = read_own_file(file, "points", np.zeros(3), points_table(file, table), joined=False)
-    factor = np.array([1e-3, 1.0, 25.4e-3]) if comma else 1.0 if "unit" in said else 1e-3
+    factor = np.array([1e-3, 1.0, 25.4e-3]) if comma else 1.0 if "unit" in dialect else 1e-3
     assert_allclose(read.corner, values * factor, rtol=1e-12)
     assert_allclose(read_points(file, table).position, read.corner, rtol=1e-12)
     assert read.line[0] == len(text.format("").split("\n"))
