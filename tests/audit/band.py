@@ -8,6 +8,7 @@ a node's lag; air is on every node all day; the feed is driven faster all day; a
 """
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from audit import study
 from audit.checks import count, equal
 
 BAND_UM, SIZE_UM = 0.1, 0.1
+GRID = np.linspace(1.0, 3.0, 201)  # of degrees of freedom
 STEP = 0.005  # of the feed, over which its effect is differenced
 
 
@@ -106,8 +108,12 @@ def _radius(S):
     """The radius of 95 % of second moments (N, 3, 3), in their lengths."""
     trace, square = np.trace(S, axis1=1, axis2=2), (S**2).sum(axis=(1, 2))
     freedom = np.clip(trace**2 / np.maximum(square, 1e-300), 1.0, 3.0)
-    grid = np.linspace(1.0, 3.0, 201)
-    return np.sqrt(trace / freedom * np.interp(freedom, grid, [_quantile(h) for h in grid]))
+    return np.sqrt(trace / freedom * np.interp(freedom, GRID, _quantiles()))
+
+
+@cache
+def _quantiles():
+    return [_quantile(freedom) for freedom in GRID]
 
 
 def _quantile(freedom):

@@ -10,6 +10,7 @@ Through a program of speeds v_k from t_k to t_{k+1}
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -57,6 +58,7 @@ def rounded(law):
     return Heat(law.tau + 0.005 * 3600, law.exponent), Heat(law.tau, law.exponent + 0.0005)
 
 
+@cache
 def fitted():
     """The heat law of what the study quotes."""
     x = np.concatenate([np.full(len(FITTED), np.log(study.COOLING_H)), np.full(len(FITTED), 0.5)])
