@@ -347,12 +347,11 @@ def materials() -> dict[str, str]:
 def page() -> str:
     """The text of docs/validation.md; draws the pictures."""
     quoted, seen = lines()
-    first, last, first_n, last_n = seen["x"]
-    span, span_n = last - first, last_n - first_n
+    first, last, *_ = seen["x"]
+    span = last - first
     return (HERE / "validation.md.in").read_text().format(
-        profiles=profiles(), figures=quoted, rates=rates(), warming=warming(), kelvins=kelvins(), span=span,
-        span_n=span_n, share=100 * span / 90, cte=11.25 * 90 / span, more=100 * (90 / span - 1), **measured(),
-        **materials(),
+        profiles=profiles(), figures=quoted, rates=rates(), warming=warming(), kelvins=kelvins(),
+        cte=11.25 * 90 / span, more=100 * (90 / span - 1), **measured(), **materials(),
     )  # fmt: skip
 
 
