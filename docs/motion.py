@@ -23,19 +23,22 @@ CONTROLLERS = {
 }
 IN_TABLE = ("ideal", "0.1 s", "0.2 + 0.1 s")  # rounding up alone is as ideal: the page says so
 BEGIN, END = "<!-- begin: python docs/motion.py -->\n", "<!-- end -->\n"
-HEAD = (
-    "| path | feed [mm/s] | controller | before [um] | after, not knowing [um] | after, knowing [um] |\n"
-    "|---|---|---|---|---|---|\n"
-)
+HEAD = f"| path | feed [mm/s] | {' | '.join(IN_TABLE)} |\n|---|---|{'---|' * len(IN_TABLE)}\n"
 
 
-def row(name: str, feed: int, controller: str) -> str:
-    """Largest error on the part: uncorrected, corrected without knowing the motion, and knowing it."""
+def sizes(name: str, feed: int, controller: str) -> tuple[float, float, float]:
+    """Largest error on the part [um]: uncorrected, corrected without knowing the motion, and knowing it."""
     overrides = [f"process.feed_mm_s={feed}", *CONTROLLERS[controller]]
     smooth = "motion" in "".join(overrides)
-    left = _errors(name, [*overrides, IDENTIFIED] if smooth else overrides)
-    known = _errors(name, [*overrides, IDENTIFIED, "robot.motion.enabled=true"])[1] if smooth else left[1]
-    return f"| `{name}` | {feed} | {controller} | {left[0]:.0f} | {left[1]:.1f} | {known:.1f} |\n"
+    before, left = _errors(name, [*overrides, IDENTIFIED] if smooth else overrides)
+    known = _errors(name, [*overrides, IDENTIFIED, "robot.motion.enabled=true"])[1] if smooth else left
+    return before, left, known
+
+
+def cell(name: str, feed: int, controller: str) -> str:
+    """The three sizes as the table has them."""
+    before, left, known = sizes(name, feed, controller)
+    return f"{before:.0f}, {left:.1f}, {known:.1f}"
 
 
 def _errors(name: str, overrides: list[str]) -> tuple[float, float]:
@@ -49,7 +52,11 @@ def main() -> None:
     """Lay the table anew."""
     page = (HERE / "motion.md").read_text()
     begin, end = page.index(BEGIN) + len(BEGIN), page.index(END)
-    rows = "".join(row(name, feed, controller) for name in PATHS for feed in FEEDS for controller in IN_TABLE)
+    rows = "".join(
+        f"| `{name}` | {feed} | {' | '.join(cell(name, feed, controller) for controller in IN_TABLE)} |\n"
+        for name in PATHS
+        for feed in FEEDS
+    )
     (HERE / "motion.md").write_text(page[:begin] + HEAD + rows + page[end:])
 
 
