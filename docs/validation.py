@@ -157,12 +157,15 @@ def profiles() -> str:
             [(x, along[m], m, TINTS[m], "") for m in along], [(p[0], p[1]) for p in points],
             "mm from the base end", "K",
         )  # fmt: skip
-        for place, value, line in points:
-            found = [f"{np.interp(place, x, along[m]):.2f}" for m in along]
-            rows.append([names[length], f"at {place} mm", f"{value:g} K (line {line})", *(f"{f} K" for f in found)])
+        places, quotes, study_lines = zip(*points, strict=True)
+        rises = [", ".join(f"{np.interp(p, x, along[m]):.2f}" for p in places) for m in along]
         grown = [f"{11.25 * end * MM * along[m].mean():.1f} um" for m in along]
-        rows.append([names[length], "growth", "not quoted", *grown])
-    return table(["figure", "what", "study", "nodes", "network"], rows)
+        rows.append([
+            names[length], f"at {', '.join(map(str, places))} mm; growth",
+            f"{', '.join(f'{q:g}' for q in quotes)} K ({', '.join(map(str, dict.fromkeys(study_lines)))})",
+            *(f"{rise} K; {growth}" for rise, growth in zip(rises, grown, strict=True)),
+        ])  # fmt: skip
+    return table(["figure", "what", "study (line)", "nodes", "network"], rows)
 
 
 # figures 67 to 71
@@ -199,10 +202,10 @@ def lines() -> tuple[str, dict]:
          (y[:, 1], e[:, 0], "nodes, X", TINTS["nodes"], "5 4"), (y[:, 1], e[:, 2], "nodes, Z", TINTS["z"], "2 3")],
         [(-680, -40), (-30, -2), (620, 38), (-680, 78), (620, 78)], "Y [mm]", "um",
     )  # fmt: skip
-    for place, told in ((-680, "-40 um (1627)"), (-30, "-2 um (1627)"), (620, "38 um (1627)")):
-        found = [f"{at(p, q, 1, place)[1]:.1f} um" for p, q in ((y, e), (yn, en))]
-        rows.append(["68, Y line", f"Y at {place} mm", told, *found])
+    stations = (-680, -30, 620)
+    along = [", ".join(f"{at(p, q, 1, place)[1]:.1f}" for place in stations) for p, q in ((y, e), (yn, en))]
     rows += [
+        ["68, Y line", "Y at -680, -30, 620 mm", "-40, -2, 38 um (1627)", *(f"{sizes} um" for sizes in along)],
         ["68", "X, whole axis", "78 um +-1 (1629)", f"{e[:, 0].min():.1f} to {e[:, 0].max():.1f} um",
          f"{en[:, 0].min():.1f} to {en[:, 0].max():.1f} um"],
         ["68", "Z at -550 mm", "-5 um (1631)", f"{at(y, e, 1, -550)[2]:.1f} um", f"{at(yn, en, 1, -550)[2]:.1f} um"],
@@ -230,15 +233,14 @@ def lines() -> tuple[str, dict]:
     curves += [(angle_n, en[:, i], f"network, {n.upper()}", TINTS[n], "5 4") for i, n in enumerate("xyz")]
     plot("validation_circle.svg", "Figure 70: the circle after 6 h at 200 mm/s", curves,
          [(0, 122), (180, 45), (90, 36), (270, -39), (0, 5), (130, -7), (180, -5.2)], "angle [deg]", "um")  # fmt: skip
-    for what, axis, place, told in (
-        ("X at 0 deg", 0, 0, "122 um (1654)"), ("X at 180 deg", 0, 180, "45 um (1654)"),
-        ("Z at 0 deg", 2, 0, "5 um (1654)"), ("Z at 130 deg", 2, 130, "-7 um (1654)"),
-        ("Z at 180 deg", 2, 180, "-5.2 um (1654)"),
+    for what, axis, places, quotes in (
+        ("X at 0, 180 deg", 0, (0, 180), "122, 45"), ("Z at 0, 130, 180 deg", 2, (0, 130, 180), "5, -7, -5.2"),
     ):  # fmt: skip
-        found = [f"{np.interp(place, a, q[:, axis]):.1f} um" for a, q in ((angle, e), (angle_n, en))]
-        rows.append(["70, circle", what, told, *found])
-    rows.append(["70", "Y peaks", "36 and -39 um (1654)", f"{e[:, 1].max():.1f} and {e[:, 1].min():.1f} um",
-                 f"{en[:, 1].max():.1f} and {en[:, 1].min():.1f} um"])  # fmt: skip
+        sizes = [", ".join(f"{np.interp(place, a, q[:, axis]):.1f}" for place in places)
+                 for a, q in ((angle, e), (angle_n, en))]  # fmt: skip
+        rows.append(["70, circle", what, f"{quotes} um (1654)", *(f"{size} um" for size in sizes)])
+    rows.append(["70", "Y peaks", "36, -39 um (1654)", f"{e[:, 1].max():.1f}, {e[:, 1].min():.1f} um",
+                 f"{en[:, 1].max():.1f}, {en[:, 1].min():.1f} um"])  # fmt: skip
     s, e = errors("spiral_1300")
     _, en = errors("spiral_1300", NETWORK)
     way = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(s, axis=0), axis=1))]) / 1000
@@ -270,12 +272,12 @@ def rates() -> str:
         ours = state_after(heat, [Duty("moving", feed, spent)])
         loss = network_fit.loss(network.drives, motion, feed)
         theirs = network.outputs @ state_after(network, [Duty("moving", feed, spent, loss=loss)])
-        for (part, node), value in zip(parts.items(), quoted, strict=False):
-            told = "not linear" if value is None else f"{value:g}"
-            told += f" (printed {printed[part]})" if part in printed else ""
-            found = [f"{r[h.names.index(node)] / minutes:.4f}" for r, h in ((ours, heat), (theirs, network))]
-            rows.append([name, f"{part} ({node})", told, *found])
-    return table(["table", "part", "study [K/min]", "nodes", "network"], rows)
+        quotes = ["not linear" if value is None else f"{value:g}" for value in quoted]
+        quotes = [q + f" (printed {printed[p]})" if p in printed else q for p, q in zip(parts, quotes, strict=True)]
+        computed = [", ".join(f"{r[h.names.index(node)] / minutes:.4f}" for node in parts.values())
+                    for r, h in ((ours, heat), (theirs, network))]  # fmt: skip
+        rows.append([name, ", ".join(quotes), *computed])
+    return table(["table", "study [K/min]", "nodes", "network"], rows)
 
 
 def warming() -> str:
@@ -345,12 +347,11 @@ def materials() -> dict[str, str]:
 def page() -> str:
     """The text of docs/validation.md; draws the pictures."""
     quoted, seen = lines()
-    first, last, first_n, last_n = seen["x"]
-    span, span_n = last - first, last_n - first_n
+    first, last, *_ = seen["x"]
+    span = last - first
     return (HERE / "validation.md.in").read_text().format(
-        profiles=profiles(), figures=quoted, rates=rates(), warming=warming(), kelvins=kelvins(), span=span,
-        span_n=span_n, share=100 * span / 90, cte=11.25 * 90 / span, more=100 * (90 / span - 1), **measured(),
-        **materials(),
+        profiles=profiles(), figures=quoted, rates=rates(), warming=warming(), kelvins=kelvins(),
+        cte=11.25 * 90 / span, more=100 * (90 / span - 1), **measured(), **materials(),
     )  # fmt: skip
 
 

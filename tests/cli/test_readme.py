@@ -4,7 +4,7 @@ import re
 import subprocess
 
 import pytest
-from command_line import SHELL, typed_commands
+from command_line import SHELL
 from shipped import ROOT
 
 README = (ROOT / "README.md").read_text()
@@ -34,11 +34,3 @@ def test_a_command_of_the_readme_does_its_work_in_bash(command, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "wrote " in done.stdout
     assert list(tmp_path.rglob("report.json"))
-
-
-def test_every_command_is_in_the_table_of_commands_and_no_other():
-    page = (ROOT / "docs" / "cli.md").read_text()
-    named = re.findall(r"^\| `cgen ([a-z-]+)", page, re.MULTILINE)
-    known = set(typed_commands())
-    assert set(named) == known
-    assert len(named) == len(known)
