@@ -17,8 +17,9 @@ ALPHA = tuple(np.radians((-90.0, 180.0, -90.0, 90.0, -90.0, 180.0)))
 THETA2_AT_ZERO = np.radians(-90.0)
 LOWER_DEG = (-180.0, -180.0, -160.0, -360.0, -125.0, -360.0)  # of theta; urdf, J2 from -90
 UPPER_DEG = (180.0, 45.0, 280.0, 360.0, 125.0, 360.0)  # urdf, J2 to 135
-ACCELERATION_DEG_S2 = (200.0, 200.0, 200.0, 400.0, 400.0, 500.0)  # of theta; assumed
-JERK_DEG_S3 = (1000.0, 1000.0, 1000.0, 2000.0, 2000.0, 2500.0)  # assumed
+# of theta; J1 to J3: the least in public tables of an M-710iC/70, 5.68, 6.52 and 8.06 rad/s2; the others assumed
+ACCELERATION_DEG_S2 = (325.0, 373.0, 461.0, 400.0, 400.0, 500.0)
+JERK_DEG_S3 = (1625.0, 1865.0, 2305.0, 2000.0, 2000.0, 2500.0)  # 0.2 s to each
 PERIOD_S = 0.008  # of interpolation, $SCR.$ITP_TIME; lines last whole ones, as the maker's motion code has them
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share that a ramp from and to a stop uses; assumed
 
@@ -79,7 +80,7 @@ SENSORS_K = 0.5  # alike for all: docs/uncertainty.md derives it from lines 661 
 AIR_K = 0.25  # line 1526: 0.5 K in 40 h, two standard deviations
 FEED = 0.01  # assumed
 CTE_OPEN_1_K = (10e-6, 15e-6)  # line 800, steel and iron
-GROWTH_OPEN_PERCENT = ((-2.4, 0.0), (-18.9, 0.0), (-3.0, 0.0))  # of a2, d4, d6 by conduction: docs/heat.md
+GROWTH_OPEN_PERCENT = ((-2.4, 0.0), (-18.8, 0.0), (-2.9, 0.0))  # of a2, d4, d6 by conduction: docs/heat.md
 MISSING = 0.05  # of the thermal error; assumed
 UNKNOWN_UM = {
     "cold geometry": (300.0, 746.0),  # lines 1127 and 1470

@@ -19,7 +19,7 @@ from compgen.verification.written_motion import read_motion
 
 @pytest.fixture(scope="module")
 def raster():
-    job = load_job(path_file("raster_1300"), None, ["path.stepover_mm=150", "path.diameter_mm=900"])
+    job = load_job(path_file("raster_1300"), None, ["path.stepover_mm=100", "path.diameter_mm=500"])
     return job, *generate(job, quiet)
 
 
