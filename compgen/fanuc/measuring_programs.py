@@ -13,8 +13,9 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.fanuc.canonical.layout import Frame
-from compgen.fanuc.canonical.writer import REMARK_LENGTH, head_and_body, position_blocks
+from compgen.fanuc.canonical.writer import head_and_body, position_blocks
 from compgen.program.configuration import config_letters
+from compgen.program.program import REMARK_LENGTH
 from compgen.robot.inverse_kinematics import Posture
 
 SPEED_PERCENT = 20  # of full joint speed

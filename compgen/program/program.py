@@ -10,6 +10,7 @@ from compgen.core.arcs import segment_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.robot.inverse_kinematics import Posture
 
+REMARK_LENGTH = 32  # characters
 _FIGURES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 

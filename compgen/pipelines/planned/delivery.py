@@ -13,15 +13,15 @@ from compgen.core.exceptions import naming_file
 from compgen.core.findings import Finding
 from compgen.core.units import KB
 from compgen.core.version import __version__
-from compgen.fanuc.canonical.writer import REMARK_LENGTH
 from compgen.fanuc.paging.join_check import check_manifest, interpret_pages
 from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
 from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks
+from compgen.program.digits import as_written
 from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
 from compgen.program.page_stops import PageStops, canonical_size, controller_capacity, head_line_count
 from compgen.program.pages import JoinError, Page, PagedProgram, excerpt
-from compgen.program.program import Program
+from compgen.program.program import REMARK_LENGTH, Program
 
 BLOCK_ROWS = 16384  # positions compared at a time
 
@@ -160,7 +160,7 @@ def require_equal(whole: Program, undivided: Program, block_rows: int = BLOCK_RO
     N = len(undivided.position)
     for first in range(0, N, block_rows):
         last = min(first + block_rows, N) - 1
-        read, meant = excerpt(whole, first, last), fanuc.as_written(excerpt(undivided, first, last))
+        read, meant = excerpt(whole, first, last), as_written(excerpt(undivided, first, last))
         for field in ("position", "rotation", "turns", "speed", "fine", "via"):
             if not np.array_equal(getattr(read, field), getattr(meant, field)):
                 raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.compensation import limits, optimise, simplify
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solution, Solver
@@ -41,6 +40,7 @@ from compgen.pipelines.uncertainty import model_form
 from compgen.pipelines.uncertainty.band_columns import assumed_findings, band_along
 from compgen.pipelines.uncertainty.draws import fly_draws
 from compgen.planning.retiming import Trajectory
+from compgen.program.digits import resolution
 from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import states_at
@@ -292,7 +292,7 @@ def _problem_of(planned: Planned) -> Problem:
         direction_state=planned.motion,
     )
     problem = motion_predistortion.predistorted(problem, planned)
-    problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
+    problem = limits.with_rounding_margin(problem, resolution(job.robot.controller.decimals))
     if job.settings.margin:
         open_yet = planned.band_of_plan()
         problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)

@@ -15,10 +15,10 @@ from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import Delivery, deliver_file, require_equal, size_findings
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.planned.program_text import REMARK_WIDTH, compose_program
+from compgen.pipelines.planned.program_text import compose_program
 from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
 from compgen.program.page_stops import controller_capacity, head_line_count
-from compgen.program.program import Program, program_name
+from compgen.program.program import REMARK_LENGTH, Program, program_name
 
 PLAN = "_PLAN"  # behind the name of a program that is not corrected
 COMMENT = "compgen PLANNED"
@@ -81,4 +81,4 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
 def _rises(planned: Planned, row: int) -> list[str]:
     names, rises = planned.job.heat.names, planned.rise[row]
     state = [f"{name} {rise:.1f}" for name, rise in zip(names, rises, strict=True)]
-    return [f"rise K {' '.join(state[i : i + 2])}"[:REMARK_WIDTH] for i in range(0, len(state), 2)]
+    return [f"rise K {' '.join(state[i : i + 2])}"[:REMARK_LENGTH] for i in range(0, len(state), 2)]
