@@ -105,9 +105,9 @@ def correct(
         cgen correct out/JOB.LS --restore -o planned
     """
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
-    from compgen.fanuc.editing.lift import DRY, renamed
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.program_file import programs_beside, read_program, refuse_corrected
+    from compgen.program.program import DRY, dry_name
 
     options, source = wishes.options(), Path(program)
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
@@ -117,13 +117,15 @@ def correct(
     if wishes.restore:
         return _restore(source, content, folder)
     file = f"{source.stem}{DRY}{source.suffix}" if options.raised else source.name
+    match = _PROGRAM_LINE.search(content, 0, 4000)
+    name = match[1].decode("ascii") if match else source.stem
     if not options.raised:
-        _check(folder, content, file)
+        _check(folder, name, file)
     if not wishes.again:
         refuse_corrected(source, content)
     (cell, history), (frames, registers) = choice.begin(program, content), tables.read()
     # a dry run is known by the name that it gets on this controller
-    run = _check(folder, renamed(content, cell.robot.controller.name_length) if options.raised else content, file)
+    run = _check(folder, dry_name(name, cell.robot.controller.name_length) if options.raised else name, file)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
             correction = pipeline.correct(
@@ -154,16 +156,15 @@ def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *,
     return Outcome(record=files[REPORT], show=show, errors=errors)
 
 
-def _check(folder: Path, content: bytes, file: str) -> Run:
+def _check(folder: Path, name: str, file: str) -> Run:
     """What ``correct`` of a program writes about; raises InputError where it would replace what is not its own.
 
     Args:
         folder: Where results go.
-        content: Of the planned program.
+        name: Of the program on the controller.
         file: Of the corrected one, which its provenance beside it vouches for.
     """
-    match = _PROGRAM_LINE.search(content, 0, 4000)
-    run = Run(Command.CORRECT, match[1].decode("ascii") if match else Path(file).stem)
+    run = Run(Command.CORRECT, name)
     provenance = Path(file).stem + PROVENANCE
     is_own = "planned_sha256" in read_record(folder / provenance)
     unvouched = [] if is_own else [Headed(program=file), Headed(program=provenance)]

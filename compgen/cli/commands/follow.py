@@ -179,12 +179,13 @@ def _load(
     """The job of a folder of pages; raises InputError for one that cannot be followed."""
     from compgen.cli.output_files.replace_together import finish_replacing
     from compgen.job.anchored_start import load_state
+    from compgen.pipelines.correct.program_pages import CORRECTED
     from compgen.pipelines.resume.corrected_job import read_corrected
     from compgen.pipelines.resume.corrected_run import corrected_run
     from compgen.pipelines.resume.paged_run import planned_run
     from compgen.pipelines.resume.resume import require_unedited
     from compgen.pipelines.resume.whole import plan_whole
-    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
+    from compgen.pipelines.resume.written_job import job_of, read_written_job
 
     finish_replacing(folder)
     written = read_written_job(folder)

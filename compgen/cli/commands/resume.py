@@ -138,9 +138,10 @@ def resume(
     """
     from compgen.cli.output_files.replace_together import finish_replacing
     from compgen.cli.screen.progress_bar import CORRECT, RESUME, show_progress
+    from compgen.pipelines.correct.program_pages import CORRECTED
     from compgen.pipelines.resume.corrected_job import read_corrected
     from compgen.pipelines.resume.resume import require_free
-    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
+    from compgen.pipelines.resume.written_job import job_of, read_written_job
 
     cause.check()
     when = checked_moment(date)

@@ -110,7 +110,7 @@ class Correction:
     before: tuple[Duty, ...]
     options: Options
     planned: bytes
-    text: bytes
+    written: LsProgram
     plan: CorrectionPlan
     shared: SharedCorrections
     changed: int  # positions that read differently
@@ -128,6 +128,11 @@ class Correction:
     band: Band | None = None  # what the robot file leaves open at corrected stations; None: there are none
     motion: MotionEffect | None = None  # of the controller on the written text; None: not looked at
     draws: FlownDraws | None = None  # what the bounds with a probability are judged by; None: there are none
+
+    @property
+    def text(self) -> bytes:
+        """The corrected program's file."""
+        return self.written.source
 
     @property
     def verdict(self) -> Verdict:

@@ -15,14 +15,13 @@ from compgen.pipelines.planned.dry_run import dry_run_words
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.digits import as_written, printed_poses
-from compgen.program.program import REMARK_LENGTH, Program, program_name
+from compgen.program.program import DRY, REMARK_LENGTH, Program, program_name
 from compgen.program.speeds import written_feeds
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.turns import turn_digits
 
 NOT_CORRECTED = "planned, not corrected"
 FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override
-DRY = "_DRY"  # behind the name of a dry run
 COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
 
 

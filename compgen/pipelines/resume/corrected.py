@@ -23,14 +23,10 @@ from compgen.core.files import read_regular
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.units import KB, UM
-from compgen.core.version import __version__
-from compgen.fanuc import loads
-from compgen.fanuc.analysis.watermark import carries_mark
-from compgen.fanuc.editing.insertion import marking_remark
-from compgen.fanuc.paging.split import split_program
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
+from compgen.pipelines.correct.program_pages import part_program
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
@@ -129,15 +125,15 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     cell, wanted = begun.cell, begun.state
     started = start + _grown_back(wanted - state, cell.heat.rate * motion.time[2 * at])
     new = _corrected(job, _beginning(cell, started), (), progress)
-    if not np.array_equal(loads(new.text).positions.number, loads(old.text).positions.number):
+    if not np.array_equal(new.written.positions.number, old.written.positions.number):
         raise InputError(
             f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
             f"--insert); {ANEW}"
         )
-    pages = _pages_of(job, new.text)
-    before = _fly(new, old.text)
+    pages = _pages_of(job, new)
+    before = _fly(new, old)
     results = _results(written, from_page, stations, pages, new, before)
-    join = _join(written, from_page, at, new, before, old.text) if at else None
+    join = _join(written, from_page, at, new, before, old) if at else None
     files = {page.file: pages[page.name] for page in written.pages[from_page - 1 :]}
     rewriting = Rewriting(
         from_page=from_page,
@@ -253,10 +249,10 @@ def corrected_first(job: CorrectedJob, progress: Progress) -> Correction:
     return first
 
 
-def active_motions(correction: Correction, job: CorrectedJob) -> IntArray:
+def active_motions(correction: Correction) -> IntArray:
     """Motions of a corrected program that its pages count, as rows of its table."""
     if correction.added == 0:
-        return np.flatnonzero(~loads(job.planned).motions.disabled)
+        return np.flatnonzero(~correction.plan.program.motions.disabled)
     return np.unique(correction.plan.drive.motion)
 
 
@@ -266,7 +262,7 @@ def page_stations(correction: Correction, job: CorrectedJob) -> list[int]:
     Raises:
         InputError: The pages have other motions than the program.
     """
-    moves, written = active_motions(correction, job), job.written
+    moves, written = active_motions(correction), job.written
     if written.pages[-1].last >= len(moves):
         raise InputError(
             f"{written.manifest_file}: its pages have {written.pages[-1].last + 1} motions, the corrected program "
@@ -275,25 +271,24 @@ def page_stations(correction: Correction, job: CorrectedJob) -> list[int]:
     return [int(np.searchsorted(correction.plan.drive.motion, moves[page.first])) for page in written.pages]
 
 
-def _pages_of(job: CorrectedJob, text: bytes) -> dict[str, bytes]:
-    """Pages of a text by name, parted as those in the folder were."""
+def _pages_of(job: CorrectedJob, correction: Correction) -> dict[str, bytes]:
+    """Pages of a corrected program by name, parted as those in the folder were."""
     written, limits = job.written, job.written.record["controller"]
     capacity = Capacity(
         int(limits["max_lines"]), int(limits["max_positions"]), float(limits["memory_kB"]) * KB,
         int(limits["name_length"]),
     )  # fmt: skip
-    program = loads(text)
-    common = (marking_remark(__version__),) if carries_mark(program, job.cell.robot) or text != job.planned else ()
-    pages = {page.name: page.data for page in split_program(program, capacity, (), common=common).pages}
+    corrected = correction.text != job.planned
+    paged = part_program(correction.written, job.cell.robot, capacity, corrected=corrected)
+    pages = {page.name: page.data for page in paged.pages}
     if list(pages) != [page.name for page in written.pages]:
         raise InputError(f"{written.manifest_file}: the program is parted in other pages now; {ANEW}")
     return pages
 
 
-def _fly(new: Correction, text: bytes) -> tuple[Flight, PoseErrors]:
-    """What the twin does with another text of the same program, as warm as with the new one."""
-    robot, program = new.cell.robot, loads(text)
-    _, drive = new.around.drive(program, robot)
+def _fly(new: Correction, old: Correction) -> tuple[Flight, PoseErrors]:
+    """What the twin does with the old text of the same program, as warm as with the new one."""
+    _, drive = new.around.drive(old.written, new.cell.robot)
     drive = replace(drive, beyond=np.maximum(new.plan.drive.beyond, drive.beyond))
     execution = fly(twin_of_cell(new.cell), drive, ())
     target = interpolate_poses(new.plan.drive, execution.station, execution.fraction)
@@ -329,7 +324,7 @@ def _results(
 
 def _join(
     written: WrittenJob, from_page: int, station: int, new: Correction,
-    before: tuple[Flight, PoseErrors], old_text: bytes,
+    before: tuple[Flight, PoseErrors], old: Correction,
 ) -> Join | None:  # fmt: skip
     """What the tool does at the stop before the first new page; whether that is on a part nobody knows."""
     places, sizes = [], []
@@ -340,8 +335,8 @@ def _join(
         places.append(execution.actual.position[samples[0]])
         sizes.append(float(errors.distance[samples[0]]))
     robot, pose = new.cell.robot, int(new.plan.drive.pose[station - 1])
-    old, now = (new.around.poses(loads(text), robot).tcp.position[pose] for text in (old_text, new.text))
-    gap = float(np.abs(now - old).max())
+    was, now = (new.around.poses(one.written, robot).tcp.position[pose] for one in (old, new))
+    gap = float(np.abs(now - was).max())
     step = float(np.linalg.norm(places[1] - places[0]))
     return Join(
         page=written.pages[from_page - 1].name,

@@ -24,7 +24,6 @@ from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.fanuc.canonical.reader import interpret
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.planned import arc_moves, motion_predistortion
 from compgen.pipelines.planned.delivery import PageStart, page_facts
@@ -40,6 +39,7 @@ from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
 from compgen.planning.retiming.trajectory import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.program.digits import as_written
 from compgen.program.pages import excerpt, gap_between, join_programs
 from compgen.program.program import Program
 from compgen.thermal.model import extrapolations
@@ -98,7 +98,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     starts = _page_starts(planned, solution.theta, written, from_page, beginning.clock - whole.job.clock)
     meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, starts[0].window)
     pages = write_pages(written, job, meant, from_page, starts)
-    gap = gap_between(lead, interpret(pages[page.file])) if lead is not None else 0.0
+    gap = gap_between(lead, as_written(meant)) if lead is not None else 0.0
     text = prove_pages(lead, pages, meant, gap)
     prepared = prepared_rest(job, text, lead)
     deviation = deviation_from_path(path, prepared.chunks(partial(progress, stages.TWIN_AFTER)), prepared.sample_count)
