@@ -107,7 +107,7 @@ def correct(
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.program_file import programs_beside, read_program, refuse_corrected
-    from compgen.program.program import DRY, dry_name
+    from compgen.program.program import DRY
 
     options, source = wishes.options(), Path(program)
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
@@ -117,15 +117,13 @@ def correct(
     if wishes.restore:
         return _restore(source, content, folder)
     file = f"{source.stem}{DRY}{source.suffix}" if options.raised else source.name
-    match = _PROGRAM_LINE.search(content, 0, 4000)
-    name = match[1].decode("ascii") if match else source.stem
     if not options.raised:
-        _check(folder, name, file)
+        _check(folder, content, file)
     if not wishes.again:
         refuse_corrected(source, content)
     (cell, history), (frames, registers) = choice.begin(program, content), tables.read()
     # a dry run is known by the name that it gets on this controller
-    run = _check(folder, dry_name(name, cell.robot.controller.name_length) if options.raised else name, file)
+    run = _check(folder, content, file, cell.robot.controller.name_length if options.raised else None)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
             correction = pipeline.correct(
@@ -156,15 +154,20 @@ def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *,
     return Outcome(record=files[REPORT], show=show, errors=errors)
 
 
-def _check(folder: Path, name: str, file: str) -> Run:
+def _check(folder: Path, content: bytes, file: str, dry_length: int | None = None) -> Run:
     """What ``correct`` of a program writes about; raises InputError where it would replace what is not its own.
 
     Args:
         folder: Where results go.
-        name: Of the program on the controller.
+        content: Of the planned program.
         file: Of the corrected one, which its provenance beside it vouches for.
+        dry_length: Of names on the controller, where it is of a dry run.
     """
-    run = Run(Command.CORRECT, name)
+    from compgen.program.program import dry_name
+
+    match = _PROGRAM_LINE.search(content, 0, 4000)
+    name = match[1].decode("ascii") if match else Path(file).stem
+    run = Run(Command.CORRECT, name if dry_length is None else dry_name(name, dry_length))
     provenance = Path(file).stem + PROVENANCE
     is_own = "planned_sha256" in read_record(folder / provenance)
     unvouched = [] if is_own else [Headed(program=file), Headed(program=provenance)]

@@ -179,7 +179,6 @@ def _load(
     """The job of a folder of pages; raises InputError for one that cannot be followed."""
     from compgen.cli.output_files.replace_together import finish_replacing
     from compgen.job.anchored_start import load_state
-    from compgen.pipelines.correct.program_pages import CORRECTED
     from compgen.pipelines.resume.corrected_job import read_corrected
     from compgen.pipelines.resume.corrected_run import corrected_run
     from compgen.pipelines.resume.paged_run import planned_run
@@ -193,7 +192,7 @@ def _load(
         raise InputError(f"--loaded {watch.loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
     require_unedited(written)
     run: PagedRun
-    if CORRECTED in written.record:
+    if written.is_corrected:
         run = corrected_run(read_corrected(written, robot, max_um), _silent)
     else:
         job = within(job_of(written, path, robot), opt.bound_of(max_um))

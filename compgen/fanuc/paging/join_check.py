@@ -5,8 +5,7 @@ start at the position where the first stopped, to the last digit of the text.
 """
 
 import json
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import chain
@@ -18,7 +17,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.evaluation import map_blocks
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
-from compgen.fanuc.listing.listing import LsProgram, edited, loads
+from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.listing.templates import find_places
 from compgen.fanuc.motion_options import ACC_OR_NOTHING, ends_elsewhere
@@ -27,7 +26,6 @@ from compgen.program.pages import JoinError, join_programs
 from compgen.program.program import Program
 
 T = TypeVar("T")
-_NUMBER = re.compile(rb"\d+")  # in "P[12: name]": the first one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -263,33 +261,3 @@ def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict
     if (called := called_programs(main)) != order:
         raise JoinError(f"{record['main']['file']}: it calls {', '.join(called)}; the manifest says {order}")
     return main, {page["name"]: files[page["file"]] for page in record["pages"]}
-
-
-def with_positions(program: LsProgram, pages: Sequence[tuple[bytes, IntArray]]) -> LsProgram:
-    """The undivided program with the positions of some pages.
-
-    Args:
-        program: That was parted.
-        pages: The text of each, and its motions as rows of the program's table; a page ends with these.
-    """
-    edits: dict[tuple[int, int], bytes] = {}
-    for data, moves in pages:
-        part = loads(data)
-        of_page = np.flatnonzero(~part.motions.disabled)[-len(moves) :]
-        numbers: Mapping[int, int] = {
-            ours: its
-            for whole, own in zip(moves.tolist(), of_page.tolist(), strict=True)
-            for ours, its in zip(program.motions.position[whole], part.motions.position[own], strict=True)
-        }
-        blocks, own_blocks = _blocks(program), _blocks(part)
-        for ours, its in numbers.items():
-            if ours in blocks and its in own_blocks:
-                start, end = own_blocks[its]
-                edits[blocks[ours]] = _NUMBER.sub(b"%d" % ours, part.source[start:end], count=1)
-    return edited(program, edits)
-
-
-def _blocks(program: LsProgram) -> dict[int, tuple[int, int]]:
-    """Where each position stands in a file, by its number."""
-    rows = zip(program.positions.number.tolist(), program.positions.block.tolist(), strict=True)
-    return {number: (start, end) for number, (start, end) in rows}

@@ -1,16 +1,20 @@
-"""A program that exists in pages, because the controller does not hold it in one file."""
+"""A program that exists in pages, as the controller does not hold it in one file: parted, and put together again."""
 
 import json
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
+import numpy as np
+
+from compgen.core.arrays import IntArray
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 from compgen.core.files import read_regular
 from compgen.core.version import __version__
-from compgen.fanuc import LsProgram, loads
+from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis.watermark import carries_mark
 from compgen.fanuc.editing.insertion import marking_remark
 from compgen.fanuc.paging.capacity import program_size
@@ -22,6 +26,7 @@ from compgen.program.page_stops import controller_capacity
 from compgen.program.pages import Capacity, PagedProgram, ProgramSize
 from compgen.robot.robot import Robot
 
+_NUMBER = re.compile(rb"\d+")  # in "P[12: name]": the first one
 CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
 
 
@@ -78,3 +83,33 @@ def part_program(
     """The pages of a program; those of one that is ``corrected``, or carries the mark, say it in a remark."""
     marked = corrected or carries_mark(program, robot)
     return split_program(program, capacity, taken, common=(marking_remark(__version__),) if marked else ())
+
+
+def with_positions(program: LsProgram, pages: Sequence[tuple[bytes, IntArray]]) -> LsProgram:
+    """The undivided program with the positions of some pages.
+
+    Args:
+        program: That was parted.
+        pages: The text of each, and its motions as rows of the program's table; a page ends with these.
+    """
+    edits: dict[tuple[int, int], bytes] = {}
+    for data, moves in pages:
+        part = loads(data)
+        of_page = np.flatnonzero(~part.motions.disabled)[-len(moves) :]
+        numbers: Mapping[int, int] = {
+            ours: its
+            for whole, own in zip(moves.tolist(), of_page.tolist(), strict=True)
+            for ours, its in zip(program.motions.position[whole], part.motions.position[own], strict=True)
+        }
+        blocks, own_blocks = _blocks(program), _blocks(part)
+        for ours, its in numbers.items():
+            if ours in blocks and its in own_blocks:
+                start, end = own_blocks[its]
+                edits[blocks[ours]] = _NUMBER.sub(b"%d" % ours, part.source[start:end], count=1)
+    return edited(program, edits)
+
+
+def _blocks(program: LsProgram) -> dict[int, tuple[int, int]]:
+    """Where each position stands in a file, by its number."""
+    rows = zip(program.positions.number.tolist(), program.positions.block.tolist(), strict=True)
+    return {number: (start, end) for number, (start, end) in rows}

@@ -142,10 +142,8 @@ def generate(
     planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages=pages), progress)
     path = planned.path
     commanded = problem.commanded(solution.correction)
+    trajectory = final_timing(planned, problem, solution, progress)
     solution = motion_predistortion.from_targets(solution, problem, path)
-    as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
-    timed = arc_moves.time_corrected(planned, as_driven, progress)
-    trajectory = motion_predistortion.at_planned_times(timed, planned, commanded)
     progress(stages.TEXT, 0.0)
     window = start_window(planned, solution.theta)
     driven = planned.driven(solution.theta, problem.direction_state)
@@ -272,6 +270,13 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
         moves = arc_moves.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
         planned, problem, solution = arc_moves.with_arcs(planned, problem, solution, moves)
     return planned, problem, solution, limited
+
+
+def final_timing(planned: Planned, problem: Problem, solution: Solution, progress: Progress) -> Trajectory:
+    """The timing of a corrected program, as its joints are driven, with words for its times as it is commanded."""
+    as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
+    timed = arc_moves.time_corrected(planned, as_driven, progress)
+    return motion_predistortion.at_planned_times(timed, planned, problem.commanded(solution.correction))
 
 
 def _problem_of(planned: Planned) -> Problem:

@@ -12,6 +12,7 @@ pages from that one on are taken; those before stay. Source: superposition, the 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -32,7 +33,7 @@ from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.from_state import begin_anchored
 from compgen.pipelines.resume.record import Rewriting, manifest_anew
-from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
+from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, page_results, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.pages import Capacity
@@ -44,7 +45,7 @@ from compgen.thermal.model import with_losses
 from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
-from compgen.verification.verdict import Verdict
+from compgen.verification.verdict import Judged
 
 FORGOTTEN = 20.0  # time constants
 
@@ -54,7 +55,7 @@ Begin = Callable[[Cell, Array, JointMotion, Earlier], Begun]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class ResumedProgram(PagesAnew):
+class ResumedProgram(PagesAnew, Judged):
     """The rest of a corrected program, written anew."""
 
     written: WrittenJob
@@ -66,11 +67,6 @@ class ResumedProgram(PagesAnew):
     why: str
     cause: dict[str, Any]
     findings: tuple[Finding, ...]
-
-    @property
-    def verdict(self) -> Verdict:
-        """Of the correction."""
-        return self.correction.verdict
 
     @property
     def is_usable(self) -> bool:
@@ -113,28 +109,25 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     require_free(written, from_page, loaded, done)
     require_unedited(written)
     first = first or corrected_first(job, progress)
-    motion = first.plan.drive.joint_motion()
     # a start that is known is not averaged over others
     job = replace(job, options=replace(job.options, ensemble=None))
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
-    cell, start, old = _as_written(job, first, earlier, progress)
+    as_written = _as_written(job, first, earlier, progress)
+    old = as_written.correction
     stations = page_stations(old, job)
     at = stations[from_page - 1]
-    state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
-    begun = begin(cell, state, motion, earlier)
-    cell, wanted = begun.cell, begun.state
-    started = start + _grown_back(wanted - state, cell.heat.rate * motion.time[2 * at])
-    new = _corrected(job, _beginning(cell, started), (), progress)
+    begun, started = _begin_at(at, as_written, first.plan.drive.joint_motion(), begin, earlier)
+    new = _corrected(job, _beginning(begun.cell, started), (), progress)
     if not np.array_equal(new.written.positions.number, old.written.positions.number):
         raise InputError(
             f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
             f"--insert); {ANEW}"
         )
     pages = _pages_of(job, new)
-    before = _fly(new, old)
-    results = _results(written, from_page, stations, pages, new, before)
-    join = _join(written, from_page, at, new, before, old) if at else None
     files = {page.file: pages[page.name] for page in written.pages[from_page - 1 :]}
+    before = _fly(new, old)
+    results = page_results(written.pages[from_page - 1 :], _sizes(from_page, stations, new, before), files)
+    join = _join(written.pages[from_page - 1].name, at, new, before, old) if at else None
     rewriting = Rewriting(
         from_page=from_page,
         date=date,
@@ -179,6 +172,16 @@ def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress
     if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
         cell = with_state_text(job.plain, anchored, f"{where}: resumed.state_toml")
     return _AsWritten(cell, start, _corrected(_unjudged(job), _beginning(cell, start), (), progress))
+
+
+def _begin_at(
+    station: int, written: _AsWritten, motion: JointMotion, begin: Begin, earlier: Earlier
+) -> tuple[Begun, Array]:
+    """How the robot begins at a station, and the state (S,) at the program's start that makes it as warm there."""
+    heat, start = written.cell.heat, written.start
+    state = states_at(heat, start, motion, np.array([2 * station]))[0] if station else start
+    begun = begin(written.cell, state, motion, earlier)
+    return begun, start + _grown_back(begun.state - state, begun.cell.heat.rate * motion.time[2 * station])
 
 
 def _grown_back(change: Array, passed: Array) -> Array:
@@ -295,37 +298,23 @@ def _fly(new: Correction, old: Correction) -> tuple[Flight, PoseErrors]:
     return execution, pose_errors(execution, target)
 
 
-def _results(
-    written: WrittenJob, from_page: int, stations: list[int], pages: dict[str, bytes], new: Correction,
-    before: tuple[Flight, PoseErrors],
-) -> tuple[PageResult, ...]:  # fmt: skip
+def _sizes(
+    from_page: int, stations: list[int], new: Correction, before: tuple[Flight, PoseErrors]
+) -> list[tuple[Size, Size]]:
     """Each page's error at and between corrected stations, with the old text and with the new one."""
-    edges, results = [*stations, len(new.plan.drive.pose)], []
-    for page in written.pages[from_page - 1 :]:
-        low, high = edges[page.number - 1], edges[page.number]
-        sizes: list[Size] = []
-        for execution, errors in (before, (new.execution, new.residual)):
-            samples = (execution.station >= low) & (execution.station < high)
-            if len(samples) == len(new.judged):
-                samples &= new.judged
-            sizes.append(size_of(errors.distance[samples], np.ones(int(samples.sum()))))
-        results.append(
-            PageResult(
-                number=page.number,
-                name=page.name,
-                file=page.file,
-                before=sizes[0],
-                after=sizes[1],
-                is_new=pages[page.name] != page.data,
-            )
-        )
-    return tuple(results)
+    edges = [*stations, len(new.plan.drive.pose)][from_page - 1 :]
+
+    def size(execution: Flight, errors: PoseErrors, low: int, high: int) -> Size:
+        samples = (execution.station >= low) & (execution.station < high)
+        if len(samples) == len(new.judged):
+            samples &= new.judged
+        return size_of(errors.distance[samples], np.ones(int(samples.sum())))
+
+    after = new.execution, new.residual
+    return [(size(*before, *ends), size(*after, *ends)) for ends in pairwise(edges)]
 
 
-def _join(
-    written: WrittenJob, from_page: int, station: int, new: Correction,
-    before: tuple[Flight, PoseErrors], old: Correction,
-) -> Join | None:  # fmt: skip
+def _join(page: str, station: int, new: Correction, before: tuple[Flight, PoseErrors], old: Correction) -> Join | None:
     """What the tool does at the stop before the first new page; whether that is on a part nobody knows."""
     places, sizes = [], []
     for execution, errors in (before, (new.execution, new.residual)):
@@ -339,7 +328,7 @@ def _join(
     gap = float(np.abs(now - was).max())
     step = float(np.linalg.norm(places[1] - places[0]))
     return Join(
-        page=written.pages[from_page - 1].name,
+        page=page,
         gap=gap,
         step=step,
         demanded=sizes[0],

@@ -9,9 +9,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
 from compgen.error_model.direction_memory import DirectionState
-from compgen.fanuc.paging.join_check import with_positions
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.program_pages import with_positions
 from compgen.pipelines.correct.result import corrected_stations
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.resume.corrected import (

@@ -50,6 +50,11 @@ class WrittenJob:
     pages: tuple[WrittenPage, ...]
 
     @property
+    def is_corrected(self) -> bool:
+        """Whether the pages are of a program that existed and was corrected, not of a planned job."""
+        return CORRECTED in self.record
+
+    @property
     def resumed(self) -> list[dict[str, Any]]:
         """What was replaced since, in order."""
         return list(self.record.get("resumed", []))
