@@ -7,15 +7,12 @@ program goes to its last label and aborts. It begins above one of the other touc
 touch then comes from a way that is known, too.
 """
 
-from dataclasses import dataclass
-
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.pose import Pose
 from compgen.fanuc.canonical.layout import Frame
-from compgen.fanuc.canonical.writer import REMARK_LENGTH, head_and_body, position_blocks
-from compgen.program.configuration import config_letters
-from compgen.robot.inverse_kinematics import Posture
+from compgen.fanuc.canonical.writer import head_and_body, position_blocks
+from compgen.program.program import REMARK_LENGTH
+from compgen.program.touches import Signal, TouchPositions
 
 SPEED_PERCENT = 20  # of full joint speed
 UTOOL = 1  # number of the tool while joints are measured
@@ -56,33 +53,6 @@ def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wa
 
 WAY_SPEED, SEARCH_SPEED = 50, 5  # mm/s
 MISSED = 99  # the label where no signal came
-
-
-@dataclass(frozen=True, slots=True)
-class Signal:
-    """What ends a search, and where places are kept."""
-
-    condition: str  # as SKIP CONDITION has it, e.g. "DI[1]=ON"
-    register: int  # the first PR[n]
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class TouchPositions:
-    """The 3 n positions of n touches, in a user frame."""
-
-    name: tuple[str, ...]  # (n,) of the spheres
-    begin: int  # above which of them the program begins, from 0
-    pose: Pose  # 3 n
-    posture: Posture
-    turns: IntArray  # (3 n, 3)
-    uframe: int
-    utool: int
-    decimals: int
-
-    def config(self, n: int) -> str:
-        """The text of CONFIG at a position, from 0."""
-        a, b, c = self.turns[n].tolist()
-        return f"{config_letters(self.posture)}, {a}, {b}, {c}"
 
 
 def touch_program(name: str, date: str, touches: TouchPositions, signal: Signal | None) -> bytes:

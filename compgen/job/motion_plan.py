@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.compensation import simplify
 from compgen.compensation.refinement import ErringArm, refine
 from compgen.core import stages
@@ -28,7 +27,9 @@ from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import LayoutSettings, ToolPath
 from compgen.planning.whole_periods import Periods
+from compgen.program.digits import resolution
 from compgen.program.page_stops import PageStops, place_page_stops
+from compgen.program.speeds import writable_speed
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
@@ -73,7 +74,7 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     progress(stages.PATH, 0.0)
     robot, nodes, tool, process = cell.robot, len(cell.heat.names), program.tool, program.process
     model = build_error_model(robot, cell.sources, nodes, tool.pose)
-    feed = fanuc.writable_speed(feed)
+    feed = writable_speed(feed)
     layout = _layout(process, robot, feed)
     with naming_file(program.source):
         path = toolpath.plan_tool_path(
@@ -105,7 +106,7 @@ def _layout(process: Process, robot: Robot, feed: float) -> LayoutSettings:
     if process.arcs:
         return LayoutSettings(process.chord, process.spacing)
     # a distance of two positions grows by half a digit in each coordinate of both at most
-    rounding = float(np.sqrt(3)) * fanuc.resolution(robot.controller.decimals)[0]
+    rounding = float(np.sqrt(3)) * resolution(robot.controller.decimals)[0]
     return LayoutSettings(process.chord, process.spacing, Periods(feed * robot.controller.period, rounding))
 
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.compensation.arc_fit import DensePath, FittedMoves, fit_moves
 from compgen.core.arcs import Arcs, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
@@ -13,6 +12,7 @@ from compgen.core.rotations import interpolate_rotation
 from compgen.core.units import MDEG
 from compgen.job.job import Process
 from compgen.planning.toolpath import ToolPath
+from compgen.program.digits import printed_poses, resolution
 from compgen.program.page_stops import PageStops, place_page_stops
 from compgen.robot.robot import Robot
 from compgen.robot.turns import turn_digits
@@ -38,7 +38,7 @@ def fit_planned_moves(
         theta: Joints there, (N, 6) [rad].
         speed: Along the segments, (N - 1,) [m/s].
     """
-    digit, _ = fanuc.resolution(robot.controller.decimals)
+    digit, _ = resolution(robot.controller.decimals)
     tolerance = process.chord if process.thin is None else process.thin
     dense = DensePath(arc=path.arc, commanded=commanded, printed=printed, digit=digit, chord=tolerance, angle=AXES)
     ends = statement_ends(path, turn_digits(robot, theta))
@@ -123,7 +123,7 @@ def page_stops_of_arcs(
         nodes: How many temperature rises the remarks at the head name.
         payload: Whether the program says its payload.
     """
-    printed = fanuc.printed_poses(path.target, robot.controller.decimals)
+    printed = printed_poses(path.target, robot.controller.decimals)
     rows, via = fit_planned_moves(process, robot, path, path.target, printed, theta, feed * path.pace)
     some, on_the_part = path.subset(rows, via), process.stop_on_the_part
     stops = place_page_stops(robot, some, theta[rows], nodes, on_the_part=on_the_part, payload=payload, growth=GROWTH)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
@@ -15,6 +14,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, read_toml
 from compgen.core.units import DEG, MM
 from compgen.planning.tables import FrameFile, FrameTable, TaughtTable
+from compgen.program.digits import printed_poses
 from compgen.program.frames import load_frames
 
 WARM = 1.0  # [K] from which a frame is taught hot
@@ -71,7 +71,7 @@ def _place(table: FrameTable) -> Pose:
 
 
 def _rounded(number: int, place: Pose, taught: TaughtTable | None, decimals: int) -> PartFrame:
-    return PartFrame(number, place, fanuc.printed_poses(Pose.stack([place]), decimals)[0], taught)
+    return PartFrame(number, place, printed_poses(Pose.stack([place]), decimals)[0], taught)
 
 
 def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Finding]:

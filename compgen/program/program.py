@@ -10,6 +10,8 @@ from compgen.core.arcs import segment_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.robot.inverse_kinematics import Posture
 
+REMARK_LENGTH = 32  # characters
+DRY = "_DRY"  # behind the name of a dry run
 _FIGURES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
@@ -61,3 +63,8 @@ def program_name(text: str, length: int) -> str:
     number = int(sha256(text.encode(errors="surrogatepass")).hexdigest(), 16)
     figures = "".join(_FIGURES[number // 36**k % 36] for k in range(3))
     return f"{name[: length - 4].rstrip('_')}_{figures}"
+
+
+def dry_name(name: str, length: int) -> str:
+    """The name of a program's dry run, of at most so many characters."""
+    return f"{name[: length - len(DRY)]}{DRY}"

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.commands import Command
 from compgen.core.pose import Pose
@@ -19,6 +18,7 @@ from compgen.pipelines.planned.written_program import WrittenFlight
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory
 from compgen.program.pages import estimated_memory
+from compgen.program.speeds import feed_errors
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import DRAWN, band_record, guaranteed_record
 from compgen.report.inputs import made_from
@@ -223,7 +223,7 @@ def band_of(planned: Planned, corrected: Corrected | None) -> Band:
 def _program(corrected: Corrected) -> dict[str, Any]:
     """The files for the controller."""
     program, delivered = corrected.program, corrected.delivery
-    feed_error, time_error = fanuc.feed_errors(corrected.trajectory.speed, program.speed, program.lengths())
+    feed_error, time_error = feed_errors(corrected.trajectory.speed, program.speed, program.lengths())
     record = {
         "file": delivered.files[-1][0],
         "positions": len(program.position),

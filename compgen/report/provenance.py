@@ -14,7 +14,6 @@ from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
-from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.job.tables import words_of_guarantee
 from compgen.pipelines.correct import Correction
 from compgen.thermal.ensemble import Ensemble
@@ -34,7 +33,7 @@ def provenance(result: Correction) -> dict[str, Any]:
         "robot_sha256": result.cell.inputs_hash,
         "robot_file": {"path": result.cell.robot_file, "sha256": result.cell.robot_file_hash},
         "overrides": list(result.cell.overrides),
-        **_context(result.around),
+        **_context(result),
         "before": [
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
             for d in result.before
@@ -76,9 +75,9 @@ def _starts(ensemble: Ensemble) -> dict[str, list[float]]:
     return {"delay_s": list(ensemble.delay), "override_percent": [100 * share for share in ensemble.overrides]}
 
 
-def _context(around: ProgramContext) -> dict[str, Any]:
+def _context(result: Correction) -> dict[str, Any]:
     """Frames, registers and called programs that were given, by number and name."""
-    frames = around.frames
+    frames, registers = result.around.frames, result.around.registers
     return {
         "frames": {
             **{kind: {str(n): _xyzwpr(pose) for n, pose in getattr(frames, kind).items() if n} for kind in FRAMES},
@@ -91,7 +90,7 @@ def _context(around: ProgramContext) -> dict[str, Any]:
                 for name, axis in frames.extended.items()
             },
         },
-        "registers": {str(n): list(register.values) for n, register in around.registers.items()},
+        "registers": {str(n): list(register.values) for n, register in registers.items()},
     }
 
 

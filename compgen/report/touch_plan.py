@@ -7,9 +7,9 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.commands import Command
 from compgen.core.units import DEG, UM
-from compgen.fanuc.canonical.writer import pose_numbers
-from compgen.fanuc.measuring_programs import Signal, TouchPositions
 from compgen.pipelines.anchor.touch_plan import PlannedTouches
+from compgen.program.digits import pose_numbers
+from compgen.program.touches import Signal, TouchPositions
 
 COLUMNS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 

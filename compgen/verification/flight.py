@@ -16,6 +16,7 @@ from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.history import History
 from compgen.thermal.model import with_losses
 from compgen.verification.twin import Twin
+from compgen.verification.twin.heat import mode_states, state_after_duties
 
 #: starts, and how much each counts in the mean of the rises
 Weighted = Sequence[tuple[float, Start]]
@@ -111,24 +112,15 @@ def pose_errors(execution: Flight, target: Pose) -> PoseErrors:
 def _rise_at_samples(
     twin: Twin, drive: DrivenProgram, before: Sequence[Duty], station: IntArray, fraction: Array, air: float
 ) -> tuple[Array, Array]:
-    """Time (M,) [s] and rise (M, K) [K] of samples, stepping each mode through every pause and way."""
-    rate, motion = twin.heat.rate, drive.joint_motion()
-    warmer = twin.heat.ambient * air
-    goals = twin.heat.steady_states(motion) + warmer
-    pause_goals, way_goals = goals[0::2], goals[1::2]
+    """Time (M,) [s] and rise (M, K) [K] of samples."""
+    heat, motion = twin.heat, drive.joint_motion()
+    warmer = heat.ambient * air
+    goals = heat.steady_states(motion) + warmer
     # a robot of which nothing else is known begins in balance with the air
-    time, state = 0.0, initial_state(twin.heat) + (warmer if twin.heat.start is None else 0.0)
-    for duty in with_losses(twin.heat, before, motion):
-        goal = twin.heat.steady_state(duty) + warmer
-        state = goal - (goal - state) * np.exp(-duty.duration * rate)
-    begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
-    for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist(), strict=True)):
-        if pause:
-            state = pause_goals[s] + (state - pause_goals[s]) * np.exp(-pause * rate)
-        begin[s], start[s] = time + pause, state
-        state = way_goals[s] + (state - way_goals[s]) * np.exp(-way * rate)
-        time += pause + way
+    state = initial_state(heat) + (warmer if heat.start is None else 0.0)
+    state = state_after_duties(heat, with_losses(heat, before, motion), state, warmer)
+    begin = 2 * station + 1  # of the way to each sample's station, behind the pause before it
     elapsed = fraction * drive.duration[station]
-    decay = np.exp(-elapsed[:, None] * rate)
-    states = way_goals[station] + (start[station] - way_goals[station]) * decay
-    return begin[station] + elapsed, states @ twin.heat.outputs.T
+    goal, start = goals[begin], mode_states(heat.rate, state, motion.time, goals)[begin]
+    states = goal + (start - goal) * np.exp(-elapsed[:, None] * heat.rate)
+    return motion.time[begin] + elapsed, states @ heat.outputs.T

@@ -87,3 +87,20 @@ def checks(extents: dict[str, Extent], bounds: Bounds) -> list[tuple[str, Extent
         ("normal_um", normal, normal.max, bounds.normal),
         ("axis_mdeg", angle, angle.max, bounds.axis),
     ]
+
+
+class Judged:
+    """A result that its findings judge."""
+
+    __slots__ = ()
+    findings: tuple[Finding, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
+        return verdict_of(self.findings)
+
+    @property
+    def inside(self) -> bool:
+        """Whether there are bounds, every one is kept, and the controller can load the program."""
+        return self.verdict is Verdict.INSIDE

@@ -156,7 +156,7 @@ CHANGES = (
         ("(0.0, 2 * pi * turns)", "(0.0, -2 * pi * turns)"),
         path="spiral_1300",
     ),
-    in_code("cm/min for mm/min", "fanuc/canonical/writer", ("10 * MM / MINUTE", "MM / MINUTE")),
+    in_code("cm/min for mm/min", "program/speeds", ("10 * MM / MINUTE", "MM / MINUTE")),
     in_robot_file(
         "jerks doubled",
         ("jerk_deg_s3 = [1000, 1000, 1000", "jerk_deg_s3 = [2000, 2000, 2000"),

@@ -15,9 +15,10 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical import reader
-from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
 from compgen.program.configuration import config_letters
+from compgen.program.digits import pose_numbers, printed_poses
 from compgen.program.program import Program, program_name
+from compgen.program.speeds import parse_speed, speed_text
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
 from compgen.robot.turns import apply_turns, postures_of, turn_digits
 
@@ -284,15 +285,15 @@ def test_columns_are_shared_out_with_the_same_meaning():
 
 
 def test_neighbours_that_share_their_sines_turn_as_each_alone():
-    from compgen.fanuc.canonical import writer
+    from compgen.program import digits
 
     t = np.arange(5000)
     rotation = from_wpr(np.pi + 0.003 * np.sin(t / 40), 0.002 * np.cos(t / 40), -0.003 * np.sin(t / 60))
-    units = writer.pose_units(np.zeros((5000, 3)), to_wpr(rotation), slice(0, 4000), 3)
+    units = digits.pose_units(np.zeros((5000, 3)), to_wpr(rotation), slice(0, 4000), 3)
     assert 0 < (units[3] < 0).sum() < 4000
     assert np.ptp(np.abs(units[3:]), axis=1).max() < 2000
     numbers = pose_numbers(np.zeros((5000, 3)), rotation)
-    turned = ls.printed_poses(Pose(np.zeros((5000, 3)), rotation)).rotation
+    turned = printed_poses(Pose(np.zeros((5000, 3)), rotation)).rotation
     assert turned.tobytes() == from_wpr(*(numbers[:, 3:] * DEG).T).tobytes()
     every = np.arange(1, 180_001) / 1000 * DEG
     assert np.array_equal(np.sin(-every), -np.sin(every))

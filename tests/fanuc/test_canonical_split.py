@@ -17,6 +17,7 @@ from compgen.fanuc.paging.split import split_canonical, split_program
 from compgen.pipelines.planned import delivery
 from compgen.program.pages import Capacity, JoinError, excerpt
 from compgen.program.program import Program
+from compgen.program.speeds import writable_speed
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 FIELDS = ("name", "data", "load", "motions", "size", "notes")
@@ -38,7 +39,7 @@ def program(count, seed=1, stops=0.2, decimals=3, remarks=("one", "two")):
         rotation=from_wpr(*(rng.uniform(-179, 179, size=(3, count)) * [[1], [0.4], [1]] * DEG)),
         posture=ALL_POSTURES[seed % 8],
         turns=rng.integers(-1, 2, size=(count, 3)),
-        speed=np.array([ls.writable_speed(v) for v in 10 ** rng.uniform(-3, 0, count - 1)]),
+        speed=np.array([writable_speed(v) for v in 10 ** rng.uniform(-3, 0, count - 1)]),
         fine=fine,
         via=np.zeros(count, dtype=bool),
         decimals=decimals,

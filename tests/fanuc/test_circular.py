@@ -15,7 +15,9 @@ from compgen.core.arcs import arcs_through, segment_lengths
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
+from compgen.program.digits import as_written
 from compgen.program.program import Program
+from compgen.program.speeds import writable_speed
 from compgen.robot.inverse_kinematics import Posture
 
 
@@ -25,7 +27,7 @@ def drawn(seed, arcs=6):
     places, via, fine = [np.array([1.2, 0.1, 0.2])], [False], [True]
     speed: list[float] = []
     for _ in range(arcs):
-        v, stop = ls.writable_speed(10 ** rng.uniform(-2, 0)), bool(rng.random() < 0.3)
+        v, stop = writable_speed(10 ** rng.uniform(-2, 0)), bool(rng.random() < 0.3)
         if rng.random() < 0.5:
             x, y = np.linalg.qr(rng.normal(size=(3, 2)))[0].T
             radius, end = 10 ** rng.uniform(-2, 0), np.pi * rng.uniform(0.05, 0.98)
@@ -96,7 +98,7 @@ def test_text_and_meaning_of_drawn_arcs_agree_with_another_reader(seed):
     text = ls.compose(program)
     back = ls.interpret(text)
     assert ls.compose(back) == text
-    meant = ls.as_written(program)
+    meant = as_written(program)
     for name in ("position", "rotation", "turns", "speed", "fine", "via"):
         assert np.array_equal(getattr(back, name), getattr(meant, name)), name
     positions, moves = naive_ls.read(text)

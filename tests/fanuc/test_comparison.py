@@ -15,6 +15,7 @@ from compgen.fanuc.comparison.backup import compare_programs
 from compgen.fanuc.comparison.statements import core
 from compgen.fanuc.listing.listing import statement_texts
 from compgen.program.program import Program
+from compgen.program.speeds import writable_speed
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
@@ -27,7 +28,7 @@ def written(count=30, seed=3, decimals=3):
         uframe=2, utool=3, position=rng.uniform(-2, 2, (count, 3)),
         rotation=from_wpr(*(rng.uniform(-179, 179, size=(3, count)) * [[1], [0.4], [1]] * DEG)),
         posture=ALL_POSTURES[seed % 8], turns=rng.integers(-1, 2, size=(count, 3)),
-        speed=np.array([ls.writable_speed(v) for v in 10 ** rng.uniform(-3, 0, count - 1)]),
+        speed=np.array([writable_speed(v) for v in 10 ** rng.uniform(-3, 0, count - 1)]),
         fine=rng.random(count) < 0.3, decimals=decimals, payload=2, acc=80,
     ))  # fmt: skip
 

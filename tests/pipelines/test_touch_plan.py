@@ -15,7 +15,6 @@ from compgen.core.rotations import from_wpr
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.frames import BaseFrame
-from compgen.fanuc.measuring_programs import Signal
 from compgen.identification.touch_candidates import Search
 from compgen.identification.touches import Touches, read_artefact, read_touches
 from compgen.job.anchored_start import cell_with_state
@@ -24,6 +23,7 @@ from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.anchor.touch_model import left_by_anchoring
 from compgen.pipelines.anchor.touch_plan import plan_path_touches, positions_of, prove_touches, write_touches
 from compgen.pipelines.files.path_file import load_job
+from compgen.program.touches import Signal
 from compgen.report.touch_plan import touches_csv
 
 SIGMA = 12e-6

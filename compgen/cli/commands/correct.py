@@ -105,9 +105,9 @@ def correct(
         cgen correct out/JOB.LS --restore -o planned
     """
     from compgen.cli.screen.progress_bar import CORRECT, show_progress
-    from compgen.fanuc.editing.lift import DRY, renamed
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.program_file import programs_beside, read_program, refuse_corrected
+    from compgen.program.program import DRY
 
     options, source = wishes.options(), Path(program)
     folder = opt.output_folder(program, output, "_dry" if options.raised else "")
@@ -123,7 +123,7 @@ def correct(
         refuse_corrected(source, content)
     (cell, history), (frames, registers) = choice.begin(program, content), tables.read()
     # a dry run is known by the name that it gets on this controller
-    run = _check(folder, renamed(content, cell.robot.controller.name_length) if options.raised else content, file)
+    run = _check(folder, content, file, cell.robot.controller.name_length if options.raised else None)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
             correction = pipeline.correct(
@@ -154,16 +154,20 @@ def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *,
     return Outcome(record=files[REPORT], show=show, errors=errors)
 
 
-def _check(folder: Path, content: bytes, file: str) -> Run:
+def _check(folder: Path, content: bytes, file: str, dry_length: int | None = None) -> Run:
     """What ``correct`` of a program writes about; raises InputError where it would replace what is not its own.
 
     Args:
         folder: Where results go.
         content: Of the planned program.
         file: Of the corrected one, which its provenance beside it vouches for.
+        dry_length: Of names on the controller, where it is of a dry run.
     """
+    from compgen.program.program import dry_name
+
     match = _PROGRAM_LINE.search(content, 0, 4000)
-    run = Run(Command.CORRECT, match[1].decode("ascii") if match else Path(file).stem)
+    name = match[1].decode("ascii") if match else Path(file).stem
+    run = Run(Command.CORRECT, name if dry_length is None else dry_name(name, dry_length))
     provenance = Path(file).stem + PROVENANCE
     is_own = "planned_sha256" in read_record(folder / provenance)
     unvouched = [] if is_own else [Headed(program=file), Headed(program=provenance)]

@@ -184,7 +184,7 @@ def _load(
     from compgen.pipelines.resume.paged_run import planned_run
     from compgen.pipelines.resume.resume import require_unedited
     from compgen.pipelines.resume.whole import plan_whole
-    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
+    from compgen.pipelines.resume.written_job import job_of, read_written_job
 
     finish_replacing(folder)
     written = read_written_job(folder)
@@ -192,7 +192,7 @@ def _load(
         raise InputError(f"--loaded {watch.loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
     require_unedited(written)
     run: PagedRun
-    if CORRECTED in written.record:
+    if written.is_corrected:
         run = corrected_run(read_corrected(written, robot, max_um), _silent)
     else:
         job = within(job_of(written, path, robot), opt.bound_of(max_um))

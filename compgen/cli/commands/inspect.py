@@ -1,8 +1,7 @@
 """Commands that read programs and write nothing: inspect says what one is, check-backup whether two are the same."""
 
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -12,12 +11,6 @@ from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs, complete_robots
 from compgen.cli.screen.messages import print_lines
 from compgen.core.commands import Command
-from compgen.core.exceptions import naming_file
-
-if TYPE_CHECKING:
-    from compgen.fanuc.comparison.backup import ComparedProgram
-    from compgen.program.frames import Frames
-    from compgen.program.registers import Register
 
 
 def inspect(
@@ -43,12 +36,13 @@ def inspect(
         cgen inspect programs --sarif results.sarif
     """
     from compgen.cli.screen.program_table import show_program
+    from compgen.pipelines.correct.program_file import inspect_file
 
     names = begin_files(programs, None, sarif, Command.INSPECT)
     frames, registers = tables.read()
 
     def judge(program: str) -> tuple[dict[str, Any], str]:
-        return _report(program, robot, frames, registers), ""
+        return {"command": Command.INSPECT, **inspect_file(program, robot, frames, registers)}, ""
 
     judged = judge_all(names, judge, None, sarif)
 
@@ -60,25 +54,6 @@ def inspect(
                 show_program(one.summary)
 
     return outcome_of_all(judged, show, alone=len(programs) == 1)
-
-
-def _report(program: str, robot: str | None, frames: "Frames", registers: "dict[int, Register]") -> dict[str, Any]:
-    """What a program is, as ``--json`` has it."""
-    from compgen import fanuc
-    from compgen.fanuc.analysis import inspection
-    from compgen.fanuc.analysis.watermark import Mark
-    from compgen.pipelines.correct.program_file import programs_beside, provenance_beside, read_program
-    from compgen.pipelines.files.robot_file import load_robot, robot_named
-
-    content = read_program(program)
-    with naming_file(program):
-        whole = fanuc.loads(content)
-        name = robot if robot is not None else robot_named(content)
-        arm = load_robot(name) if name is not None else None
-        report = inspection.inspect(whole, arm, frames, registers, programs_beside(Path(program)))
-    if report["mark"] == Mark.NONE and provenance_beside(Path(program), content):
-        report["mark"] = Mark.RECORD.value
-    return {"command": Command.INSPECT, **report}
 
 
 def check_backup(
@@ -110,22 +85,10 @@ def check_backup(
         "same": count == 0,
         "programs": [program.record() for program in programs],
     }
-    lines = [line for program in programs for line in _lines(program, first)]
+    lines = [line for program in programs for line in program.lines(first)]
     errors = []
     if count:
         worst = next(program for program in programs if program.differences)
         message = f"{worst.name}: {worst.differences[0]}; {count} in all: load it again, and compare again"
         errors.append(f"the backup differs: {message}")
     return Outcome(record=record, show=partial(print_lines, lines), errors=errors)
-
-
-def _lines(program: "ComparedProgram", first: int) -> list[str]:
-    """What is said of a program: that it is the same, or its first differences."""
-    how = f"the same: {program.statements} statements, {program.positions} positions, to {program.step:g}"
-    ending = "s" if len(program.differences) > 1 else ""
-    how = f"{len(program.differences)} difference{ending}" if program.differences else how
-    lines = [f"{program.name}: {how}", *(f"  {difference}" for difference in program.differences[:first])]
-    if len(program.differences) > first:
-        lines.append(f"  and {len(program.differences) - first} more (--first N, or --json)")
-    lines += [f"  note: {note}" for note in program.notes]
-    return [line.encode("ascii", "backslashreplace").decode() for line in lines]

@@ -1,10 +1,7 @@
 """The command that parts a program that exists into pages."""
 
-import json
 import os
-from collections.abc import Sequence
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,13 +15,10 @@ from compgen.cli.output_files.publish import files_of_earlier_run, publish
 from compgen.cli.screen.messages import print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
-from compgen.core.files import read_regular
 from compgen.core.units import KB
 
 if TYPE_CHECKING:
-    from compgen.fanuc import LsProgram
     from compgen.program.pages import PagedProgram, ProgramSize
-    from compgen.robot.robot import Robot
 
 
 def pages(
@@ -45,53 +39,23 @@ def pages(
     Examples:
         cgen pages JOB.LS -o out
     """
-    from compgen import fanuc
-    from compgen.fanuc.paging.capacity import program_size
-    from compgen.pipelines.correct.program_file import read_program
-    from compgen.pipelines.files.robot_file import load_cell, robot_of_program
-    from compgen.program.page_stops import controller_capacity
+    from compgen.pipelines.correct.program_file import read_program, robot_of_program
+    from compgen.pipelines.correct.program_pages import pages_of_program
+    from compgen.pipelines.files.robot_file import load_cell
 
     folder = opt.output_folder(program, output)
     content = read_program(program)
     with naming_file(program):
-        whole = fanuc.loads(content)
         arm = load_cell(robot if robot is not None else robot_of_program(content), overrides or ()).robot
-    size = program_size(whole)
-    if size.within(controller_capacity(arm)):
-        line = f"{whole.name}: {_size_text(size)}: the controller holds it in one file; nothing was written"
-        record = {"command": Command.PAGES, "name": whole.name, "pages": []}
+    parted = pages_of_program(program, content, arm, taken or ())
+    if parted.paged is None:
+        line = f"{parted.name}: {_size_text(parted.size)}: the controller holds it in one file; nothing was written"
+        record = {"command": Command.PAGES, "name": parted.name, "pages": []}
         return Outcome(record=record, show=partial(print_lines, [line]))
-    paged, manifest_name, files = _parted(program, content, whole, arm, taken or ())
-    opt.check_elsewhere(program, folder / f"{paged.name}.LS", "the main program")
-    _put(folder, files, manifest_name, Run(Command.PAGES, paged.name))
-    return Outcome(record=files[manifest_name], show=partial(print_lines, _lines(whole, paged, folder)))
-
-
-def _parted(
-    file: str, content: bytes, program: "LsProgram", robot: "Robot", taken: Sequence[str]
-) -> "tuple[PagedProgram, str, dict[str, bytes]]":
-    """The pages of a program, the name of their manifest, and all files; pages of a corrected one say so."""
-    from compgen.core.version import __version__
-    from compgen.fanuc.analysis.watermark import carries_mark
-    from compgen.fanuc.editing.insertion import marking_remark
-    from compgen.fanuc.paging.join_check import check_join, check_manifest
-    from compgen.fanuc.paging.split import split_program
-    from compgen.pipelines.correct.program_file import provenance_beside
-    from compgen.pipelines.resume.written_job import CORRECTED
-    from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
-    from compgen.program.page_stops import controller_capacity
-
-    capacity, provenance = controller_capacity(robot), provenance_beside(Path(file), content)
-    marked = carries_mark(program, robot) or provenance is not None
-    with naming_file(file):
-        paged = split_program(program, capacity, taken, common=(marking_remark(__version__),) if marked else ())
-    check_join(program, paged.main, {p.name: p.data for p in paged.pages})
-    made = {} if provenance is None else {CORRECTED: json.loads(read_regular(provenance))}
-    origin = {"command": Command.PAGES, "planned_sha256": sha256(content).hexdigest(), **made}
-    name, manifest = f"{paged.name}{MANIFEST_SUFFIX}", manifest_json(paged, capacity, origin)
-    files = {name: manifest, **paged.files()}
-    check_manifest(manifest, files)
-    return paged, name, files
+    opt.check_elsewhere(program, folder / f"{parted.paged.name}.LS", "the main program")
+    _put(folder, parted.files, parted.manifest, Run(Command.PAGES, parted.paged.name))
+    lines = [f"{parted.name}: {_size_text(parted.size)}: {_load_text(parted.paged)}, in {folder}"]
+    return Outcome(record=parted.files[parted.manifest], show=partial(print_lines, lines + _lines(parted.paged)))
 
 
 def _put(folder: Path, files: dict[str, bytes], manifest: str, run: Run) -> None:
@@ -103,12 +67,13 @@ def _put(folder: Path, files: dict[str, bytes], manifest: str, run: Run) -> None
     publish(folder, files, {}, own_names, manifest, run)
 
 
-def _lines(program: "LsProgram", paged: "PagedProgram", folder: Path) -> list[str]:
-    """Each page, its load and what it relies on."""
-    from compgen.fanuc.paging.capacity import program_size
+def _load_text(paged: "PagedProgram") -> str:
+    return f"{len(paged.pages)} pages in {paged.load_count} loads"
 
-    loads = f"{len(paged.pages)} pages in {paged.load_count} loads, in {folder}"
-    lines = [f"{program.name}: {_size_text(program_size(program))}: {loads}"]
+
+def _lines(paged: "PagedProgram") -> list[str]:
+    """Each page, its load and what it relies on."""
+    lines = []
     for page in paged.pages:
         lines.append(f"  {page.name}: load {page.load}, {_size_text(page.size)}")
         lines += [f"    relies on the page before: {note}" for note in page.notes]

@@ -47,9 +47,9 @@ def plan_motion_log(
     """
     import numpy as np
 
-    from compgen import fanuc
     from compgen.identification.motion.log_program import least_size, motion_log_program
     from compgen.pipelines.files.robot_file import load_robot
+    from compgen.pipelines.planned.delivery import deliver_file
     from compgen.program.program import program_name
 
     arm = load_robot(robot)
@@ -68,7 +68,7 @@ def plan_motion_log(
         place = opt.typed_numbers("--centre", centre, 3, FARTHEST_MM) * MM
     program = motion_log_program(arm, name, checked_date(date), place, size * MM, speed * MM)
     minutes = float((program.lengths() / program.speed).sum()) / MINUTE
-    publish(folder, {file: fanuc.compose(program)}, {}, run=run)
+    publish(folder, dict(deliver_file(program).files), {}, run=run)
     record = {
         "command": Command.PLAN_MOTION_LOG,
         "positions": len(program.position),

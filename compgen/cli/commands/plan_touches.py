@@ -21,7 +21,7 @@ from compgen.core.json_text import json_text
 from compgen.core.units import MM, UM
 
 if TYPE_CHECKING:
-    from compgen.fanuc.measuring_programs import Signal
+    from compgen.program.touches import Signal
 
 CONDITION = re.compile(r"(?:DI|RI|UI|SI|WI|F|M)\[[1-9][0-9]{0,4}\]=(?:ON|OFF)")
 RECORD, TABLE = "plan.json", "touches.csv"
@@ -66,7 +66,7 @@ class SearchChoice:
 
     def signal(self) -> "Signal | None":
         """What ends a search, None where the program stops instead; raises InputError for a condition that is none."""
-        from compgen.fanuc.measuring_programs import Signal
+        from compgen.program.touches import Signal
 
         return None if self.stops or self.centres else Signal(_condition(self.skip), self.register)
 

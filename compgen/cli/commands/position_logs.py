@@ -65,9 +65,9 @@ def _logged_program(
     program: str, log: str | None, robot: str | None, tables: opt.ProgramTables, *, in_world: bool
 ) -> LoggedProgram:
     """The program with what lies beside it; the log is not read yet."""
-    from compgen.pipelines.correct.program_file import programs_beside, read_program
+    from compgen.pipelines.correct.program_file import programs_beside, read_program, robot_of_program
     from compgen.pipelines.executed.executed import Situation, read_text
-    from compgen.pipelines.files.robot_file import find_robot, load_robot, robot_of_program
+    from compgen.pipelines.files.robot_file import find_robot, load_robot
 
     log = opt.given("--log", log, "the CSV of positions that was logged while the program ran")
     content = read_program(program)

@@ -140,7 +140,7 @@ def resume(
     from compgen.cli.screen.progress_bar import CORRECT, RESUME, show_progress
     from compgen.pipelines.resume.corrected_job import read_corrected
     from compgen.pipelines.resume.resume import require_free
-    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
+    from compgen.pipelines.resume.written_job import job_of, read_written_job
 
     cause.check()
     when = checked_moment(date)
@@ -149,8 +149,8 @@ def resume(
     written = read_written_job(place.folder)
     require_free(written, from_page, at.loaded, at.done)
     resumed: Resumed | ResumedProgram
-    with show_progress(CORRECT if CORRECTED in written.record else RESUME, quiet=screen.is_silent) as progress:
-        if CORRECTED in written.record:
+    with show_progress(CORRECT if written.is_corrected else RESUME, quiet=screen.is_silent) as progress:
+        if written.is_corrected:
             program = read_corrected(written, robot, max_um)
             resumed = _program_anew(program, from_page, cause, at, when, progress)
         else:

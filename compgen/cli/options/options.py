@@ -266,8 +266,9 @@ class ProgramChoice:
     def begin(self, program: str, content: bytes) -> "tuple[Cell, tuple[Duty, ...]]":
         """The cell of a program that exists, by default with the robot that it names, and what went before."""
         from compgen.job.anchored_start import begin
+        from compgen.pipelines.correct.program_file import robot_of_program
         from compgen.pipelines.files.history_words import load_before
-        from compgen.pipelines.files.robot_file import load_cell, robot_of_program
+        from compgen.pipelines.files.robot_file import load_cell
 
         with naming_file(program):
             robot = robot_of_program(content) if self.robot is None else self.robot

@@ -22,8 +22,8 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms
-from compgen.fanuc.analysis.control_flow import read_flow
-from compgen.fanuc.analysis.flow_graph import arrivals, link_nodes, read_nodes
+from compgen.fanuc.analysis.control_flow import Flow, read_flow
+from compgen.fanuc.analysis.flow_graph import Node, arrivals, link_nodes, read_nodes
 from compgen.fanuc.analysis.register_arithmetic import ANY, bracketed
 from compgen.fanuc.analysis.register_flow import KINDS, Numbers, RegisterFlow, State, acts, meet
 from compgen.fanuc.listing.listing import LsProgram
@@ -86,16 +86,11 @@ def read_placements(
     written = _written_frames(set(flow.text.values()))
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
         return Placements()
-    nodes = read_nodes(program, flow, active, called.motionless, acts)
     registers_known = RegisterFlow(program=program, frames=frames, called=called)
     reader = _Motions(registers_known, frozenset(registers or ()))
-    followed = link_nodes(nodes) and sum(acts(node.text or node.options) for node in nodes) <= MOST_STATEMENTS
-    beside = any(BESIDE.match(text) for text in set(flow.text.values()))
-    why = "the program's order is not understood" if not followed else "it runs in point logic, or no way leads there"
-    why = "another program may run beside this one (RUN, MONITOR)" if beside else why
-    followed &= not beside
     start: State = {("PR", n): register for n, register in (registers or {}).items()}
-    states = arrivals(nodes, start, registers_known.leave, meet) if followed else [None] * len(nodes)
+    nodes = read_nodes(program, flow, active, called.motionless, acts)
+    states, why = _follow(flow, nodes, registers_known, start)
     of_station: dict[int, State] = {}
     for node, state in zip(nodes, states, strict=True):
         if node.stations and state is not None:
@@ -126,6 +121,16 @@ def read_placements(
         settled=settled,
         assumed=tuple(sorted(registers_known.assumed)),
     )
+
+
+def _follow(flow: Flow, nodes: list[Node], registers: RegisterFlow, start: State) -> tuple[list[State | None], str]:
+    """The registers with which each statement is reached, None where it is not known, and why it is not."""
+    followed = link_nodes(nodes) and sum(acts(node.text or node.options) for node in nodes) <= MOST_STATEMENTS
+    beside = any(BESIDE.match(text) for text in set(flow.text.values()))
+    why = "the program's order is not understood" if not followed else "it runs in point logic, or no way leads there"
+    why = "another program may run beside this one (RUN, MONITOR)" if beside else why
+    unknown: list[State | None] = [None] * len(nodes)
+    return arrivals(nodes, start, registers.leave, meet) if followed and not beside else unknown, why
 
 
 def _not_followed(options: str, why: str) -> str:

@@ -10,7 +10,6 @@ import numpy as np
 from compgen.core.arrays import IntArray
 from compgen.core.decimals import WHOLE, Column, consecutive, digit_counts, fixed_columns, join_columns, text_column
 
-BLOCK = 4096  # rows at a time: they stay in cache
 PAD = 4  # characters of a line number, at least
 _BEFORE = (b"X = ", b"  mm,\tY = ", b"  mm,\tZ = ", b"  mm,\r\n\tW = ", b" deg,\tP = ", b" deg,\tR = ")
 _OPEN, _LINEAR, _TO = b"P[", b":L P[", b"] "

@@ -12,28 +12,22 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.decimals import DECIMALS, MOST_DECIMALS, fits_fixed, parse_fixed, word_view
-from compgen.core.evaluation import parallel_for
+from compgen.core.evaluation import BLOCK, parallel_for
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
+from compgen.core.unique_rows import hash_rows, unique_keys
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.layout import (
-    BLOCK,
-    MARK,
-    MARK_BACK,
-    Frame,
-    motion_tail,
-    motions,
-    position_config,
-    positions,
-)
-from compgen.fanuc.canonical.writer import acc_text, fill_poses, parse_speed
+from compgen.fanuc.canonical.layout import MARK, MARK_BACK, Frame, motion_tail, motions, position_config, positions
+from compgen.fanuc.canonical.writer import acc_text
 from compgen.fanuc.circular import check_circles
 from compgen.fanuc.listing.listing import LsProgram, loads, statement_texts
-from compgen.fanuc.listing.templates import hash_rows, unique_keys, windows
+from compgen.fanuc.listing.templates import windows
 from compgen.fanuc.motion_options import ACC_OR_NOTHING
 from compgen.fanuc.vocabulary import FRAME_NUMBER, PAYLOAD_ALONE, PERCENT
 from compgen.program.configuration import CONFIG, config_letters, parse_config
+from compgen.program.digits import fill_poses
 from compgen.program.program import Program
+from compgen.program.speeds import parse_speed
 from compgen.robot.inverse_kinematics import Posture
 
 _CONSTANT_SPEED = re.compile(r"(?:\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min)")

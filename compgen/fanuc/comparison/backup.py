@@ -153,6 +153,17 @@ class ComparedProgram:
             "notes": list(self.notes),
         }
 
+    def lines(self, first: int) -> list[str]:
+        """The comparison in words: that it is the same, or its first differences."""
+        how = f"the same: {self.statements} statements, {self.positions} positions, to {self.step:g}"
+        ending = "s" if len(self.differences) > 1 else ""
+        how = f"{len(self.differences)} difference{ending}" if self.differences else how
+        lines = [f"{self.name}: {how}", *(f"  {difference}" for difference in self.differences[:first])]
+        if len(self.differences) > first:
+            lines.append(f"  and {len(self.differences) - first} more (--first N, or --json)")
+        lines += [f"  note: {note}" for note in self.notes]
+        return [line.encode("ascii", "backslashreplace").decode() for line in lines]
+
 
 def compare_programs(written: LsProgram, backup: LsProgram) -> ComparedProgram:
     """What differs between a program and what a controller gives back of it."""

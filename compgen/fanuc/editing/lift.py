@@ -16,10 +16,10 @@ from compgen.fanuc.listing.listing import LsProgram, dumps, edited, loads, other
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.vocabulary import may_move_arm
+from compgen.program.program import dry_name
 
 _NAME = re.compile(rb"(/PROG[ \t]+)(\S+)", re.IGNORECASE)
 _Z = 2  # column of a position's numbers
-DRY = "_DRY"  # behind the name
 
 
 def lifted_program(program: LsProgram, height_mm: float, length: int, motionless: Collection[str] = ()) -> LsProgram:
@@ -64,9 +64,6 @@ def lifted_program(program: LsProgram, height_mm: float, length: int, motionless
         start, end = p.span[row, _Z].tolist()
         old = program.data[start:end]
         edits[start, end] = format_like(old, float(old) + height_mm, omit_zero=old.lstrip(b"+-")[:1] == b".")
-    return insert_remark(loads(renamed(dumps(edited(program, edits)), length)), f"DRY RUN +{height_mm:.4g} MM")
-
-
-def renamed(data: bytes, length: int) -> bytes:
-    """A program's bytes under the name of its dry run, of at most so many characters."""
-    return _NAME.sub(lambda m: m[1] + m[2][: length - len(DRY)] + DRY.encode("ascii"), data, count=1)
+    name = dry_name(program.name, length).encode("latin-1")
+    renamed = _NAME.sub(lambda m: m[1] + name, dumps(edited(program, edits)), count=1)
+    return insert_remark(loads(renamed), f"DRY RUN +{height_mm:.4g} MM")

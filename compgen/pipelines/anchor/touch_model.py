@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from compgen.core.arrays import Array, rms
+from compgen.core.arrays import Array, BoolArray, rms
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Finding
@@ -194,7 +194,25 @@ def targets_of(artefact: Artefact, frame: Pose, *, centres: bool) -> tuple[Targe
     Raises:
         InputError: Nobody vouches for places, none is known, a diameter or the probe's place is missing.
     """
-    source, placed, notes = artefact.source, np.isfinite(artefact.place[:, 0]), list[Finding]()
+    placed = np.isfinite(artefact.place[:, 0])
+    planes = 0 if centres else len(artefact.planes)
+    notes = _require_targets(artefact, placed, planes, centres=centres)
+    rows = np.flatnonzero(placed)
+    return (
+        Targets(
+            (*(artefact.names[i] for i in rows.tolist()), *artefact.planes[:planes]),
+            frame.act(np.vstack([artefact.place[rows], artefact.point[:planes]])),
+            np.append(np.nan_to_num(artefact.diameter[rows]) / 2, np.zeros(planes)),
+            np.vstack([np.full((len(rows), 3), np.nan), artefact.normal[:planes] @ frame.rotation.T]),
+        ),
+        np.append(artefact.sigma[rows], artefact.plane_sigma[:planes]),
+        notes,
+    )
+
+
+def _require_targets(artefact: Artefact, placed: BoolArray, planes: int, *, centres: bool) -> list[Finding]:
+    """Raises InputError unless the placed spheres (S,) and some planes can anchor; what is to be known of them."""
+    source, notes = artefact.source, list[Finding]()
     if artefact.certified is False and artefact.taught is None:
         raise InputError(
             f"{source}: artefact.certified: false: places that nobody certified anchor nothing; give certified = true "
@@ -204,7 +222,6 @@ def targets_of(artefact: Artefact, frame: Pose, *, centres: bool) -> tuple[Targe
         message = f"{source}: artefact.certified: not said: places count as an instrument's, known to their sigma_um"
         notes.append(Finding(Level.NOTE, Code.TOUCHES_CERTIFIED, message))
     unplaced = ", ".join(n for n, known in zip(artefact.names, placed.tolist(), strict=True) if not known)
-    planes = 0 if centres else len(artefact.planes)
     if not placed.any() and not planes:
         raise InputError(f"{source}: sphere: none has a place; give x_mm, y_mm, z_mm of those to be touched")
     if unplaced:
@@ -226,17 +243,7 @@ def targets_of(artefact: Artefact, frame: Pose, *, centres: bool) -> tuple[Targe
     if small.any():
         name, size = artefact.names[int(np.argmax(small))], float(artefact.diameter[small][0]) / MM
         raise InputError(f"{source}: sphere '{name}': diameter_mm: {size:g} is no sphere to touch; give millimetres")
-    rows = np.flatnonzero(placed)
-    return (
-        Targets(
-            (*(artefact.names[i] for i in rows.tolist()), *artefact.planes[:planes]),
-            frame.act(np.vstack([artefact.place[rows], artefact.point[:planes]])),
-            np.append(np.nan_to_num(artefact.diameter[rows]) / 2, np.zeros(planes)),
-            np.vstack([np.full((len(rows), 3), np.nan), artefact.normal[:planes] @ frame.rotation.T]),
-        ),
-        np.append(artefact.sigma[rows], artefact.plane_sigma[:planes]),
-        notes,
-    )
+    return notes
 
 
 def unreached(artefact: Artefact, targets: Targets, ways: Ways) -> list[Finding]:

@@ -18,9 +18,8 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM, UM
 from compgen.fanuc.analysis.poses import read_poses
-from compgen.fanuc.canonical.writer import resolution
 from compgen.fanuc.listing.listing import loads
-from compgen.fanuc.measuring_programs import Signal, TouchPositions, touch_program
+from compgen.fanuc.measuring_programs import touch_program
 from compgen.identification.exchange import TouchPlan, plan_touches
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
 from compgen.identification.touches import Artefact
@@ -28,7 +27,9 @@ from compgen.job.job import Job
 from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.anchor.touch_model import TouchModel, left_by_anchoring, targets_of, touch_model, unreached
 from compgen.pipelines.anchor.touching import LEAST_COORDINATES
+from compgen.program.digits import resolution
 from compgen.program.frames import Frames
+from compgen.program.touches import Signal, TouchPositions
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.turns import turn_digits
 

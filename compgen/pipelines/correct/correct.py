@@ -250,7 +250,7 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         before=task.before,
         options=task.options,
         planned=dumps(planned),
-        text=dumps(written),
+        written=written,
         plan=plan,
         shared=shared,
         changed=_changed_positions(program, written),

@@ -1,14 +1,18 @@
-"""A program that exists: its file, what lies beside it, and the frames and registers that its positions are told in."""
+"""A program that exists: its file, what lies beside it, the robot it names, and the frames and registers it needs."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, near_file, read_regular
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.watermark import carries_mark
+from compgen.fanuc.analysis.inspection import inspect
+from compgen.fanuc.analysis.robot_evidence import robots_named
+from compgen.fanuc.analysis.watermark import Mark, carries_mark
+from compgen.pipelines.files.robot_file import known_robots, load_robot
 from compgen.program.frames import Frames, default_frames, load_frames
 from compgen.program.registers import Register, load_registers
 from compgen.robot.robot import Robot
@@ -94,3 +98,46 @@ def programs_beside(path: Path) -> Callable[[str], bytes | None]:
             return None
 
     return find
+
+
+def robot_named(data: bytes) -> str | None:
+    """The one known robot that a program's remarks or comment name; None where it names none, or several.
+
+    Raises:
+        InputError: Not a program.
+    """
+    named = robots_named(loads(data), known_robots())
+    return named[0] if len(named) == 1 else None
+
+
+def robot_of_program(data: bytes) -> str:
+    """The known robot that a program's remarks or comment name.
+
+    Raises:
+        InputError: Not a program, or it names no known robot, or several.
+    """
+    program, known = loads(data), known_robots()
+    named = robots_named(program, known)
+    if len(named) != 1:
+        says = f"it names {' and '.join(named)}" if named else "it names none that is known"
+        raise InputError(
+            f"program {program.name}: which robot is it for? {says}; say --robot NAME, known: {', '.join(known)[:120]}"
+        )
+    return named[0]
+
+
+def inspect_file(file: str, robot: str | None, frames: Frames, registers: Mapping[int, Register]) -> dict[str, Any]:
+    """What a program is, in plain types; without a robot, for the one that it names.
+
+    Raises:
+        InputError: Not a program; names the file.
+    """
+    content = read_program(file)
+    with naming_file(file):
+        program = loads(content)
+        name = robot if robot is not None else robot_named(content)
+        arm = load_robot(name) if name is not None else None
+        report = inspect(program, arm, frames, registers, programs_beside(Path(file)))
+    if report["mark"] == Mark.NONE and provenance_beside(Path(file), content):
+        report["mark"] = Mark.RECORD.value
+    return report

@@ -13,7 +13,6 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector
 from compgen.core.stages import Progress
-from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.job.job import Cell
 from compgen.pipelines.correct.correct import correct
 from compgen.pipelines.correct.result import Correction, Options
@@ -100,7 +99,7 @@ def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array)
     program, around, cell = full.plan.program, full.around, full.cell
     if kind == FRAME:
         table = replace(around.frames, uframe={**around.frames.uframe, number: typed_frame(numbers)})
-        around = ProgramContext(table, around.registers, around.called)
+        around = replace(around, frames=table)
     else:
         value = np.array(program.positions.value)
         value[:, :6] += numbers

@@ -26,7 +26,7 @@ from compgen.thermal.ensemble import Ensemble
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors
 from compgen.verification.motion_effect import MotionEffect
-from compgen.verification.verdict import Verdict, verdict_of
+from compgen.verification.verdict import Judged, Verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +101,7 @@ def corrected_stations(plan: CorrectionPlan, shared: SharedCorrections) -> BoolA
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Correction:
+class Correction(Judged):
     """A corrected program and its proof."""
 
     name: str  # of the program
@@ -110,7 +110,7 @@ class Correction:
     before: tuple[Duty, ...]
     options: Options
     planned: bytes
-    text: bytes
+    written: LsProgram
     plan: CorrectionPlan
     shared: SharedCorrections
     changed: int  # positions that read differently
@@ -130,14 +130,9 @@ class Correction:
     draws: FlownDraws | None = None  # what the bounds with a probability are judged by; None: there are none
 
     @property
-    def verdict(self) -> Verdict:
-        """What the findings come to: nothing corrected, a broken bound, what the controller cannot load, no bound."""
-        return verdict_of(self.findings)
-
-    @property
-    def inside(self) -> bool:
-        """Whether positions were corrected, none became worse, the bound is kept, and the controller can load it."""
-        return self.verdict is Verdict.INSIDE
+    def text(self) -> bytes:
+        """The corrected program's file."""
+        return self.written.source
 
     @property
     def is_usable(self) -> bool:

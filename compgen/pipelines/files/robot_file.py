@@ -21,8 +21,6 @@ from compgen.error_model.loads import loads_of
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources
 from compgen.error_model.unknown import OF_WARMTH, unknown_of
-from compgen.fanuc import loads
-from compgen.fanuc.analysis.robot_evidence import robots_named
 from compgen.job.job import Cell
 from compgen.job.tables import IdentifiedTable, drifting_of, fit_limits_of
 from compgen.pipelines.files.posterior_file import posterior_beside
@@ -310,29 +308,3 @@ def _warmth(
         heat, profiles = tables.network_of(facts.thermal, robot, nodes, where)
     growth = tables.growth_of(robot, heat.names, heat.reference_rise, profiles)
     return heat, profiles, growth, tables.uncertainty_of(facts.thermal, heat, profiles, where)
-
-
-def robot_named(data: bytes) -> str | None:
-    """The one known robot that a program's remarks or comment name; None where it names none, or several.
-
-    Raises:
-        InputError: Not a program.
-    """
-    named = robots_named(loads(data), known_robots())
-    return named[0] if len(named) == 1 else None
-
-
-def robot_of_program(data: bytes) -> str:
-    """The known robot that a program's remarks or comment name.
-
-    Raises:
-        InputError: Not a program, or it names no known robot, or several.
-    """
-    program, known = loads(data), known_robots()
-    named = robots_named(program, known)
-    if len(named) != 1:
-        says = f"it names {' and '.join(named)}" if named else "it names none that is known"
-        raise InputError(
-            f"program {program.name}: which robot is it for? {says}; say --robot NAME, known: {', '.join(known)[:120]}"
-        )
-    return named[0]

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.compensation.problem import Settings, Solution, Solver, Status
 from compgen.core.arrays import norm, row_norms
 from compgen.core.codes import Code, Level
@@ -23,6 +22,7 @@ from compgen.job.job import Cell, Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
+from compgen.program.speeds import feed_errors
 from compgen.robot.robot import SAME_PERIOD, Controller
 from compgen.verification.deviation import Deviation
 from compgen.verification.own_file.distance import distance_from_file
@@ -152,7 +152,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
         findings.append(Finding(Level.NOTE, Code.TIMING_FEED, message))
-    error, late = fanuc.feed_errors(trajectory.speed, program.speed, program.lengths())
+    error, late = feed_errors(trajectory.speed, program.speed, program.lengths())
     if error > FEED_ERROR:
         message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem
 from compgen.core.arrays import Array, IntArray, own
@@ -29,6 +28,7 @@ from compgen.pipelines.planned.program_text import compose_program
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.program.digits import as_written
 from compgen.thermal import JointMotion, rises_during
 from compgen.thermal.ensemble import (
     Ensemble,
@@ -170,7 +170,7 @@ def _remade(file: WrittenFile, start: Start) -> Extent | None:
         return None
     commanded, trajectory = problem.commanded(solution.correction), file.trajectory
     program, printed = compose_program(job, commanded, solution.theta, trajectory, path, DEFAULT_DATE, None)
-    prepared = prepared_for(job, fanuc.as_written(program, printed))
+    prepared = prepared_for(job, as_written(program, printed))
     return deviation_of(path, at_start(job, prepared, start)).on_part["total"]
 
 

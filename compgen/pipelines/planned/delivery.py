@@ -1,7 +1,8 @@
 """The files for the controller: one program, or pages with their main program and manifest, read back from text."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +14,15 @@ from compgen.core.exceptions import naming_file
 from compgen.core.findings import Finding
 from compgen.core.units import KB
 from compgen.core.version import __version__
-from compgen.fanuc.canonical.writer import REMARK_LENGTH
 from compgen.fanuc.paging.join_check import check_manifest, interpret_pages
 from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
 from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks
+from compgen.program.digits import as_written
 from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
 from compgen.program.page_stops import PageStops, canonical_size, controller_capacity, head_line_count
 from compgen.program.pages import JoinError, Page, PagedProgram, excerpt
-from compgen.program.program import Program
+from compgen.program.program import REMARK_LENGTH, Program
 
 BLOCK_ROWS = 16384  # positions compared at a time
 
@@ -77,9 +78,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
         starts.extend(starts_at(np.array(first, dtype=np.int64)))
         return [page_remarks(job, program, k, len(first), start) for k, start in enumerate(starts)]
 
-    capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
-    with naming_file(job.source):
-        paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
+    paged = part_program(job, program, headings, _ascii(program.remarks[:COMMON_REMARKS]))
     facts = [{**_place_of(page), **page_facts(job, start)} for page, start in zip(paged.pages, starts, strict=True)]
     head = {
         "command": Command.GENERATE,
@@ -88,12 +87,42 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
         "robot": job.robot.name,
         "job": {"path_file": job.source, "robot_file": job.cell.robot_file, "overrides": list(job.overrides)},
     }
-    manifest = manifest_json(paged, capacity, head, facts)
+    return replace(deliver_parted(job, program, paged, head, facts), starts=tuple(starts))
+
+
+def part_program(
+    job: Job, program: Program, headings: Callable[[Sequence[int]], list[list[str]]], common: Sequence[str]
+) -> PagedProgram:
+    """A job's program as pages.
+
+    Args:
+        job: What it was made from.
+        program: The undivided program.
+        headings: The remarks of each page, given the positions at which they begin, from 0.
+        common: The remarks of the main program.
+
+    Raises:
+        ImpossibleError: It cannot be split so that each page fits.
+    """
+    with naming_file(job.source):
+        return split_canonical(
+            program, controller_capacity(job.robot), headings, head_line_count(len(job.heat.names)), common
+        )
+
+
+def deliver_parted(
+    job: Job, program: Program, paged: PagedProgram, head: Mapping[str, Any], facts: Sequence[Mapping[str, Any]] = ()
+) -> Delivery:
+    """Pages with their main program and manifest, proven to be the program; the manifest has ``head`` and ``facts``.
+
+    Raises:
+        JoinError: The pages, read back from their text, are not the program.
+    """
+    manifest = manifest_json(paged, controller_capacity(job.robot), head, facts)
     files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
     whole, _ = interpret_pages(*check_manifest(manifest, files))
     require_equal(whole, program)
-    whole = replace(whole, name=paged.name)
-    return Delivery(tuple(files.items()), whole, paged, tuple(starts))
+    return Delivery(tuple(files.items()), replace(whole, name=paged.name), paged)
 
 
 def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list[Finding]:
@@ -160,7 +189,7 @@ def require_equal(whole: Program, undivided: Program, block_rows: int = BLOCK_RO
     N = len(undivided.position)
     for first in range(0, N, block_rows):
         last = min(first + block_rows, N) - 1
-        read, meant = excerpt(whole, first, last), fanuc.as_written(excerpt(undivided, first, last))
+        read, meant = excerpt(whole, first, last), as_written(excerpt(undivided, first, last))
         for field in ("position", "rotation", "turns", "speed", "fine", "via"):
             if not np.array_equal(getattr(read, field), getattr(meant, field)):
                 raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.compensation import limits, optimise, simplify
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solution, Solver
@@ -41,6 +40,7 @@ from compgen.pipelines.uncertainty import model_form
 from compgen.pipelines.uncertainty.band_columns import assumed_findings, band_along
 from compgen.pipelines.uncertainty.draws import fly_draws
 from compgen.planning.retiming import Trajectory
+from compgen.program.digits import resolution
 from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import states_at
@@ -142,10 +142,8 @@ def generate(
     planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages=pages), progress)
     path = planned.path
     commanded = problem.commanded(solution.correction)
+    trajectory = final_timing(planned, problem, solution, progress)
     solution = motion_predistortion.from_targets(solution, problem, path)
-    as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
-    timed = arc_moves.time_corrected(planned, as_driven, progress)
-    trajectory = motion_predistortion.at_planned_times(timed, planned, commanded)
     progress(stages.TEXT, 0.0)
     window = start_window(planned, solution.theta)
     driven = planned.driven(solution.theta, problem.direction_state)
@@ -274,6 +272,13 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     return planned, problem, solution, limited
 
 
+def final_timing(planned: Planned, problem: Problem, solution: Solution, progress: Progress) -> Trajectory:
+    """The timing of a corrected program, as its joints are driven, with words for its times as it is commanded."""
+    as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
+    timed = arc_moves.time_corrected(planned, as_driven, progress)
+    return motion_predistortion.at_planned_times(timed, planned, problem.commanded(solution.correction))
+
+
 def _problem_of(planned: Planned) -> Problem:
     """The problem of a plan's waypoints, its targets moved against the motion, its limits narrowed by their margins."""
     job, path = planned.job, planned.path
@@ -292,7 +297,7 @@ def _problem_of(planned: Planned) -> Problem:
         direction_state=planned.motion,
     )
     problem = motion_predistortion.predistorted(problem, planned)
-    problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
+    problem = limits.with_rounding_margin(problem, resolution(job.robot.controller.decimals))
     if job.settings.margin:
         open_yet = planned.band_of_plan()
         problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)

@@ -30,7 +30,7 @@ from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
 from compgen.verification.motion_effect import MotionEffect
 from compgen.verification.twin import Execution, Twin, execute
-from compgen.verification.verdict import Verdict, verdict_of
+from compgen.verification.verdict import Judged
 from compgen.verification.written_motion import WrittenMotion
 
 
@@ -164,7 +164,7 @@ def solution_at(solution: Solution, rows: IntArray) -> Solution:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Corrected:
+class Corrected(Judged):
     """The job with its correction, its text and the proof."""
 
     solution: Solution
@@ -195,11 +195,6 @@ class Corrected:
         return self.delivery.text
 
     @property
-    def verdict(self) -> Verdict:
-        """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
-        return verdict_of(self.findings)
-
-    @property
     def is_as_planned(self) -> bool:
         """Whether nothing was corrected for its files know of no error, and nothing else stands against the program."""
         return {f.code for f in self.findings if f.level is Level.OUTSIDE} == {Code.CORRECTION_NONE}
@@ -208,8 +203,3 @@ class Corrected:
     def is_usable(self) -> bool:
         """Whether the program is written unasked: inside its bounds, or nothing was there to correct."""
         return self.inside or self.is_as_planned
-
-    @property
-    def inside(self) -> bool:
-        """Whether there are bounds, every one is kept, and the controller can load the program."""
-        return self.verdict is Verdict.INSIDE

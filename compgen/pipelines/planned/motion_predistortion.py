@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.compensation.predistortion import Commanded, predistortion
 from compgen.compensation.problem import Problem, Solution
 from compgen.core.arcs import segment_lengths, statement_starts
@@ -16,6 +15,7 @@ from compgen.pipelines.planned.job_results import Planned
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.planning.whole_periods import EXACTLY, WORD_STEP
+from compgen.program.digits import resolution
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.verification.deviation import Deviation
@@ -85,7 +85,7 @@ def at_planned_times(trajectory: Trajectory, planned: Planned, commanded: Pose) 
     ends = np.cumsum(lasts / controller.period if arcs else controller.whole_periods(lasts))
     periods = np.maximum(np.diff(np.rint(ends), prepend=0.0), 1.0)[statement]
     written = segment_lengths(commanded.position + path.balance, path.via)
-    length = (np.add.reduceat(written, first) + np.sqrt(3) * fanuc.resolution(controller.decimals)[0])[statement]
+    length = (np.add.reduceat(written, first) + np.sqrt(3) * resolution(controller.decimals)[0])[statement]
     exact = np.isclose(trajectory.speed, planned.feed, rtol=EXACTLY)
     slowest = trajectory.speed * np.where(exact, 1.0, 1 - WORD_STEP)  # as it may be written
     fits = controller.whole_periods(length / slowest) == periods

@@ -18,12 +18,12 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.writer import pose_numbers
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import planned_program
+from compgen.program.digits import pose_numbers
 from compgen.program.program import Program
 from compgen.verification.deviation import Deviation
 

@@ -10,15 +10,18 @@ from dataclasses import replace
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.version import __version__
-from compgen.fanuc.paging.join_check import check_manifest, interpret_pages
-from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
-from compgen.pipelines.planned.delivery import Delivery, deliver_file, require_equal, size_findings
+from compgen.pipelines.planned.delivery import (
+    Delivery,
+    deliver_file,
+    deliver_parted,
+    part_program,
+    require_equal,
+    size_findings,
+)
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.planned.program_text import REMARK_WIDTH, compose_program
-from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
-from compgen.program.page_stops import controller_capacity, head_line_count
-from compgen.program.program import Program, program_name
+from compgen.pipelines.planned.program_text import compose_program
+from compgen.program.program import REMARK_LENGTH, Program, program_name
 
 PLAN = "_PLAN"  # behind the name of a program that is not corrected
 COMMENT = "compgen PLANNED"
@@ -62,8 +65,7 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
         pages = [f"page {k + 1} of {len(first)}, after {time:.0f} s" for k, time in enumerate(times)]
         return [[*program.remarks, page, *_rises(planned, row)] for page, row in zip(pages, first, strict=True)]
 
-    head_lines = head_line_count(len(job.heat.names))
-    paged = split_canonical(program, controller_capacity(job.robot), headings, head_lines, program.remarks)
+    paged = part_program(job, program, headings, program.remarks)
     head = {
         "command": Command.PREDICT,
         "compgen": __version__,
@@ -71,14 +73,10 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
         "inputs_sha256": job.inputs_hash,
         "robot": job.robot.name,
     }
-    manifest = manifest_json(paged, controller_capacity(job.robot), head)
-    files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
-    whole, _ = interpret_pages(*check_manifest(manifest, files))
-    require_equal(whole, program)
-    return Delivery(tuple(files.items()), replace(whole, name=paged.name), paged)
+    return deliver_parted(job, program, paged, head)
 
 
 def _rises(planned: Planned, row: int) -> list[str]:
     names, rises = planned.job.heat.names, planned.rise[row]
     state = [f"{name} {rise:.1f}" for name, rise in zip(names, rises, strict=True)]
-    return [f"rise K {' '.join(state[i : i + 2])}"[:REMARK_WIDTH] for i in range(0, len(state), 2)]
+    return [f"rise K {' '.join(state[i : i + 2])}"[:REMARK_LENGTH] for i in range(0, len(state), 2)]

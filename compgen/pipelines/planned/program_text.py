@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen import fanuc
 from compgen.core.arcs import segment_lengths, statement_starts
 from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import DEFAULT_DATE
@@ -15,14 +14,14 @@ from compgen.pipelines.findings.job_findings import nothing_to_correct
 from compgen.pipelines.planned.dry_run import dry_run_words
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.program.program import Program, program_name
+from compgen.program.digits import as_written, printed_poses
+from compgen.program.program import DRY, REMARK_LENGTH, Program, program_name
+from compgen.program.speeds import written_feeds
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.turns import turn_digits
 
-REMARK_WIDTH = 32
 NOT_CORRECTED = "planned, not corrected"
 FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override
-DRY = "_DRY"  # behind the name of a dry run
 COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
 
 
@@ -31,7 +30,7 @@ def planned_program(
 ) -> Program:
     """The uncorrected program as its text would be read."""
     program, printed = compose_program(job, path.target, theta, trajectory, path, date, None)
-    return fanuc.as_written(program, printed)
+    return as_written(program, printed)
 
 
 def compose_program(
@@ -57,7 +56,7 @@ def compose_program(
     decimals = job.robot.controller.decimals
     commanded = Pose(frozen(commanded.position + path.balance), commanded.rotation)
     written = commanded if job.frame is None else job.frame.register.inverse() @ commanded
-    printed = fanuc.printed_poses(written, decimals)
+    printed = printed_poses(written, decimals)
     # the digits of CONFIG belong to the pose as printed
     in_world = printed if job.frame is None else job.frame.register @ printed
     joints = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture).theta
@@ -84,17 +83,17 @@ def compose_program(
 
 def _remarks(job: Job, start_window: float | None) -> tuple[str, ...]:
     """What a program was made from and is right for, for the head of its text."""
-    remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
+    remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_LENGTH], f"inputs {job.inputs_hash[:24]}"]
     remarks += [f"robot file {job.cell.robot_file_hash[:16]}", override_remark(job)]
     if start_window is None:
         return (*remarks, NOT_CORRECTED)
     rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise(), strict=True)]
     pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
-    remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
+    remarks += [f"rise K {' '.join(pair)}"[:REMARK_LENGTH] for pair in pairs]
     remarks += start_remarks(job, start_window)
     remarks += motion_remarks(job)
     if (state := job.cell.state) is not None:
-        remarks.append(f"state {state.digest[:8]} holds {int(state.window)} s"[:REMARK_WIDTH])
+        remarks.append(f"state {state.digest[:8]} holds {int(state.window)} s"[:REMARK_LENGTH])
     return tuple(remarks)
 
 
@@ -126,7 +125,7 @@ def written_speeds(speed: Array, position: Array, via: BoolArray) -> Array:
     """Speeds that the statements can say, of each segment, (N - 1,) [m/s]: both halves of an arc have one."""
     starts = np.flatnonzero(statement_starts(via))
     lengths = np.add.reduceat(segment_lengths(position, via), starts)
-    written = fanuc.written_feeds(np.minimum.reduceat(speed, starts), lengths)
+    written = written_feeds(np.minimum.reduceat(speed, starts), lengths)
     return np.repeat(written, np.diff(starts, append=len(speed)))
 
 
@@ -147,8 +146,8 @@ def printed_in_world(job: Job, pose: Pose) -> Pose:
     """Where the controller has poses of World that the text says in its digits."""
     decimals = job.robot.controller.decimals
     if job.frame is None:
-        return fanuc.printed_poses(pose, decimals)
-    return job.frame.register @ fanuc.printed_poses(job.frame.register.inverse() @ pose, decimals)
+        return printed_poses(pose, decimals)
+    return job.frame.register @ printed_poses(job.frame.register.inverse() @ pose, decimals)
 
 
 def program_name_of(job: Job) -> str:

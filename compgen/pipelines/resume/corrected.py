@@ -12,6 +12,7 @@ pages from that one on are taken; those before stay. Source: superposition, the 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,20 +24,16 @@ from compgen.core.files import read_regular
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.units import KB, UM
-from compgen.core.version import __version__
-from compgen.fanuc import loads
-from compgen.fanuc.analysis.watermark import carries_mark
-from compgen.fanuc.editing.insertion import marking_remark
-from compgen.fanuc.paging.split import split_program
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
+from compgen.pipelines.correct.program_pages import part_program
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.from_state import begin_anchored
 from compgen.pipelines.resume.record import Rewriting, manifest_anew
-from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
+from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, page_results, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.pages import Capacity
@@ -48,7 +45,7 @@ from compgen.thermal.model import with_losses
 from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
-from compgen.verification.verdict import Verdict
+from compgen.verification.verdict import Judged
 
 FORGOTTEN = 20.0  # time constants
 
@@ -58,7 +55,7 @@ Begin = Callable[[Cell, Array, JointMotion, Earlier], Begun]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class ResumedProgram(PagesAnew):
+class ResumedProgram(PagesAnew, Judged):
     """The rest of a corrected program, written anew."""
 
     written: WrittenJob
@@ -70,11 +67,6 @@ class ResumedProgram(PagesAnew):
     why: str
     cause: dict[str, Any]
     findings: tuple[Finding, ...]
-
-    @property
-    def verdict(self) -> Verdict:
-        """Of the correction."""
-        return self.correction.verdict
 
     @property
     def is_usable(self) -> bool:
@@ -117,28 +109,25 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     require_free(written, from_page, loaded, done)
     require_unedited(written)
     first = first or corrected_first(job, progress)
-    motion = first.plan.drive.joint_motion()
     # a start that is known is not averaged over others
     job = replace(job, options=replace(job.options, ensemble=None))
     earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
-    cell, start, old = _as_written(job, first, earlier, progress)
+    as_written = _as_written(job, first, earlier, progress)
+    old = as_written.correction
     stations = page_stations(old, job)
     at = stations[from_page - 1]
-    state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
-    begun = begin(cell, state, motion, earlier)
-    cell, wanted = begun.cell, begun.state
-    started = start + _grown_back(wanted - state, cell.heat.rate * motion.time[2 * at])
-    new = _corrected(job, _beginning(cell, started), (), progress)
-    if not np.array_equal(loads(new.text).positions.number, loads(old.text).positions.number):
+    begun, started = _begin_at(at, as_written, first.plan.drive.joint_motion(), begin, earlier)
+    new = _corrected(job, _beginning(begun.cell, started), (), progress)
+    if not np.array_equal(new.written.positions.number, old.written.positions.number):
         raise InputError(
             f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
             f"--insert); {ANEW}"
         )
-    pages = _pages_of(job, new.text)
-    before = _fly(new, old.text)
-    results = _results(written, from_page, stations, pages, new, before)
-    join = _join(written, from_page, at, new, before, old.text) if at else None
+    pages = _pages_of(job, new)
     files = {page.file: pages[page.name] for page in written.pages[from_page - 1 :]}
+    before = _fly(new, old)
+    results = page_results(written.pages[from_page - 1 :], _sizes(from_page, stations, new, before), files)
+    join = _join(written.pages[from_page - 1].name, at, new, before, old) if at else None
     rewriting = Rewriting(
         from_page=from_page,
         date=date,
@@ -183,6 +172,16 @@ def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress
     if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
         cell = with_state_text(job.plain, anchored, f"{where}: resumed.state_toml")
     return _AsWritten(cell, start, _corrected(_unjudged(job), _beginning(cell, start), (), progress))
+
+
+def _begin_at(
+    station: int, written: _AsWritten, motion: JointMotion, begin: Begin, earlier: Earlier
+) -> tuple[Begun, Array]:
+    """How the robot begins at a station, and the state (S,) at the program's start that makes it as warm there."""
+    heat, start = written.cell.heat, written.start
+    state = states_at(heat, start, motion, np.array([2 * station]))[0] if station else start
+    begun = begin(written.cell, state, motion, earlier)
+    return begun, start + _grown_back(begun.state - state, begun.cell.heat.rate * motion.time[2 * station])
 
 
 def _grown_back(change: Array, passed: Array) -> Array:
@@ -253,10 +252,10 @@ def corrected_first(job: CorrectedJob, progress: Progress) -> Correction:
     return first
 
 
-def active_motions(correction: Correction, job: CorrectedJob) -> IntArray:
+def active_motions(correction: Correction) -> IntArray:
     """Motions of a corrected program that its pages count, as rows of its table."""
     if correction.added == 0:
-        return np.flatnonzero(~loads(job.planned).motions.disabled)
+        return np.flatnonzero(~correction.plan.program.motions.disabled)
     return np.unique(correction.plan.drive.motion)
 
 
@@ -266,7 +265,7 @@ def page_stations(correction: Correction, job: CorrectedJob) -> list[int]:
     Raises:
         InputError: The pages have other motions than the program.
     """
-    moves, written = active_motions(correction, job), job.written
+    moves, written = active_motions(correction), job.written
     if written.pages[-1].last >= len(moves):
         raise InputError(
             f"{written.manifest_file}: its pages have {written.pages[-1].last + 1} motions, the corrected program "
@@ -275,62 +274,47 @@ def page_stations(correction: Correction, job: CorrectedJob) -> list[int]:
     return [int(np.searchsorted(correction.plan.drive.motion, moves[page.first])) for page in written.pages]
 
 
-def _pages_of(job: CorrectedJob, text: bytes) -> dict[str, bytes]:
-    """Pages of a text by name, parted as those in the folder were."""
+def _pages_of(job: CorrectedJob, correction: Correction) -> dict[str, bytes]:
+    """Pages of a corrected program by name, parted as those in the folder were."""
     written, limits = job.written, job.written.record["controller"]
     capacity = Capacity(
         int(limits["max_lines"]), int(limits["max_positions"]), float(limits["memory_kB"]) * KB,
         int(limits["name_length"]),
     )  # fmt: skip
-    program = loads(text)
-    common = (marking_remark(__version__),) if carries_mark(program, job.cell.robot) or text != job.planned else ()
-    pages = {page.name: page.data for page in split_program(program, capacity, (), common=common).pages}
+    corrected = correction.text != job.planned
+    paged = part_program(correction.written, job.cell.robot, capacity, corrected=corrected)
+    pages = {page.name: page.data for page in paged.pages}
     if list(pages) != [page.name for page in written.pages]:
         raise InputError(f"{written.manifest_file}: the program is parted in other pages now; {ANEW}")
     return pages
 
 
-def _fly(new: Correction, text: bytes) -> tuple[Flight, PoseErrors]:
-    """What the twin does with another text of the same program, as warm as with the new one."""
-    robot, program = new.cell.robot, loads(text)
-    _, drive = new.around.drive(program, robot)
+def _fly(new: Correction, old: Correction) -> tuple[Flight, PoseErrors]:
+    """What the twin does with the old text of the same program, as warm as with the new one."""
+    _, drive = new.around.drive(old.written, new.cell.robot)
     drive = replace(drive, beyond=np.maximum(new.plan.drive.beyond, drive.beyond))
     execution = fly(twin_of_cell(new.cell), drive, ())
     target = interpolate_poses(new.plan.drive, execution.station, execution.fraction)
     return execution, pose_errors(execution, target)
 
 
-def _results(
-    written: WrittenJob, from_page: int, stations: list[int], pages: dict[str, bytes], new: Correction,
-    before: tuple[Flight, PoseErrors],
-) -> tuple[PageResult, ...]:  # fmt: skip
+def _sizes(
+    from_page: int, stations: list[int], new: Correction, before: tuple[Flight, PoseErrors]
+) -> list[tuple[Size, Size]]:
     """Each page's error at and between corrected stations, with the old text and with the new one."""
-    edges, results = [*stations, len(new.plan.drive.pose)], []
-    for page in written.pages[from_page - 1 :]:
-        low, high = edges[page.number - 1], edges[page.number]
-        sizes: list[Size] = []
-        for execution, errors in (before, (new.execution, new.residual)):
-            samples = (execution.station >= low) & (execution.station < high)
-            if len(samples) == len(new.judged):
-                samples &= new.judged
-            sizes.append(size_of(errors.distance[samples], np.ones(int(samples.sum()))))
-        results.append(
-            PageResult(
-                number=page.number,
-                name=page.name,
-                file=page.file,
-                before=sizes[0],
-                after=sizes[1],
-                is_new=pages[page.name] != page.data,
-            )
-        )
-    return tuple(results)
+    edges = [*stations, len(new.plan.drive.pose)][from_page - 1 :]
+
+    def size(execution: Flight, errors: PoseErrors, low: int, high: int) -> Size:
+        samples = (execution.station >= low) & (execution.station < high)
+        if len(samples) == len(new.judged):
+            samples &= new.judged
+        return size_of(errors.distance[samples], np.ones(int(samples.sum())))
+
+    after = new.execution, new.residual
+    return [(size(*before, *ends), size(*after, *ends)) for ends in pairwise(edges)]
 
 
-def _join(
-    written: WrittenJob, from_page: int, station: int, new: Correction,
-    before: tuple[Flight, PoseErrors], old_text: bytes,
-) -> Join | None:  # fmt: skip
+def _join(page: str, station: int, new: Correction, before: tuple[Flight, PoseErrors], old: Correction) -> Join | None:
     """What the tool does at the stop before the first new page; whether that is on a part nobody knows."""
     places, sizes = [], []
     for execution, errors in (before, (new.execution, new.residual)):
@@ -340,11 +324,11 @@ def _join(
         places.append(execution.actual.position[samples[0]])
         sizes.append(float(errors.distance[samples[0]]))
     robot, pose = new.cell.robot, int(new.plan.drive.pose[station - 1])
-    old, now = (new.around.poses(loads(text), robot).tcp.position[pose] for text in (old_text, new.text))
-    gap = float(np.abs(now - old).max())
+    was, now = (new.around.poses(one.written, robot).tcp.position[pose] for one in (old, new))
+    gap = float(np.abs(now - was).max())
     step = float(np.linalg.norm(places[1] - places[0]))
     return Join(
-        page=written.pages[from_page - 1].name,
+        page=page,
         gap=gap,
         step=step,
         demanded=sizes[0],

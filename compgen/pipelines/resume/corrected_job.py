@@ -16,9 +16,10 @@ from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.anchored_state import parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
+from compgen.pipelines.correct.program_pages import CORRECTED
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
+from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.extended_axes import ExtendedAxis
 from compgen.program.frames import Frames, default_frames
 from compgen.program.registers import CARTESIAN, JOINT, Register

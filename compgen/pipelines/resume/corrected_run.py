@@ -1,7 +1,5 @@
 """A corrected program in pages as it runs: its stations, and what the text of its pages in the folder leaves there."""
 
-import re
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -11,9 +9,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
 from compgen.error_model.direction_memory import DirectionState
-from compgen.fanuc import LsProgram, edited, loads
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.program_pages import with_positions
 from compgen.pipelines.correct.result import corrected_stations
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.resume.corrected import (
@@ -25,7 +23,7 @@ from compgen.pipelines.resume.corrected import (
 )
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob
 from compgen.pipelines.resume.paged_run import FoundStart, LogZero, PagedRun
-from compgen.pipelines.resume.written_job import WrittenJob, WrittenPage
+from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.thermal import JointMotion, state_after
@@ -33,8 +31,6 @@ from compgen.thermal.history import STANDING, History
 from compgen.thermal.model import with_losses
 from compgen.thermal.rise_filter import STEP
 from compgen.thermal.tables.schema import AmbientTable
-
-_NUMBER = re.compile(rb"\d+")  # in "P[12: name]": the first one
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -134,11 +130,11 @@ def commanded_by_pages(first: Correction, job: CorrectedJob, written: WrittenJob
     """
     drive, stations = first.plan.drive, [*page_stations(first, job), len(first.plan.drive.pose)]
     writers = [_writer(written.resumed, page.number) for page in written.pages]
-    theta = np.full((len(drive.pose), 6), np.nan)
+    theta, moves = np.full((len(drive.pose), 6), np.nan), active_motions(first)
     for writer in set(writers):
         pages = [page for page, by in zip(written.pages, writers, strict=True) if by == writer]
-        text = _with_positions(first, job, pages)
-        _, now = first.around.drive(text, first.cell.robot)
+        parts = [(page.data, moves[page.first : page.last + 1]) for page in pages]
+        _, now = first.around.drive(with_positions(first.written, parts), first.cell.robot)
         if len(now.pose) != len(drive.pose):
             raise InputError(f"{written.manifest_file}: its pages drive otherwise than the corrected program; {ANEW}")
         for page in pages:
@@ -151,30 +147,3 @@ def commanded_by_pages(first: Correction, job: CorrectedJob, written: WrittenJob
 def _writer(resumed: list[dict[str, Any]], page: int) -> int:
     """Which call wrote a page last; 0: the first."""
     return max((k for k, entry in enumerate(resumed, 1) if int(entry["from_page"]) <= page), default=0)
-
-
-def _with_positions(first: Correction, job: CorrectedJob, pages: list[WrittenPage]) -> LsProgram:
-    """The corrected program with the positions of some pages put in."""
-    program = loads(first.text)
-    moves = active_motions(first, job)
-    edits: dict[tuple[int, int], bytes] = {}
-    for page in pages:
-        part = loads(page.data)
-        of_page = np.flatnonzero(~part.motions.disabled)[-(page.last - page.first + 1) :]
-        numbers: Mapping[int, int] = {
-            ours: its
-            for whole, own in zip(moves[page.first : page.last + 1].tolist(), of_page.tolist(), strict=True)
-            for ours, its in zip(program.motions.position[whole], part.motions.position[own], strict=True)
-        }
-        blocks, own_blocks = _blocks(program), _blocks(part)
-        for ours, its in numbers.items():
-            if ours in blocks and its in own_blocks:
-                start, end = own_blocks[its]
-                edits[blocks[ours]] = _NUMBER.sub(b"%d" % ours, part.source[start:end], count=1)
-    return edited(program, edits)
-
-
-def _blocks(program: LsProgram) -> dict[int, tuple[int, int]]:
-    """Where each position stands in a file, by its number."""
-    rows = zip(program.positions.number.tolist(), program.positions.block.tolist(), strict=True)
-    return {number: (start, end) for number, (start, end) in rows}

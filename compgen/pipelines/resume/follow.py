@@ -100,15 +100,10 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
     )
     page, elapsed = times.running(now)
     begun, count = times.last(now), len(run.written.pages)
-    forecasts = [forecaster.of_running(page, elapsed)] if page and not sensed.doubt else []
     have = max(loaded, _loaded_by_now(run, times, now, lead))
-    due, beginning = 0, None
-    upcoming = [n for n in (begun + 1, have + 1) if n <= count and not sensed.doubt]
-    for n in dict.fromkeys(upcoming):
-        one = forecaster.of_page(n)
-        forecasts.append(one)
-        if one.max > within and n > have and not due:
-            due, beginning = n, forecaster.beginning(n, source, one, sensed.hidden(run.cell))
+    ahead = [forecaster.of_page(n) for n in dict.fromkeys((begun + 1, have + 1)) if n <= count and not sensed.doubt]
+    forecasts = [forecaster.of_running(page, elapsed)] if page and not sensed.doubt else []
+    due = next((one for one in ahead if one.max > within and one.page > have), None)
     return Look(
         time=now,
         running=page,
@@ -116,9 +111,9 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
         rise=sensed.rise,
         sigma=sensed.miss.sigma,
         missed=sensed.miss.rise,
-        forecasts=tuple(forecasts),
-        due=due,
-        beginning=beginning,
+        forecasts=(*forecasts, *ahead),
+        due=due.page if due else 0,
+        beginning=forecaster.beginning(due.page, source, due, sensed.hidden(run.cell)) if due else None,
         over=begun == count and page == 0,
         loaded=have,
         notes=_notes(log),

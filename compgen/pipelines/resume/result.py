@@ -1,5 +1,6 @@
 """What a resumed job comes to: the pages that were written anew, why, and what they leave."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +12,11 @@ from compgen.core.units import MM, UM
 from compgen.pipelines.planned.delivery import PageStart
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
-from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.pipelines.resume.written_job import WrittenJob, WrittenPage
 from compgen.program.program import Program
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation, percentile99
-from compgen.verification.verdict import Verdict, verdict_of
+from compgen.verification.verdict import Judged
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ class PagesAnew:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Resumed(PagesAnew):
+class Resumed(PagesAnew, Judged):
     """The rest of a job, written anew."""
 
     written: WrittenJob
@@ -96,16 +97,6 @@ class Resumed(PagesAnew):
     findings: tuple[Finding, ...]
 
     @property
-    def verdict(self) -> Verdict:
-        """What the findings come to."""
-        return verdict_of(self.findings)
-
-    @property
-    def inside(self) -> bool:
-        """Whether there are bounds and every one is kept."""
-        return self.verdict is Verdict.INSIDE
-
-    @property
     def is_usable(self) -> bool:
         """Whether the pages are written unasked."""
         return self.inside
@@ -117,4 +108,21 @@ def size_of(error: Array, length: Array) -> Size:
         return Size(0.0, 0.0, 0.0)
     return Size(
         float(error.max()), percentile99(error, np.maximum(length, 1e-12)), rms(error, np.maximum(length, 1e-12))
+    )
+
+
+def page_results(
+    pages: Sequence[WrittenPage], sizes: Sequence[tuple[Size, Size]], files: Mapping[str, bytes]
+) -> tuple[PageResult, ...]:
+    """Each page with its size before and after; ``files`` are the new ones by name."""
+    return tuple(
+        PageResult(
+            number=page.number,
+            name=page.name,
+            file=page.file,
+            before=before,
+            after=after,
+            is_new=files[page.file] != page.data,
+        )
+        for page, (before, after) in zip(pages, sizes, strict=True)
     )

@@ -13,6 +13,7 @@ where the join lies on the part.
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,26 +25,26 @@ from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.fanuc.canonical.reader import interpret
+from compgen.pipelines.files.twin_of_job import deviation_of
 from compgen.pipelines.findings import job_findings
-from compgen.pipelines.planned import arc_moves, motion_predistortion
 from compgen.pipelines.planned.delivery import PageStart, page_facts
-from compgen.pipelines.planned.generate import find_correction, start_windows
+from compgen.pipelines.planned.generate import final_timing, find_correction, start_windows
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.pipelines.resume.beginning import Beginning, Known, known_state
 from compgen.pipelines.resume.pages_anew import prove_pages, read_written, steps_of, write_pages
 from compgen.pipelines.resume.record import Rewriting, manifest_anew
 from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_end
-from compgen.pipelines.resume.result import Join, PageResult, Resumed, size_of
+from compgen.pipelines.resume.result import Join, PageResult, Resumed, Size, page_results, size_of
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
 from compgen.planning.retiming.trajectory import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.program.digits import as_written
 from compgen.program.pages import excerpt, gap_between, join_programs
 from compgen.program.program import Program
 from compgen.thermal.model import extrapolations
-from compgen.verification.deviation import Deviation, deviation_from_path
+from compgen.verification.deviation import Deviation
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.verdict import judge
 from compgen.verification.written_motion import read_motion
@@ -91,28 +92,16 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     planned = rest_of_plan(whole, page.first, beginning, old, lead)
     planned, problem, solution, limited = find_correction(planned, progress)
     job, path, commanded = planned.job, planned.path, problem.commanded(solution.correction)
-    as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
-    timed = arc_moves.time_corrected(planned, as_driven, progress)
-    trajectory = motion_predistortion.at_planned_times(timed, planned, commanded)
+    trajectory = final_timing(planned, problem, solution, progress)
     progress(stages.TEXT, 0.0)
     starts = _page_starts(planned, solution.theta, written, from_page, beginning.clock - whole.job.clock)
     meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, starts[0].window)
     pages = write_pages(written, job, meant, from_page, starts)
-    gap = gap_between(lead, interpret(pages[page.file])) if lead is not None else 0.0
+    gap = gap_between(lead, as_written(meant)) if lead is not None else 0.0
     text = prove_pages(lead, pages, meant, gap)
     prepared = prepared_rest(job, text, lead)
-    deviation = deviation_from_path(path, prepared.chunks(partial(progress, stages.TWIN_AFTER)), prepared.sample_count)
+    deviation = deviation_of(path, prepared, partial(progress, stages.TWIN_AFTER))
     join = _join(planned, page.name, gap, lead, deviation) if lead is not None else None
-    findings = (
-        *judge(deviation, job.bounds),
-        *_join_findings(join, written, whole),
-        *job_findings.of_knowledge(job),
-        *limited,
-        *job_findings.solver(solution, job.settings),
-        *_text_findings(planned, trajectory, text, prepared),
-        *_warmth_findings(planned),
-        *_moved_findings(beginning),
-    )
     resumed = Resumed(
         written=written,
         from_page=from_page,
@@ -126,9 +115,20 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         band=band_along(planned.driven(solution.theta, problem.direction_state)),
         pages=_page_results(written, from_page, planned, pages, deviation, prepared),
         join=join,
-        findings=findings,
+        findings=(),
     )
-    return replace(resumed, files={**pages, written.manifest_file: _manifest(resumed, date, loaded, done)})
+    findings = (
+        *judge(deviation, job.bounds),
+        *_join_findings(join, written, whole),
+        *job_findings.of_knowledge(job),
+        *limited,
+        *job_findings.solver(solution, job.settings),
+        *_text_findings(planned, trajectory, text, prepared),
+        *_warmth_findings(planned),
+        *_moved_findings(beginning),
+    )
+    files = {**pages, written.manifest_file: _manifest(resumed, date, loaded, done)}
+    return replace(resumed, files=files, findings=findings)
 
 
 def _text_findings(
@@ -271,31 +271,22 @@ def _page_results(
 ) -> tuple[PageResult, ...]:  # fmt: skip
     """Each page's error on the part, with the old text and with the new one."""
     before, path = planned.deviation(), planned.path
-    pages, results = written.pages[from_page - 1 :], []
+    pages, results = written.pages[from_page - 1 :], list[tuple[Size, Size]]()
     edges = np.array([p.first - pages[0].first for p in pages] + [len(path.arc) - 1], dtype=np.int64)
     on_part = segments_on_part(path)
     samples = prepared.first_samples()
     touching = np.append(np.repeat(on_part, np.diff(samples)), on_part[-1])
     old_samples = np.searchsorted(before.arc, path.arc)  # the old text has other lengths, so other samples
     old_touching = on_part[np.clip(np.searchsorted(path.arc, before.arc, side="right") - 1, 0, len(on_part) - 1)]
-    for page, begin, end in zip(pages, edges, edges[1:], strict=False):
+    for begin, end in pairwise(edges):
         sizes = []
         for deviation, at, mask in ((before, old_samples, old_touching), (after, samples, touching)):
             rows = slice(int(at[begin]), int(at[end]) + 1)
             chosen = mask[rows]
             length = np.gradient(deviation.arc[rows]) if rows.stop - rows.start > 1 else np.ones(1)
             sizes.append(size_of(row_norms(deviation.error[rows])[chosen], length[chosen]))
-        results.append(
-            PageResult(
-                number=page.number,
-                name=page.name,
-                file=page.file,
-                before=sizes[0],
-                after=sizes[1],
-                is_new=files[page.file] != page.data,
-            )
-        )
-    return tuple(results)
+        results.append((sizes[0], sizes[1]))
+    return page_results(pages, results, files)
 
 
 def segments_on_part(path: ToolPath) -> BoolArray:

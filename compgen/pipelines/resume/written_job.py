@@ -11,13 +11,13 @@ from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.json_text import read_json
 from compgen.core.toml import check
 from compgen.job.job import Job
+from compgen.pipelines.correct.program_pages import CORRECTED
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.resume.manifest_schema import JobManifest, ProgramManifest
 from compgen.program.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
 
 WRITTEN = "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into"
 EDITED = "it was edited since: put the file back as it was written, or write the pages anew"
-CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +48,11 @@ class WrittenJob:
     main_file: str
     main: bytes
     pages: tuple[WrittenPage, ...]
+
+    @property
+    def is_corrected(self) -> bool:
+        """Whether the pages are of a program that existed and was corrected, not of a planned job."""
+        return CORRECTED in self.record
 
     @property
     def resumed(self) -> list[dict[str, Any]]:

@@ -15,11 +15,17 @@ from compgen.fanuc import LsProgram, loads
 from compgen.job.anchored_start import begin
 from compgen.pipelines import correct as pipeline
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.correct.program_file import programs_beside, read_frames, read_registers, refuse_corrected
+from compgen.pipelines.correct.program_file import (
+    programs_beside,
+    read_frames,
+    read_registers,
+    refuse_corrected,
+    robot_of_program,
+)
 from compgen.pipelines.correct.program_file import read_program as read_bytes
 from compgen.pipelines.correct.result import options_of
 from compgen.pipelines.files.history_words import load_before
-from compgen.pipelines.files.robot_file import load_cell, robot_of_program
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.report.correction import FIGURES, correction_columns, correction_figures, correction_summary
 from compgen.report.correction_files import correction_files
 from compgen.report.notebook.arguments import (

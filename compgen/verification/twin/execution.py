@@ -26,7 +26,7 @@ from compgen.verification.twin.controller.command import WrittenPath
 from compgen.verification.twin.controller.deviation import MotionDeviation, motion_deviation
 from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faulty_arm import TwinError
-from compgen.verification.twin.heat import mode_states
+from compgen.verification.twin.heat import mode_states, state_after_duties
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
 from compgen.verification.twin.real_arm import Twin, refuse_interference, refuse_wrong_inverse
 from compgen.verification.twin.timing import SAME_POSITION, statement_times, time_program, time_smoothed
@@ -304,10 +304,7 @@ def _thermal_fields(
 ) -> dict[str, Any]:
     """The fields of a prepared program that heat decides, from its motion, whose rows are its positions."""
     heat = twin.heat
-    state = initial_state(heat, air)
-    for duty in duties:
-        steady = heat.steady_state(duty)
-        state = steady - (steady - state) * np.exp(-duty.duration * heat.rate)
+    state = state_after_duties(heat, duties, initial_state(heat, air))
     states = mode_states(heat.rate, state, motion.time, heat.steady_states(motion))[rows]
     return {"rise": states @ heat.outputs.T, "air": air or still_air(), "start_time": sum(d.duration for d in duties)}
 

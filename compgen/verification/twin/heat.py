@@ -6,12 +6,23 @@ While the goal stays the same the segments are one exponential. From goal to goa
 product of all k so far; a stretch as long as that product stays a number is summed in one go.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.evaluation import BLOCK, parallel_for
+from compgen.thermal import Duty, ThermalModel
 
 MAX_DECAY = 200.0  # time constants over which a mode is summed in one go
+
+
+def state_after_duties(heat: ThermalModel, duties: Iterable[Duty], state: Array, warmer: Array | float = 0.0) -> Array:
+    """States of modes after duties, in air that keeps them ``warmer`` by so much, (S,)."""
+    for duty in duties:
+        goal = heat.steady_state(duty) + warmer
+        state = goal - (goal - state) * np.exp(-duty.duration * heat.rate)
+    return state
 
 
 def mode_states(rate: Array, state: Array, time: Array, goals: Array) -> Array:
@@ -26,6 +37,8 @@ def mode_states(rate: Array, state: Array, time: Array, goals: Array) -> Array:
     Returns:
         (N, S).
     """
+    if not len(goals):
+        return state[None]
     begins = np.flatnonzero(np.concatenate([[True], (goals[1:] != goals[:-1]).any(axis=1)]))
     edges = np.append(begins, len(goals))
     edge_states = _states_at_goal_changes(rate, state, time[edges], goals[begins])

@@ -6,10 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
-from compgen.fanuc.canonical.speed_rounding import diffuse_errors
-from compgen.fanuc.canonical.writer import parse_speed, speed_text
+from compgen.program.speeds import diffuse_errors, feed_errors, parse_speed, speed_text, written_feeds
 
 STEPS = {"mm/sec": 1e-3, "cm/min": 0.01 / 60, "inch/min": 0.00254 / 60}
 
@@ -68,7 +66,7 @@ def test_the_time_of_any_stretch_is_right_to_about_one_rounding(seed, count, ban
         "alternating": 1e-3 * (1 + np.arange(count) % 2),
         "wild": 10.0 ** rng.uniform(-5, -2, count),
     }[kind]
-    said = ls.written_feeds(speed, length)
+    said = written_feeds(speed, length)
     step, low, exact = table(speed)
     slack = 1e-6 * (length[exact] / speed[exact]).sum() + 1e-12
     assert stretch_error(speed, said, length) <= 1.13 * one_rounding(speed, length) + slack
@@ -86,9 +84,9 @@ def test_rounding_down_alone_would_be_late():
     speed, length = np.full(200_000, 3.34e-3), np.full(200_000, 5e-3)
     low = np.full(200_000, rounded(3.34e-3)[1])
     assert stretch_error(speed, low, length) > 500
-    said = ls.written_feeds(speed, length)
+    said = written_feeds(speed, length)
     assert stretch_error(speed, said, length) < 1.13 * one_rounding(speed[:1], length[:1])
-    feed, time = ls.feed_errors(speed, said, length)
+    feed, time = feed_errors(speed, said, length)
     assert time == pytest.approx(stretch_error(speed, said, length))
     assert feed == pytest.approx(np.abs(said / speed - 1).max())
 
@@ -103,28 +101,28 @@ def test_lengths_in_step_with_the_rounding_do_not_drift():
 @given(st.lists(st.sampled_from([0.2, 0.02, 125 * 0.01 / 60, 0.00254 / 60 * 7, 1.27e-3, 2.0]), max_size=30))
 def test_speeds_that_can_be_said_are_left_as_they_are(speeds):
     speed = np.array(speeds)
-    said = ls.written_feeds(speed, np.linspace(1e-3, 2e-3, len(speed)))
+    said = written_feeds(speed, np.linspace(1e-3, 2e-3, len(speed)))
     assert [speed_text(v) for v in said.tolist()] == [speed_text(v) for v in speeds]
     assert np.abs(said - speed).max(initial=0.0) <= 1e-6 * 2.0
-    assert_allclose(ls.written_feeds(said, np.ones(len(said))), said, rtol=1e-12)
+    assert_allclose(written_feeds(said, np.ones(len(said))), said, rtol=1e-12)
 
 
 @given(st.lists(st.floats(0.05e-3, 2.0), min_size=1, max_size=50))
 def test_what_was_diffused_reads_back_and_stays(speeds):
     speed = np.array(speeds)
     length = np.linspace(1e-3, 5e-3, len(speed))
-    said = ls.written_feeds(speed, length)
+    said = written_feeds(speed, length)
     read = np.array([parse_speed(speed_text(v)) for v in said.tolist()])
     assert np.abs(read / said - 1).max() < 1e-12
-    assert_allclose(ls.written_feeds(read, length), read, rtol=1e-12)
+    assert_allclose(written_feeds(read, length), read, rtol=1e-12)
 
 
 @pytest.mark.parametrize("speed", [1e-6, 5.0])
 def test_speeds_no_unit_says_are_refused(speed):
     with pytest.raises(InputError, match="mm/s cannot be written"):
-        ls.written_feeds(np.array([0.2, speed]), np.ones(2))
+        written_feeds(np.array([0.2, speed]), np.ones(2))
 
 
 def test_no_segments_are_no_speeds():
-    assert len(ls.written_feeds(np.zeros(0), np.zeros(0))) == 0
-    assert ls.feed_errors(np.zeros(0), np.zeros(0), np.zeros(0)) == (0.0, 0.0)
+    assert len(written_feeds(np.zeros(0), np.zeros(0))) == 0
+    assert feed_errors(np.zeros(0), np.zeros(0), np.zeros(0)) == (0.0, 0.0)

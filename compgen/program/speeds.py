@@ -14,11 +14,50 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.evaluation import map_rows
 from compgen.core.exceptions import InputError
-from compgen.core.units import MM
-from compgen.fanuc.canonical.writer import EXACT, FEED_TOLERANCE, UNITS
+from compgen.core.units import INCH, MINUTE, MM
 
+FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
+EXACT = 1e-6  # so near, a unit says the speed itself
 STARTS = 9  # errors that each lane is tried with
 _SLOWEST = 0.5  # of a wanted speed, below which a program cannot say it
+
+#: unit, m/s of one step, decimals, highest value
+UNITS = (("mm/sec", MM, 0, 2000), ("cm/min", 10 * MM / MINUTE, 0, 12000), ("inch/min", 0.1 * INCH / MINUTE, 1, 47244))
+
+
+def speed_text(speed: float) -> str:
+    """The coarsest unit that says a speed [m/s] well enough, never faster than asked.
+
+    Raises:
+        InputError: Slower or faster than any unit says.
+    """
+    choices = [
+        (unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in UNITS
+    ]
+    texts = [(f"{n * 10.0**-decimals:.{decimals}f}{unit}", n * step) for unit, step, decimals, n in choices]
+    best = max(texts, key=lambda s: s[1])
+    for tolerance in (FEED_TOLERANCE, EXACT):  # an exact unit comes before a fine enough one
+        best = next((s for s in texts if abs(s[1] - speed) <= tolerance * speed), best)
+    if best[1] < _SLOWEST * speed:
+        raise InputError(f"program: a speed of {speed / MM:g} mm/s cannot be written; use 0.05 to 2000 mm/s")
+    return best[0]
+
+
+def parse_speed(text: str) -> float:
+    """m/s of a speed's text."""
+    for unit, step, decimals, _ in UNITS:
+        if text.endswith(unit):
+            return float(text[: -len(unit)]) * step * 10.0**decimals
+    raise ValueError(text)
+
+
+def writable_speed(speed: float) -> float:
+    """The speed that a program says for a wanted one [m/s].
+
+    Raises:
+        InputError: Slower or faster than any unit says.
+    """
+    return parse_speed(speed_text(speed))
 
 
 def written_feeds(speed: Array, length: Array) -> Array:
