@@ -26,7 +26,7 @@ from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.identification.fit import Fit
-from compgen.identification.measurements import WORLD, Measurements
+from compgen.identification.measurements import PLACE, WORLD, Measurements
 from compgen.identification.model import ArmModel
 
 KNOWN = 0.5  # share of a parameter's prior variance that the data must take away, to call it identified
@@ -133,7 +133,7 @@ def largest_moves(model: ArmModel, fitted: Fit) -> Array:
 
 def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> list[Finding]:
     """What distances and touches leave unknown, as findings; nothing where an instrument alone measured."""
-    if data.ends is None:
+    if (data.kind == PLACE).all():
         return []
     findings = []
     if (data.instrument == WORLD).all():

@@ -225,7 +225,7 @@ def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[
 
 def _model_inputs(data: Measurements, p: Array) -> tuple[Array, ...]:
     rise = data.rise if data.rise.shape[1] else np.zeros((len(data.theta), 1))
-    lag = data.lag if data.lag is not None and data.lag.shape[1] else np.zeros_like(rise)
+    lag = data.lag if data.lag.shape[1] else np.zeros_like(rise)
     return data.theta, rise, lag, data.direction, data.warm[:, None], p[None, :]
 
 

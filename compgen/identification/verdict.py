@@ -120,7 +120,7 @@ def _frames_told_apart(
     stays = _frames_stay(nominal, selected)
     message = (
         f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
-        f"{'instrument' if data.ends is None else 'spheres or sockets'} and of what the flange carries can "
+        f"{'instrument' if (data.kind == PLACE).all() else 'spheres or sockets'} and of what the flange carries can "
         "hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
         "second reflector"
     )

@@ -110,9 +110,7 @@ def _variants(data: Measurements) -> list[Measurements]:
     variants = []
     for k in data.modelled:
         unit = np.eye(data.rise.shape[1])[k]
-        variants.append(replace(data, rise=data.rise + HEIGHT * data.rise * unit))
-        if data.lag is not None:
-            variants.append(replace(data, rise=data.rise + LAG * data.lag * unit))
+        variants += [replace(data, rise=data.rise + change * unit) for change in (HEIGHT * data.rise, LAG * data.lag)]
     return variants
 
 
