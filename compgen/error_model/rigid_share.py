@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.rotations import cross_matrix
 
 USUAL = 20e-6  # [m] of a coordinate of a touch
@@ -21,6 +21,7 @@ HELD = 1e-9  # of the largest: a motion that touches do not tell is none
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(middle=(3,), touch=("R",), along=("R", 3), gain=("U", "R"))
 class RigidShare:
     """How R coordinates of T touches fix a frame, and a probe: U = 6 or 9 numbers."""
 
@@ -28,9 +29,6 @@ class RigidShare:
     touch: IntArray  # (R,) whose coordinate each is
     along: Array  # (R, 3) its direction, World
     gain: Array  # (U, R) G
-
-    def __post_init__(self) -> None:
-        own(self, middle=(3,), touch=("R",), along=("R", 3), gain=("U", "R"))
 
     def motion(self, column: Array) -> Array:
         """What the frame and the probe take up of effects at the touches (T, 3, Q), (U, Q)."""

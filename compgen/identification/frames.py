@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.identification.measurements import NONE, Measurements
 
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
@@ -32,6 +32,7 @@ TOLERANCE = 1e-3  # [m] misfit of a distance beyond which it counts less
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(rotation=("V", 3, 3), origin=("V", 3), reflector=("R", 3), place=("S", 3))
 class InstrumentFrames:
     """World in each instrument's frame, each reflector in the flange, each fixed place in its frame."""
 
@@ -39,9 +40,6 @@ class InstrumentFrames:
     origin: Array  # (V, 3) [m]
     reflector: Array  # (R, 3) [m]
     place: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (S, 3) [m]
-
-    def __post_init__(self) -> None:
-        own(self, rotation=("V", 3, 3), origin=("V", 3), reflector=("R", 3), place=("S", 3))
 
     def rotation_of(self, instrument: IntArray) -> Array:
         """F of each row, (N, 3, 3); none for WORLD, which is -1."""

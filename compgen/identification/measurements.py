@@ -22,7 +22,7 @@ from typing import Final
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own, owns
 
 #: kinds of rows, each with a noise of its own: places by an instrument, orientations, touches, distances, and what
 #: is known beforehand, whose noise is known too
@@ -34,6 +34,7 @@ EXACT = 1e-7  # [m] smallest sigma: nothing is known better
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(frame=("S",), place=("S", 3), sigma=("S",), between=("L", 2), length=("L",), length_sigma=("L",))
 class FixedPlaces:
     """S places that are fitted along, and what is known of them."""
 
@@ -45,9 +46,6 @@ class FixedPlaces:
     length: Array = field(default_factory=lambda: np.zeros(0))  # (L,) [m]
     length_sigma: Array = field(default_factory=lambda: np.zeros(0))  # (L,) [m]
     certified: bool = False  # whether a certificate tells the scale: of places, or of a length
-
-    def __post_init__(self) -> None:
-        own(self, frame=("S",), place=("S", 3), sigma=("S",), between=("L", 2), length=("L",), length_sigma=("L",))
 
     def prior_rows(self, current: Array) -> tuple[Array, Array]:
         """What is known beforehand, at some places (S, 3) [m]: z (H,), and -dz by the places' coordinates (H, 3 S)."""
@@ -72,6 +70,7 @@ NO_PLACES = FixedPlaces()
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(kind=("N",), shift=("N", 3), place=("N",), pose=("N",), reflector=("N",), distance=("N",), toward=("N", 3))
 class FarEnds:
     """What the reflector of each row is compared with, beyond places that an instrument measured."""
 
@@ -82,18 +81,6 @@ class FarEnds:
     reflector: IntArray  # (N,) that one
     distance: Array  # (N,) [m] measured; NaN: all coordinates count
     toward: Array  # (N, 3) unit vector in World, roughly from the near end to the far one; NaN: not known
-
-    def __post_init__(self) -> None:
-        own(
-            self,
-            kind=("N",),
-            shift=("N", 3),
-            place=("N",),
-            pose=("N",),
-            reflector=("N",),
-            distance=("N",),
-            toward=("N", 3),
-        )
 
 
 def plain_ends(count: int) -> FarEnds:

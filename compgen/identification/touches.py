@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
@@ -47,6 +47,18 @@ STEP = 1e-6  # [rad] of the difference quotient
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    place=("S", 3),
+    sigma=("S",),
+    diameter=("S",),
+    probe=(3,),
+    between=("L", 2),
+    length=("L",),
+    length_sigma=("L",),
+    point=("R", 3),
+    normal=("R", 3),
+    plane_sigma=("R",),
+)
 class Artefact:
     """S spheres and R planes in the artefact's own coordinates, and the probe."""
 
@@ -68,21 +80,6 @@ class Artefact:
     plane_sigma: Array = field(default_factory=lambda: np.zeros(0))  # (R,) [m] along it
     taught: Mapping[str, float] | None = None  # [K] rises of the robot that taught the places; None: an instrument did
 
-    def __post_init__(self) -> None:
-        own(
-            self,
-            place=("S", 3),
-            sigma=("S",),
-            diameter=("S",),
-            probe=(3,),
-            between=("L", 2),
-            length=("L",),
-            length_sigma=("L",),
-            point=("R", 3),
-            normal=("R", 3),
-            plane_sigma=("R",),
-        )
-
     @property
     def targets(self) -> tuple[str, ...]:
         """Names of what can be touched: the spheres, then the planes."""
@@ -90,6 +87,7 @@ class Artefact:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",))
 class Touches:
     """N touches."""
 
@@ -102,9 +100,6 @@ class Touches:
     deflection: Array  # (N,) [m] by which the probe's ball was pushed back along it
     sigma: Array  # (N,) [m] of one coordinate; NaN: not said
     notes: tuple[str, ...] = ()  # how a file of another writer's form was understood
-
-    def __post_init__(self) -> None:
-        own(self, time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",))
 
     @property
     def file(self) -> str:
