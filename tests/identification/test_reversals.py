@@ -198,7 +198,8 @@ def test_what_runs_say_of_half_widths_are_rows_of_the_fit(plan):
     arm = load_arm("m710ic50")
     theta, _ = joints_of(arm.robot, plan / "reversals.csv")
     data = measurements(theta, measured(arm.robot, theta, "play", 10 * UM, 1))
-    data = replace(data, rise=np.zeros((len(theta), len(arm.nodes))))
+    cold = np.zeros((len(theta), len(arm.nodes)))
+    data = replace(data, rise=cold, lag=cold)
     motion = fit_lost_motion(data, ASSUMED)
     assert motion is not None
     kept = with_runs_as_poses(data, motion)
