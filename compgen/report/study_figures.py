@@ -39,9 +39,9 @@ PHONE_COLUMNS = 7  # of a map, up to which numbers in its cells can be read on a
 MANY_COLOURS = ("#2f54dc", "#8b46e0", "#e0508c", "#f59e0b")  # seen on a light and a dark page, and as greys on paper
 
 
-def error_against(study: Study, rows: list[Row], key: str, limit: Limit | None = None) -> Figure:
+def error_against(study: Study, rows: list[Row], key: str) -> Figure:
     """The largest error over the values of one key, a line for each value of another; before above, after below it."""
-    return curves(grid_of(study.keys, rows), key, limit)[0]
+    return curves(grid_of(study.keys, rows), key)[0]
 
 
 def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, str]:
