@@ -9,7 +9,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
-from compgen.core.pose import Pose
+from compgen.core.pose import POSE_KEYS, Pose
 from compgen.core.recorded.table import read_table
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
@@ -34,9 +34,8 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns
 
-PLACE = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 NORMAL = ("nx", "ny", "nz")
-KNOWN = ("time_s", "target", *PLACE, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
+KNOWN = ("time_s", "target", *POSE_KEYS, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
 CERTIFIED_AT = 20.0  # degC
 LEAST_CTE = 0.1  # um/m/K: of no material but 0; glass ceramics have less and are given as 0
 UNIT = 1e-3  # of the length of a direction
@@ -323,13 +322,13 @@ def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[
 
 
 def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Array:
-    missing = next((c for c in PLACE if not table.has(c)), None)
+    missing = next((c for c in POSE_KEYS if not table.has(c)), None)
     if missing is not None:
         raise InputError(
-            f"{table.source}: column {missing}: missing; give where the probe was commanded: {', '.join(PLACE)}, or "
-            f"{JOINTS[0]} to {JOINTS[-1]}"
+            f"{table.source}: column {missing}: missing; give where the probe was commanded: {', '.join(POSE_KEYS)}, "
+            f"or {JOINTS[0]} to {JOINTS[-1]}"
         )
-    values = np.column_stack([table.numbers(c) for c in PLACE])
+    values = np.column_stack([table.numbers(c) for c in POSE_KEYS])
     pose, tool = Pose(values[:, :3] * MM, from_wpr(*(values[:, 3:].T * DEG))), Pose(artefact.probe, np.eye(3))
     if artefact.frame != "world":
         number = int(artefact.frame.split()[1])

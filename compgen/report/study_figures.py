@@ -20,6 +20,7 @@ from compgen.report.figure import (
     figure,
     horizontal_line,
     limit_label,
+    scale,
     spans,
     trace,
 )
@@ -140,7 +141,7 @@ def _heat_map(columns: list[str], lines: list[str], cells: Array, hover: str, li
         lines,
         [[None if v != v else v for v in line] for line in cells.tolist()],
         text=[[_cell(error, limit) for error in line] for line in cells.tolist()],
-        colorscale=[[i / (len(MAP_COLOURS) - 1), c] for i, c in enumerate(MAP_COLOURS)],
+        colorscale=scale(MAP_COLOURS),
         colorbar={"title": {"text": "µm"}, "thickness": 12, "outlinewidth": 0},
         xgap=1,
         ygap=1,
@@ -242,8 +243,14 @@ def _colour_bar(grid: Grid, other: str) -> Trace:
         "tickvals": ticks,
         "ticktext": [plain(values[n]) for n in ticks],
     }
-    scale = [[i / (len(MANY_COLOURS) - 1), c] for i, c in enumerate(MANY_COLOURS)]
-    marker = {"color": [0], "cmin": 0, "cmax": count - 1, "colorscale": scale, "colorbar": bar, "showscale": True}
+    marker = {
+        "color": [0],
+        "cmin": 0,
+        "cmax": count - 1,
+        "colorscale": scale(MANY_COLOURS),
+        "colorbar": bar,
+        "showscale": True,
+    }
     return trace("scatter", [None], [None], mode="markers", marker=marker, showlegend=False, meta=MARK)
 
 
