@@ -1,17 +1,23 @@
 """A program that exists: its file, what lies beside it, and the frames and registers that its positions are told in."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from hashlib import sha256
 from pathlib import Path
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, near_file, read_regular
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.watermark import carries_mark
+from compgen.job.anchored_start import begin
+from compgen.job.job import Cell
+from compgen.pipelines.files.history_words import load_before
+from compgen.pipelines.files.robot_file import load_cell, robot_of_program
 from compgen.program.frames import Frames, default_frames, load_frames
 from compgen.program.registers import Register, load_registers
 from compgen.robot.robot import Robot
+from compgen.thermal import Duty
 
 LARGEST = 10_000_000  # bytes
 
@@ -28,6 +34,31 @@ def read_program(program: str) -> bytes:
     if program.lower().endswith(".toml"):
         raise InputError(f"{program}: not a program listing (.LS); cgen generate, predict and check take path files")
     return content
+
+
+def cell_of_program(
+    content: bytes,
+    file: str | None,
+    robot: str | None,
+    overrides: Sequence[str],
+    before: Sequence[str],
+    state: str | None,
+    state_age: str | None,
+) -> tuple[Cell, tuple[Duty, ...]]:
+    """The cell of a program that exists, by default with the robot that it names, and what went before.
+
+    Args:
+        content: Of the program.
+        file: Where it is from, if it has a file.
+        robot: Name or file of a robot in place of the one that it names.
+        overrides: Keys of the robot file and their values.
+        before: What went before, in words or files.
+        state: What ``cgen anchor`` wrote, in place of that.
+        state_age: How long before the start that was.
+    """
+    with nullcontext() if file is None else naming_file(file):
+        chosen = robot_of_program(content) if robot is None else robot
+    return begin(load_cell(chosen, overrides), load_before(before), state, state_age)
 
 
 def read_frames(path: str | None) -> Frames:
