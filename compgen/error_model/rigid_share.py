@@ -34,21 +34,16 @@ class RigidShare:
         """What the frame and the probe take up of effects at the touches (T, 3, Q), (U, Q)."""
         return np.asarray(self.gain @ np.einsum("ri,riq->rq", self.along, column[self.touch]))
 
-    def design(self, place: Array, rotation: Array | None = None) -> Array:
-        """D at places (M, 3) [m], (M, 3, U); without rotations of the flange (M, 3, 3) the probe moves nothing."""
-        probe = None if len(self.gain) == 6 else np.zeros((len(place), 3, 3)) if rotation is None else rotation
-        return design_of(place - self.middle, probe)
-
-    def left(self, column: Array, motion: Array, place: Array, rotation: Array | None = None) -> Array:
-        """Effects (M, 3, Q) at places less what the frame took up (U, Q), (M, 3, Q).
+    def left(self, column: Array, motion: Array, place: Array) -> Array:
+        """Effects (M, 3, Q) at places less what the frame took up (U, Q), (M, 3, Q); the probe is not the path's tool.
 
         Args:
             column: On the path.
             motion: As the touches tell it (``motion``).
             place: (M, 3) [m] World.
-            rotation: Of the flange, (M, 3, 3), where the probe that was fitted along is the tool.
         """
-        return np.asarray(column - self.design(place, rotation) @ motion)
+        probe = None if len(self.gain) == 6 else np.zeros((len(place), 3, 3))
+        return np.asarray(column - design_of(place - self.middle, probe) @ motion)
 
 
 def design_of(lever: Array, rotation: Array | None) -> Array:
