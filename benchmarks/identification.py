@@ -12,7 +12,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.identification.fit import fit
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import ArmModel, build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.robot_file import load_arm
@@ -69,9 +69,11 @@ def problem(parameters: int, poses: int) -> tuple[ArmModel, Measurements]:
     theta = rng.uniform(LOW, HIGH, (poses, 6))
     pose, N = np.repeat(np.arange(poses), 3), 3 * poses
     data = Measurements(
-        theta=theta, rise=np.zeros((poses, len(arm.nodes))), direction=np.zeros((poses, 6)),
+        theta=theta, rise=np.zeros((poses, len(arm.nodes))), lag=np.zeros((poses, len(arm.nodes))),
+        direction=np.zeros((poses, 6)),
         time=np.arange(poses, dtype=float), warm=np.zeros(poses), pose=pose, instrument=np.zeros(N, dtype=np.int64),
-        reflector=np.tile(np.arange(3), poses), position=np.zeros((N, 3)), rotation=np.full((N, 3, 3), np.nan),
+        reflector=np.tile(np.arange(3), poses), ends=plain_ends(N), position=np.zeros((N, 3)),
+        rotation=np.full((N, 3, 3), np.nan),
         sigma=np.ones(N), label=("",) * N, reflectors=("r1", "r2", "r3"), instruments=("tracker",),
         aligned=np.array([False]),
     )  # fmt: skip

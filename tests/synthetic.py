@@ -8,7 +8,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import ArmModel, build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.pose_files import motion_directions
@@ -69,12 +69,14 @@ def measured(
     data = Measurements(
         theta=theta,
         rise=np.zeros((M, nodes)) if rise is None else rise,
+        lag=np.zeros((M, nodes)),
         direction=motion_directions(theta) if direction is None else direction,
         time=np.arange(M, dtype=float) if time is None else time,
         warm=np.zeros(M) if warm is None else warm,
         pose=pose,
         instrument=np.zeros(N, int),
         reflector=np.tile(np.arange(reflectors), M),
+        ends=plain_ends(N),
         position=np.zeros((N, 3)),
         rotation=np.full((N, 3, 3), np.nan),
         sigma=np.ones(N),
@@ -124,8 +126,9 @@ def axis_lines(truth, rng, noise=NOISE):
             going[rows, i] = np.where(np.abs(rate) > 1e-4, np.sign(rate), 0.0) * direction[rows]
     N = len(place)
     data = Measurements(
-        theta=theta, rise=np.zeros((N, len(truth.arm.nodes))), direction=going, time=np.arange(N, dtype=float),
-        warm=np.zeros(N), pose=np.arange(N), instrument=line, reflector=np.zeros(N, int), position=np.zeros((N, 3)),
+        theta=theta, rise=np.zeros((N, len(truth.arm.nodes))), lag=np.zeros((N, len(truth.arm.nodes))),
+        direction=going, time=np.arange(N, dtype=float), warm=np.zeros(N), pose=np.arange(N), instrument=line,
+        reflector=np.zeros(N, int), ends=plain_ends(N), position=np.zeros((N, 3)),
         rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N),
         label=tuple(f"lines.csv: line {i + 2}" for i in range(N)),
         reflectors=("tool",), instruments=("line x", "line y", "line z"), aligned=np.ones(3, bool),

@@ -147,6 +147,11 @@ def bisected(low: IntArray, high: IntArray, holds: Callable[[IntArray, IntArray]
     return low
 
 
+def nine_digits(value: float) -> float:
+    """A number to the nine digits that a file of ours gives it."""
+    return float(f"{value:.9g}")
+
+
 def unit(a: Array) -> Array:
     """Rows scaled to length one, (..., k)."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))

@@ -6,13 +6,43 @@ from dataclasses import dataclass
 from math import inf
 
 from compgen.core.codes import Code, Level
-from compgen.core.kinds import NOT_DONE, OF_EVERY_JOB, OF_SAFETY
 
 MOST_CHARACTERS = 300
 MOST_DECIMALS = 12
 _FAILING = (Level.OUTSIDE, Level.REFUSED)
 _MICROMETRES = re.compile(r"(\d+(?:\.\d+)?) um(?![\w/])")
 _ENDING = 100  # characters kept of the end, where the mend stands
+
+# what findings are to their reader; the rest says how much something is worth, and is read by its micrometres
+# fmt: off
+#: metal may go elsewhere, or the program is not the one that was meant
+OF_SAFETY = frozenset({
+    Code.UNITS_UNLIKELY, Code.PATH_BULGE, Code.PATH_BELOW, Code.PATH_END, Code.PATH_STEPOVER, Code.EXECUTED_OTHER,
+    Code.EXECUTED_ANOTHER, Code.EXECUTED_OFFSET, Code.EXECUTED_OLDER, Code.LENGTHS, Code.TIMING_LIMIT,
+    Code.MOTION_PREDISTORTED, Code.PATH_FILE, Code.PATH_ARCS_ORIENTATION, Code.FRAME_HOT, Code.FRAME_MODEL, Code.STATE,
+    Code.ANCHOR_MOVED, Code.TOUCHES_REACH, Code.TOUCHES_WAY, Code.RESUME_JOIN, Code.WRITTEN_ROBOT_FILE,
+    Code.CONTROLLER_SIGNATURE, Code.CONTROLLER_SIZE, Code.PROGRAM_DRY_RUN, Code.PROGRAM_CONTRADICTION,
+    Code.ROBOT_UNATTAINABLE, Code.ROBOT_NAMED, Code.CORRECTION_WORSE, Code.CORRECTION_TURN, Code.CORRECTION_REACH,
+    Code.CORRECTION_ARC, Code.CORRECTION_FLAT_ARC, Code.OFFSETS_DOUBLED, Code.EXECUTED_RECORD,
+})
+#: something is left as it was, or was not looked at
+NOT_DONE = frozenset({
+    Code.SURFACE_MESH, Code.SOURCES_START, Code.BOUNDS_NONE, Code.EXECUTED_UNSURE, Code.EXECUTED_PART,
+    Code.EXECUTED_NO_CLOCK, Code.EXECUTED_NOTHING, Code.EXECUTED_GAPS, Code.EXECUTED_AWAY, Code.EXECUTED_UNJUDGED,
+    Code.UNOBSERVABLE, Code.SET_ASIDE, Code.STILL, Code.NARROW, Code.OUTLIER, Code.OUTLIERS, Code.HELD, Code.WARM_UP,
+    Code.THERMAL_NONE, Code.THERMAL_COLD, Code.SOURCES_LOADS, Code.POSTERIOR_MISSING, Code.POSTERIOR_OVERRIDDEN,
+    Code.COMPENSATION_LIMITED, Code.MOTION_KNOWN, Code.MOTION_UNKNOWN, Code.ANCHOR_TOUCH, Code.ANCHOR_LEFT_OUT,
+    Code.ANCHOR_COLD, Code.TOUCHES_UNKNOWN_PLACE, Code.TOUCHES_TOO_FEW, Code.ROBOT_GROUPS, Code.CORRECTION_NONE,
+    Code.CORRECTION_ORDER, Code.CORRECTION_UNSAFE, Code.CORRECTION_HELD, Code.CORRECTION_LIMITED,
+    Code.CORRECTION_SHARED, Code.CORRECTION_MIXED, Code.CORRECTION_STRAIGHT, Code.CORRECTION_MARK,
+    Code.OFFSETS_JOINT_FORM, Code.OFFSETS_WORLD,
+})
+#: whose notes say of every job the same: a screen counts them; what is not known is none of these
+OF_EVERY_JOB = frozenset({
+    Code.MOTION_SLOWED, Code.MOTION_LAG, Code.TIMING_BELOW_FEED, Code.TIMING_FEED_ERROR, Code.TIMING_WHOLE_PERIODS,
+    Code.COMPENSATION_SOLVER, Code.PATH_LEAD_IN, Code.PATH_THINNED, Code.PATH_ARCS,
+})
+# fmt: on
 
 
 def printable(text: str) -> str:

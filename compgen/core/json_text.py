@@ -3,7 +3,10 @@
 import json
 from collections import Counter
 from math import isfinite
+from pathlib import Path
 from typing import Any
+
+from compgen.core.files import read_regular
 
 MOST_DIGITS = 18  # of a count; beyond it no report has one
 
@@ -27,6 +30,15 @@ def read_json(content: bytes) -> Any:
         raise ValueError(f"it is not JSON at line {failure.lineno}, column {failure.colno}") from None
     except (UnicodeDecodeError, RecursionError):
         raise ValueError("it is not JSON") from None
+
+
+def read_record(file: Path) -> dict[str, Any]:
+    """A JSON object; an empty one where the file holds none."""
+    try:
+        record = json.loads(read_regular(file))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return record if isinstance(record, dict) else {}
 
 
 def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

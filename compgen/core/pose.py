@@ -16,6 +16,9 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.core.rotations import rotation_matrix
 
+#: of a pose as files and records have it: place [mm], and W, P, R [deg]
+POSE_KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pose:

@@ -17,7 +17,7 @@ import numpy as np
 import tomlkit
 from pydantic import Field, FiniteFloat
 
-from compgen.core.arrays import Array, owns
+from compgen.core.arrays import Array, nine_digits, owns
 from compgen.core.exceptions import InputError
 from compgen.core.toml import Number, Table, check, read_toml_text
 from compgen.core.units import MDEG, UM
@@ -175,11 +175,11 @@ def state_text(state: AnchoredState) -> str:
     correlation.add_line(indent="")
     values = {
         "verdict": state.verdict,
-        "time_s": _remarked(_number(state.time), "on the clock of touches and log"),
+        "time_s": _remarked(nine_digits(state.time) + 0.0, "on the clock of touches and log"),
         "window_s": _remarked(
-            _number(state.window), "how long after that it holds, the robot standing with its servo on"
+            nine_digits(state.window) + 0.0, "how long after that it holds, the robot standing with its servo on"
         ),
-        "air_K": _number(state.air),
+        "air_K": nine_digits(state.air) + 0.0,
     }
     rise = {"node": list(state.nodes), "K": _number_list(state.rise), "sigma_K": _number_list(sigma[:K])}
     file["correlation"] = correlation
@@ -203,10 +203,5 @@ def _remarked(value: Any, remark: str) -> Any:
     return tomlkit.item(value).comment(remark)
 
 
-def _number(value: float) -> float:
-    """To the nine digits that the file has."""
-    return float(f"{value:.9g}") + 0.0
-
-
 def _number_list(values: Array) -> list[float]:
-    return [_number(v) for v in values.tolist()]
+    return [nine_digits(v) + 0.0 for v in values.tolist()]

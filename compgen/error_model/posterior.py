@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from compgen.core.arrays import Array, owns
+from compgen.core.arrays import Array, nine_digits, owns
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.error_model.uncertain_sources import UncertainSource
@@ -90,7 +90,7 @@ def posterior_hash(content: bytes) -> str:
 def posterior_text(posterior: ParameterPosterior, robot: str) -> str:
     """The file: names, values and sigmas in the robot file's units, and the correlations row by row to the diagonal."""
     rows = [
-        json.dumps({"name": p.name, "value": _digits(v / p.unit), "sigma": _digits(s / p.unit)})
+        json.dumps({"name": p.name, "value": nine_digits(v / p.unit), "sigma": nine_digits(s / p.unit)})
         for p, v, s in zip(posterior.parameters, posterior.value.tolist(), posterior.sigma.tolist(), strict=True)
     ]
     lines = correlation_rows(posterior.covariance)
@@ -126,7 +126,7 @@ def read_posterior(
         if name not in numbers:
             raise InputError(f"{where}: parameters: {name[:80]} is not in the robot file: of another robot? {_MEND}")
         parameter, own_value = numbers[name]
-        if _digits(own_value / parameter.unit) != _digits(value):
+        if nine_digits(own_value / parameter.unit) != nine_digits(value):
             raise InputError(
                 f"{where}: parameters: {name}: {value:.9g}, where the robot file has {own_value / parameter.unit:.9g}: "
                 f"it belongs to another identification; {_MEND}"
@@ -177,10 +177,6 @@ def correlation_matrix(lower: Sequence[Sequence[float]], names: Sequence[str], w
     if least < -len(matrix) * 10.0**-DECIMALS:  # what rounding can do
         raise InputError(f"{where}: correlation: not positive (an eigenvalue is {least:.3g}): no covariance; {mend}")
     return matrix
-
-
-def _digits(value: float) -> float:
-    return float(f"{value:.9g}")
 
 
 def _decimals(value: float) -> str:

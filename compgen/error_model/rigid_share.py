@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.rotations import cross_matrix
 
 USUAL = 20e-6  # [m] of a coordinate of a touch
@@ -21,6 +21,7 @@ HELD = 1e-9  # of the largest: a motion that touches do not tell is none
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(middle=(3,), touch=("R",), along=("R", 3), gain=("U", "R"))
 class RigidShare:
     """How R coordinates of T touches fix a frame, and a probe: U = 6 or 9 numbers."""
 
@@ -29,28 +30,20 @@ class RigidShare:
     along: Array  # (R, 3) its direction, World
     gain: Array  # (U, R) G
 
-    def __post_init__(self) -> None:
-        own(self, middle=(3,), touch=("R",), along=("R", 3), gain=("U", "R"))
-
     def motion(self, column: Array) -> Array:
         """What the frame and the probe take up of effects at the touches (T, 3, Q), (U, Q)."""
         return np.asarray(self.gain @ np.einsum("ri,riq->rq", self.along, column[self.touch]))
 
-    def design(self, place: Array, rotation: Array | None = None) -> Array:
-        """D at places (M, 3) [m], (M, 3, U); without rotations of the flange (M, 3, 3) the probe moves nothing."""
-        probe = None if len(self.gain) == 6 else np.zeros((len(place), 3, 3)) if rotation is None else rotation
-        return design_of(place - self.middle, probe)
-
-    def left(self, column: Array, motion: Array, place: Array, rotation: Array | None = None) -> Array:
-        """Effects (M, 3, Q) at places less what the frame took up (U, Q), (M, 3, Q).
+    def left(self, column: Array, motion: Array, place: Array) -> Array:
+        """Effects (M, 3, Q) at places less what the frame took up (U, Q), (M, 3, Q); the probe is not the path's tool.
 
         Args:
             column: On the path.
             motion: As the touches tell it (``motion``).
             place: (M, 3) [m] World.
-            rotation: Of the flange, (M, 3, 3), where the probe that was fitted along is the tool.
         """
-        return np.asarray(column - self.design(place, rotation) @ motion)
+        probe = None if len(self.gain) == 6 else np.zeros((len(place), 3, 3))
+        return np.asarray(column - design_of(place - self.middle, probe) @ motion)
 
 
 def design_of(lever: Array, rotation: Array | None) -> Array:

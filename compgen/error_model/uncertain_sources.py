@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, nine_digits
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import DEG
@@ -56,7 +56,7 @@ def _listed(value: Any, unit: float | None) -> Any:
         return [_listed(entry, unit) for entry in value]
     if unit is None:
         return str(value)
-    return int(value) if isinstance(value, np.integer) else float(f"{value / unit:.9g}")
+    return int(value) if isinstance(value, np.integer) else nine_digits(value / unit)
 
 
 def read_sources(tables: SourcesTable, arm: ArmFacts, where: str) -> tuple[UncertainSource, ...]:

@@ -87,10 +87,7 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
 def held_out_rows(data: Measurements, fold: int) -> BoolArray:
     """Rows of the poses that a fold leaves out, (N,): with either end at one of them."""
     left_out = blocks_of_poses(data) % FOLDS == fold
-    rows = left_out[data.pose]
-    if data.ends is not None:
-        rows |= left_out[data.ends.pose] & (data.ends.pose != NONE)
-    return np.asarray(rows)
+    return np.asarray(left_out[data.pose] | (left_out[data.ends.pose] & (data.ends.pose != NONE)))
 
 
 def improvement_interval(model: CrossValidation, other: CrossValidation) -> tuple[float, float]:

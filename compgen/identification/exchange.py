@@ -27,7 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 
 #: of candidates after a covariance (Q, Q), by their H (K, r, Q) and R (K, r, r): what each gains, (K,)
 Gains = Callable[[Array, Array, Array], Array]
@@ -93,14 +93,12 @@ def with_one_more(S: Array, H: Array, R: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(prior=("Q", "Q"), weight=("Q", "Q"))
 class PathDrift:
     """What drifts, Q numbers of it, and what it does to a path."""
 
     prior: Array  # (Q, Q) covariance P, whole or of rank less
     weight: Array  # (Q, Q) W [m^2]
-
-    def __post_init__(self) -> None:
-        own(self, prior=("Q", "Q"), weight=("Q", "Q"))
 
     def variance(self, S: Array) -> float:
         """V after touches that leave the covariance S [m^2]."""

@@ -202,9 +202,9 @@ def forecast_blocks(data: Measurements) -> tuple[IntArray, int]:
 def _forecasts(model: ArmModel, data: Measurements, fitted: Fit) -> list[_Forecast]:
     problem, scales = fitted.problem(model, data), fitted.posterior.scales
     of_pose, count = forecast_blocks(data)
-    block = of_pose[data.pose]
-    if data.ends is not None:  # a distance between two poses is known with the later one
-        block = np.where(data.ends.pose == NONE, block, np.maximum(block, of_pose[data.ends.pose]))
+    # a distance between two poses is known with the later one
+    later = of_pose[np.where(data.ends.pose == NONE, data.pose, data.ends.pose)]
+    block = np.maximum(of_pose[data.pose], later)
 
     result = []
     for b in range(count):
@@ -229,8 +229,7 @@ def _forecasts(model: ArmModel, data: Measurements, fitted: Fit) -> list[_Foreca
 
 def _warmth(model: ArmModel, data: Measurements, fitted: Fit) -> Array:
     """How far warmth moves the flange at each pose, (M,) [m]."""
-    lag = None if data.lag is None else 0 * data.lag
-    cold = replace(data, rise=0 * data.rise, lag=lag, warm=0 * data.warm)
+    cold = replace(data, rise=0 * data.rise, lag=0 * data.lag, warm=0 * data.warm)
     return np.asarray(np.linalg.norm(model.pose(data, fitted.p)[0] - model.pose(cold, fitted.p)[0], axis=1))
 
 

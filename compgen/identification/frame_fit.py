@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own, rms
+from compgen.core.arrays import Array, BoolArray, IntArray, owns, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix
@@ -34,6 +34,7 @@ VAGUE = 5e-3  # [rad] of the frame's turn: the spheres lie on a line
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(probe=(3,), covariance=(9, 9), middle=(3,), flange=(3, 3), residual=("N",), outlier=("N",))
 class FrameFit:
     """The part's frame and the probe, and how well they are known."""
 
@@ -46,9 +47,6 @@ class FrameFit:
     shared: float  # factor of its variance, for what touches of one sphere share
     residual: Array  # (N,) [m] distance, or along the probing direction
     outlier: BoolArray  # (N,) touches set aside
-
-    def __post_init__(self) -> None:
-        own(self, probe=(3,), covariance=(9, 9), middle=(3,), flange=(3, 3), residual=("N",), outlier=("N",))
 
     @property
     def sigma(self) -> Array:

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
-from compgen.identification.measurements import NONE, FarEnds, Measurements
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
+from compgen.identification.measurements import NONE, Measurements
 
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
 GUESSED = 0.2  # the same where a file says roughly where it is: to a few times what the nominal arm misses
@@ -32,6 +32,7 @@ TOLERANCE = 1e-3  # [m] misfit of a distance beyond which it counts less
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(rotation=("V", 3, 3), origin=("V", 3), reflector=("R", 3), place=("S", 3))
 class InstrumentFrames:
     """World in each instrument's frame, each reflector in the flange, each fixed place in its frame."""
 
@@ -39,9 +40,6 @@ class InstrumentFrames:
     origin: Array  # (V, 3) [m]
     reflector: Array  # (R, 3) [m]
     place: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (S, 3) [m]
-
-    def __post_init__(self) -> None:
-        own(self, rotation=("V", 3, 3), origin=("V", 3), reflector=("R", 3), place=("S", 3))
 
     def rotation_of(self, instrument: IntArray) -> Array:
         """F of each row, (N, 3, 3); none for WORLD, which is -1."""
@@ -55,7 +53,7 @@ class InstrumentFrames:
         """Each row's reflector in World, moved by its shift, (N, 3) [m], for the flange at each pose."""
         P, R = position[data.pose], rotation[data.pose]
         reflector = P + np.einsum("nij,nj->ni", R, self.reflector[data.reflector])
-        return np.asarray(reflector if data.ends is None else reflector + data.ends.shift)
+        return np.asarray(reflector + data.ends.shift)
 
     def predict(self, data: Measurements, position: Array, rotation: Array) -> Array:
         """The near end of each row in its instrument's frame, (N, 3) [m]."""
@@ -65,8 +63,6 @@ class InstrumentFrames:
 
     def far_ends(self, data: Measurements, position: Array, rotation: Array) -> Array:
         """What each row is compared with, in its instrument's frame, (N, 3) [m]; NaN where not measured."""
-        if data.ends is None:
-            return data.position
         ends, far = data.ends, data.position.copy()
         at_place, at_pose = ends.place != NONE, ends.pose != NONE
         far[at_place] = self.place[ends.place[at_place]]
@@ -83,8 +79,6 @@ class InstrumentFrames:
     def residual(self, data: Measurements, position: Array, rotation: Array) -> Array:
         """What is measured less what is predicted, (N, 3) [m]: coordinates, or a distance in the first; NaN: none."""
         difference = self.difference(data, position, rotation)
-        if data.ends is None:
-            return difference
         distances = np.isfinite(data.ends.distance)
         misfit = data.ends.distance - np.linalg.norm(difference, axis=1)
         difference[distances] = misfit[distances, None] * np.array([1.0, np.nan, np.nan])
@@ -102,29 +96,26 @@ def initial_frames(data: Measurements, position: Array, rotation: Array) -> Inst
     frames = InstrumentFrames(
         np.tile(np.eye(3), (V, 1, 1)), np.zeros((V, 3)), np.zeros((R, 3)), np.array(data.fixed.place)
     )
-    if data.ends is None:
-        return _alternating(data, frames, position, rotation)
     sided = np.isfinite(data.ends.toward[:, 0])
     located = (data.numbers == 3) | sided
     if located.any():
-        frames = _alternating(_as_located(data, data.ends, sided).subset(located), frames, position, rotation)
+        frames = _alternating(_as_located(data, sided).subset(located), frames, position, rotation)
     frames = replace(frames, place=np.nan_to_num(frames.place))
     if not located.all():
         frames = _with_distances(data, located, frames, position, rotation)
     return frames
 
 
-def _as_located(data: Measurements, ends: FarEnds, sided: BoolArray) -> Measurements:
+def _as_located(data: Measurements, sided: BoolArray) -> Measurements:
     """Measurements whose distances with a direction are taken for places located along it."""
+    ends = data.ends
     along = np.where(sided, ends.distance, 0.0)[:, None] * np.nan_to_num(ends.toward)
     distance = np.where(sided, np.nan, ends.distance)
     return replace(data, ends=replace(ends, shift=ends.shift + along, distance=distance))
 
 
 def _alternating(data: Measurements, frames: InstrumentFrames, position: Array, rotation: Array) -> InstrumentFrames:
-    P, rotation_of_row = position[data.pose], rotation[data.pose]
-    if data.ends is not None:
-        P = P + data.ends.shift
+    P, rotation_of_row = position[data.pose] + data.ends.shift, rotation[data.pose]
     weight = np.ones(len(P))
     previous = np.inf
     for _ in range(ROUNDS):
@@ -168,7 +159,7 @@ def _fit_reflectors(
     N = len(P)
     F = frames.rotation_of(data.instrument)
     flange = np.einsum("nij,nj->ni", F, P)
-    at_place = np.full(N, NONE) if data.ends is None else data.ends.place
+    at_place = data.ends.place
     A = np.zeros((N, 3, 3 * (R + V + S)))
     to_instrument = F @ rotation
     for r in range(R):
@@ -210,16 +201,10 @@ def _with_distances(
     data: Measurements, located: BoolArray, frames: InstrumentFrames, position: Array, rotation: Array
 ) -> InstrumentFrames:
     """Frames with the reflectors and the fixed places that distances alone tell of."""
-    if data.ends is None:
-        return frames
-    rows = data.subset(~located)
+    rows, elsewhere = data.subset(~located), data.subset(located)
     ends = rows.ends
-    if ends is None:
-        return frames
-    elsewhere = data.subset(located)
-    places_elsewhere = elsewhere.ends.place if elsewhere.ends is not None else np.zeros(0, dtype=int)
     reflectors = np.setdiff1d(np.append(rows.reflector, ends.reflector[ends.pose != NONE]), elsewhere.reflector)
-    places = np.setdiff1d(ends.place[ends.place != NONE], places_elsewhere)
+    places = np.setdiff1d(ends.place[ends.place != NONE], elsewhere.ends.place)
     if not len(reflectors) + len(places):
         return frames
 

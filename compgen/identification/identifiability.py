@@ -17,6 +17,7 @@ with the rows A over their noise s, freed from what frames, reflectors and place
 measurements then take less than a hundredth from the prior's variance.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.identification.fit import Fit
-from compgen.identification.measurements import WORLD, Measurements
+from compgen.identification.measurements import PLACE, WORLD, Measurements
 from compgen.identification.model import ArmModel
 
 KNOWN = 0.5  # share of a parameter's prior variance that the data must take away, to call it identified
@@ -131,23 +132,21 @@ def largest_moves(model: ArmModel, fitted: Fit) -> Array:
     return np.asarray(np.linalg.norm(left.reshape(-1, 3, K), axis=1).max(axis=0))
 
 
-def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> list[Finding]:
+def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> Iterator[Finding]:
     """What distances and touches leave unknown, as findings; nothing where an instrument alone measured."""
-    if data.ends is None:
-        return []
-    findings = []
+    if (data.kind == PLACE).all():
+        return
     if (data.instrument == WORLD).all():
         message = (
             "no row sees the base: where it stands (base_frame), the zero of J1 and d1 stay nominal, and World is the "
             "robot file's; teach the part's frame with the arm (cgen teach-frame)"
         )
-        findings.append(Finding(Level.NOTE, Code.UNOBSERVABLE, message))
+        yield Finding(Level.NOTE, Code.UNOBSERVABLE, message)
     directions = unseen_directions(model, data, fitted)
     if directions:
         more = f", and {len(directions) - NAMED} more" if len(directions) > NAMED else ""
         message = f"no row sees {'; '.join(directions[:NAMED])}{more}: held near nominal by the priors"
-        findings.append(Finding(Level.NOTE, Code.UNOBSERVABLE, message))
-    return findings
+        yield Finding(Level.NOTE, Code.UNOBSERVABLE, message)
 
 
 def unseen_directions(model: ArmModel, data: Measurements, fitted: Fit) -> list[str]:

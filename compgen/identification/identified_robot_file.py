@@ -13,7 +13,7 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import InlineTable, Item, Table
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, nine_digits
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
@@ -78,7 +78,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple, np.ndarray)):
         return [_plain(entry) for entry in value]
     if isinstance(value, (float, np.floating)):
-        return float(f"{value:.9g}")
+        return nine_digits(float(value))
     return value
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, nine_digits
 from compgen.core.codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
@@ -76,8 +76,8 @@ class Identification:
         places = _millimetres(self.data.fixed.names, frames.place)
         return {
             "model": self.selected.candidate.name,
-            "noise_um": float(f"{self.selected.fit.noise / UM:.9g}"),
-            "held_out_um": _nine_digits(held_out[np.isfinite(held_out)] / UM),
+            "noise_um": nine_digits(self.selected.fit.noise / UM),
+            "held_out_um": _as_written(held_out[np.isfinite(held_out)] / UM),
             **fit_limits_record(self.limits),
             **self._frames(frames),
             "reflector_mm": _millimetres(self.data.reflectors, frames.reflector),
@@ -94,11 +94,11 @@ class Identification:
             i = instruments[0]
             name = self.data.named_instrument(i)
             record |= {"instrument": name} if name else {}
-            record |= {"instrument_mm": _nine_digits(origin[i]), "instrument_deg": _nine_digits(turn[i])}
+            record |= {"instrument_mm": _as_written(origin[i]), "instrument_deg": _as_written(turn[i])}
         framed = [i for i in sorted(artefacts) if i != WORLD]
         if framed:
-            record["artefact_mm"] = {self.data.instruments[i]: _nine_digits(origin[i]) for i in framed}
-            record["artefact_deg"] = {self.data.instruments[i]: _nine_digits(turn[i]) for i in framed}
+            record["artefact_mm"] = {self.data.instruments[i]: _as_written(origin[i]) for i in framed}
+            record["artefact_deg"] = {self.data.instruments[i]: _as_written(turn[i]) for i in framed}
         return record
 
     @property
@@ -214,12 +214,12 @@ def _fitted_candidates(model: ArmModel, data: Measurements, progress: Progress) 
 
 def _millimetres(names: Sequence[str], place: Array) -> dict[str, list[float]]:
     """Places (n, 3) [m] by their names, as the robot file has them."""
-    return {name: _nine_digits(row / MM) for name, row in zip(names, place, strict=True)}
+    return {name: _as_written(row / MM) for name, row in zip(names, place, strict=True)}
 
 
-def _nine_digits(values: Array) -> list[float]:
+def _as_written(values: Array) -> list[float]:
     """Numbers as the robot file has them."""
-    return [float(f"{v:.9g}") for v in values]
+    return [nine_digits(v) for v in values.tolist()]
 
 
 def is_fitted(source: SymbolicSource, chosen: FittedCandidate) -> bool:

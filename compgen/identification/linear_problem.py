@@ -55,7 +55,7 @@ class LinearProblem:
         keep = np.ones(len(self.weight), dtype=bool) if rows is None else rows
         equations = []
         for k in np.unique(self.data.kind).tolist():
-            of_kind = keep & (self.data.kind == k) if self.data.ends is not None else keep
+            of_kind = keep & (self.data.kind == k)
             A = linear.A[of_kind].reshape(-1, D)
             right = linear.z[of_kind].ravel() + A @ self.x
             measured = A.any(axis=1)  # a coordinate that was not measured is no row

@@ -112,9 +112,8 @@ def linearise(
         turn = unknowns.frame(i).start
         A[rows, :, turn : turn + 3] = cross_matrix(-rotated[rows])
         A[rows, :, turn + 3 : turn + 6] = np.eye(3)
-    z = frames.far_ends(data, P, R) - rotated - frames.origin_of(data.instrument)
-    if data.ends is not None:
-        z, A = _with_far_ends(data, arm, z, A)
+    delta = frames.far_ends(data, P, R) - rotated - frames.origin_of(data.instrument)
+    z, A = _with_far_ends(data, arm, delta, A)
     measured = np.isfinite(z)
     if not measured.all():  # coordinates that were not measured carry no weight
         z, A = np.where(measured, z, 0.0), A * measured[:, :, None]
@@ -164,8 +163,6 @@ class _Arm:
 def _with_far_ends(data: Measurements, arm: _Arm, delta: Array, A: Array) -> tuple[Array, Array]:
     """z and A of all rows: far ends that are no measured places, and distances."""
     ends = data.ends
-    if ends is None:
-        return delta, A
     other = np.flatnonzero(ends.pose != NONE)
     far = np.zeros((len(other), 3, A.shape[2]))
     arm.carry(far, ends.pose[other], ends.reflector[other], np.tile(np.eye(3), (len(other), 1, 1)))

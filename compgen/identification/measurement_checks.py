@@ -41,7 +41,6 @@ KEPT = 0.95  # share of rows, the nearest, whose mean distance counts
 class _Measured:
     """Words for what the rows of a kind hold."""
 
-    kind: int
     words: str
     joints: str
     values: str
@@ -51,7 +50,6 @@ class _Measured:
 
 _MEASURED = {
     PLACE: _Measured(
-        kind=PLACE,
         words="places",
         joints="j1_deg to j6_deg",
         values="columns x_mm y_mm z_mm",
@@ -59,7 +57,6 @@ _MEASURED = {
         moved="has the instrument moved, or are these other reflectors?",
     ),
     TOUCH: _Measured(
-        kind=TOUCH,
         words="spheres",
         joints="j1_deg to j6_deg",
         values="x_mm y_mm z_mm of the spheres in the artefact's file",
@@ -67,7 +64,6 @@ _MEASURED = {
         moved="has the artefact moved, or is it another probe?",
     ),
     DISTANCE: _Measured(
-        kind=DISTANCE,
         words="distances",
         joints="a_j1_deg to b_j6_deg",
         values="column distance_mm",
@@ -135,35 +131,14 @@ def _parts(data: Measurements) -> Iterator[BoolArray]:
 def _check_part(robot: Robot, model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
     reach = float(np.abs(robot.a).sum() + np.abs(robot.d).sum())
     measured = _MEASURED[int(rows.kind[0])]
-    is_place = measured.kind == PLACE
-    far = FAR * reach if is_place else 2 * SUSPECT
+    far = FAR * reach if _is_of_places(rows) else 2 * SUSPECT
     name = rows.file()
     distance = _median_distance(model, rows, rows.theta, 1.0, frames)
     if distance <= far:
         _check_conventions(robot, model, rows, frames)
         _check_lengths(model, rows, frames)
         return
-    spread = np.linalg.norm(rows.position - np.median(rows.position, axis=0), axis=1)
-    near = far if frames is not None or not is_place else NEAR * float(np.median(spread))
-
-    def explains(theta: Array, factor: float) -> bool:
-        """Whether other angles or units explain what was measured: much nearer, and near against its spread."""
-        explained = _median_distance(model, rows, theta, factor, frames)
-        limit = near if frames is not None or not is_place else near * factor
-        return explained < limit and (explained < distance / BETTER or factor > 1)
-
-    radians = robot.to_theta(robot.to_pendant(rows.theta) / DEG)
-    small = np.abs(robot.to_pendant(rows.theta)).max() / DEG <= 7
-    if small and explains(radians, 1.0):
-        raise InputError(
-            f"{name}: columns {measured.joints}: the values are radians, not degrees; multiply them by 57.29578"
-        )
-    for factor, unit in UNITS:
-        if explains(rows.theta, factor):
-            raise InputError(
-                f"{name}: {measured.values}: the values look like {unit} (off by {factor:g}); multiply them "
-                f"by {factor:g}"
-            )
+    _check_units(robot, model, rows, frames, distance, far)
     _check_exchanged(model, rows, frames, distance)
     _check_conventions(robot, model, rows, frames)
     if frames is not None:
@@ -178,6 +153,38 @@ def _check_part(robot: Robot, model: ArmModel, rows: Measurements, frames: Instr
     )
 
 
+def _is_of_places(rows: Measurements) -> bool:
+    """Whether rows of one kind are places that an instrument measured."""
+    return int(rows.kind[0]) == PLACE
+
+
+def _check_units(
+    robot: Robot, model: ArmModel, rows: Measurements, frames: InstrumentFrames | None, distance: float, far: float
+) -> None:
+    """Raises InputError when other units explain what was measured: much nearer, and near against its spread."""
+    measured = _MEASURED[int(rows.kind[0])]
+    spread = np.linalg.norm(rows.position - np.median(rows.position, axis=0), axis=1)
+    by_spread = frames is None and _is_of_places(rows)
+
+    def explains(theta: Array, factor: float) -> bool:
+        explained = _median_distance(model, rows, theta, factor, frames)
+        limit = NEAR * float(np.median(spread)) * factor if by_spread else far
+        return explained < limit and (explained < distance / BETTER or factor > 1)
+
+    radians = robot.to_theta(robot.to_pendant(rows.theta) / DEG)
+    small = np.abs(robot.to_pendant(rows.theta)).max() / DEG <= 7
+    if small and explains(radians, 1.0):
+        raise InputError(
+            f"{rows.file()}: columns {measured.joints}: the values are radians, not degrees; multiply them by 57.29578"
+        )
+    for factor, unit in UNITS:
+        if explains(rows.theta, factor):
+            raise InputError(
+                f"{rows.file()}: {measured.values}: the values look like {unit} (off by {factor:g}); multiply them "
+                f"by {factor:g}"
+            )
+
+
 def _check_lengths(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
     """Raises InputError where the nominal arm has two spheres at another distance than their certified length."""
     if frames is not None or not len(rows.fixed.length):
@@ -185,22 +192,21 @@ def _check_lengths(model: ArmModel, rows: Measurements, frames: InstrumentFrames
     position, rotation = model.pose(rows, np.zeros(len(model.parameters)))
     place = initial_frames(rows, position, rotation).place
     touched = np.zeros(len(place), dtype=bool)
-    touched[rows.ends.place if rows.ends is not None else 0] = True
+    touched[rows.ends.place] = True
     for (a, b), length in zip(rows.fixed.between.tolist(), rows.fixed.length.tolist(), strict=True):
         by_arm = float(np.linalg.norm(place[a] - place[b]))
         if touched[a] and touched[b] and abs(by_arm - length) > 2 * SUSPECT:
-            units = ((1000.0, "metres"), (1e-3, "um"), (25.4, "inches"))
-            unit = next((u for f, u in units if abs(length * f / by_arm - 1) < NEAR_LENGTH), "")
+            unit = next((u for f, u in UNITS if abs(length * f / by_arm - 1) < NEAR_LENGTH), "")
             raise InputError(
                 f"{rows.file()}: the length of {length / MM:.4g} mm between '{rows.fixed.names[a]}' and "
                 f"'{rows.fixed.names[b]}', which the arm has {by_arm / MM:.4g} mm apart"
-                f"{f': is it {unit} instead of mm?' if unit else ''}; mend [[length]] in the artefact's file"
+                f"{f': is it {unit}?' if unit else ''}; mend [[length]] in the artefact's file"
             )
 
 
 def _check_exchanged(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None, distance: float) -> None:
     """Raises InputError where touches fit once the names of two spheres are exchanged."""
-    if rows.ends is None or int(rows.kind[0]) != TOUCH:
+    if int(rows.kind[0]) != TOUCH:
         return
     names = rows.fixed.names
     for a, b in combinations(range(len(names)), 2):
@@ -232,7 +238,7 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
 
 
 def _median_distance(
-    model: ArmModel, rows: Measurements, theta: Array, factor: float, frames: InstrumentFrames | None = None
+    model: ArmModel, rows: Measurements, theta: Array, factor: float, frames: InstrumentFrames | None
 ) -> float:
     """Median distance of measured positions from the arm, with the best frames unless they are given [m]."""
     return float(np.median(_distances(model, rows, theta, factor, frames)))
@@ -243,9 +249,9 @@ def _distances(
 ) -> Array:
     """Distance of each measured position from the arm, with the best frames unless they are given, (N,) [m]."""
     scaled = replace(rows, theta=theta, position=rows.position * factor)
-    if scaled.ends is not None and int(scaled.kind[0]) == DISTANCE:
+    if int(scaled.kind[0]) == DISTANCE:
         scaled = replace(scaled, ends=replace(scaled.ends, distance=scaled.ends.distance * factor))
-    elif scaled.ends is not None:
+    else:
         scaled = replace(scaled, fixed=replace(scaled.fixed, place=scaled.fixed.place * factor))
     position, rotation = model.pose(scaled, np.zeros(len(model.parameters)))
     return measured_distance(frames or initial_frames(scaled, position, rotation), scaled, position, rotation)

@@ -22,7 +22,7 @@ from typing import Final
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own, owns
 
 #: kinds of rows, each with a noise of its own: places by an instrument, orientations, touches, distances, and what
 #: is known beforehand, whose noise is known too
@@ -34,6 +34,7 @@ EXACT = 1e-7  # [m] smallest sigma: nothing is known better
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(frame=("S",), place=("S", 3), sigma=("S",), between=("L", 2), length=("L",), length_sigma=("L",))
 class FixedPlaces:
     """S places that are fitted along, and what is known of them."""
 
@@ -45,9 +46,6 @@ class FixedPlaces:
     length: Array = field(default_factory=lambda: np.zeros(0))  # (L,) [m]
     length_sigma: Array = field(default_factory=lambda: np.zeros(0))  # (L,) [m]
     certified: bool = False  # whether a certificate tells the scale: of places, or of a length
-
-    def __post_init__(self) -> None:
-        own(self, frame=("S",), place=("S", 3), sigma=("S",), between=("L", 2), length=("L",), length_sigma=("L",))
 
     def prior_rows(self, current: Array) -> tuple[Array, Array]:
         """What is known beforehand, at some places (S, 3) [m]: z (H,), and -dz by the places' coordinates (H, 3 S)."""
@@ -72,6 +70,7 @@ NO_PLACES = FixedPlaces()
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(kind=("N",), shift=("N", 3), place=("N",), pose=("N",), reflector=("N",), distance=("N",), toward=("N", 3))
 class FarEnds:
     """What the reflector of each row is compared with, beyond places that an instrument measured."""
 
@@ -82,18 +81,6 @@ class FarEnds:
     reflector: IntArray  # (N,) that one
     distance: Array  # (N,) [m] measured; NaN: all coordinates count
     toward: Array  # (N, 3) unit vector in World, roughly from the near end to the far one; NaN: not known
-
-    def __post_init__(self) -> None:
-        own(
-            self,
-            kind=("N",),
-            shift=("N", 3),
-            place=("N",),
-            pose=("N",),
-            reflector=("N",),
-            distance=("N",),
-            toward=("N", 3),
-        )
 
 
 def plain_ends(count: int) -> FarEnds:
@@ -116,12 +103,14 @@ class Measurements:
 
     theta: Array  # (M, 6) [rad] commanded, DH
     rise: Array  # (M, K) [K] of the heat model's nodes; zeros when cold
+    lag: Array  # (M, K) [K] d rise / d log tau of the modelled nodes; zeros of others
     direction: Array  # (M, 6) [-1, 1] of the motion each joint came with; 0 where unknown
     time: Array  # (M,) [s]
     warm: Array  # (M,) [s] since the warm-up's start; 0 at cold poses
     pose: IntArray  # (N,) of each row
     instrument: IntArray  # (N,) which frame it was measured in; WORLD: none
     reflector: IntArray  # (N,)
+    ends: FarEnds
     position: Array  # (N, 3) [m] of the far end in the instrument's frame; NaN: not measured, or fitted along
     rotation: Array  # (N, 3, 3) in the instrument's frame; NaN: not measured
     sigma: Array  # (N,) standard deviation relative to the other rows, median 1
@@ -130,8 +119,6 @@ class Measurements:
     instruments: tuple[str, ...]
     aligned: BoolArray  # (I,) the instrument's frame is World, but for small errors (axis tests)
     modelled: tuple[int, ...] = ()  # nodes without a sensor, whose rise at warm poses a model says
-    lag: Array | None = None  # (M, K) [K] d rise / d log tau of those nodes; None: all zero
-    ends: FarEnds | None = None  # None: an instrument measured all rows
     fixed: FixedPlaces = NO_PLACES
     timed: bool = True  # whether the file gives the times of its poses
     guess: Array | None = None  # (R, 3) [m] where the reflectors roughly are, NaN: anywhere; None: all anywhere
@@ -145,6 +132,7 @@ class Measurements:
             self,
             theta=("M", 6),
             rise=("M", "K"),
+            lag=("M", "K"),
             direction=("M", 6),
             time=("M",),
             warm=("M",),
@@ -156,27 +144,22 @@ class Measurements:
             sigma=("N",),
             aligned=("I",),
         )
-        if self.lag is not None:
-            own(self, lag=("M", "K"))
         if self.shifted is not None:
             own(self, shifted=("S", "M", "K"))
 
     @property
     def kind(self) -> IntArray:
         """Of each row, (N,)."""
-        return np.full(len(self.pose), PLACE) if self.ends is None else self.ends.kind
+        return self.ends.kind
 
     @property
     def numbers(self) -> IntArray:
         """How many numbers each row has at most: three coordinates, or one distance, (N,)."""
-        if self.ends is None:
-            return np.full(len(self.pose), 3)
         return np.where(np.isfinite(self.ends.distance), 1, 3)
 
     def row_of(self, pose: int) -> int:
         """The first row measured at a pose."""
-        far = np.full(len(self.pose), NONE) if self.ends is None else self.ends.pose
-        return int(np.flatnonzero((self.pose == pose) | (far == pose))[0])
+        return int(np.flatnonzero((self.pose == pose) | (self.ends.pose == pose))[0])
 
     def file(self, row: int = 0) -> str:
         """The file that a row is from."""
@@ -193,8 +176,7 @@ class Measurements:
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         values.update({name: values[name][rows] for name in per_row})
         values["label"] = tuple(label for label, keep in zip(self.label, rows.tolist(), strict=True) if keep)
-        if self.ends is not None:
-            values["ends"] = FarEnds(**{f.name: getattr(self.ends, f.name)[rows] for f in fields(self.ends)})
+        values["ends"] = FarEnds(**{f.name: getattr(self.ends, f.name)[rows] for f in fields(self.ends)})
         return Measurements(**values)
 
 
@@ -211,12 +193,14 @@ def blank_rows(theta: Array, pose: IntArray, label: Sequence[str], nodes: int) -
     return Measurements(
         theta=theta,
         rise=np.zeros((M, nodes)),
+        lag=np.zeros((M, nodes)),
         direction=np.zeros((M, 6)),
         time=np.arange(M, dtype=float),
         warm=np.zeros(M),
         pose=pose,
         instrument=np.zeros(N, dtype=int),
         reflector=np.zeros(N, dtype=int),
+        ends=plain_ends(N),
         position=np.full((N, 3), np.nan),
         rotation=np.full((N, 3, 3), np.nan),
         sigma=np.ones(N),
@@ -242,6 +226,7 @@ def concatenate(files: list[Measurements]) -> Measurements:
     return Measurements(
         theta=stack("theta"),
         rise=stack("rise"),
+        lag=stack("lag"),
         direction=stack("direction"),
         time=stack("time"),
         warm=stack("warm"),
@@ -256,7 +241,6 @@ def concatenate(files: list[Measurements]) -> Measurements:
         instruments=tuple(i for p in files for i in p.instruments),
         aligned=np.concatenate([p.aligned for p in files]),
         modelled=tuple(sorted({k for p in files for k in p.modelled})),
-        lag=np.concatenate([np.zeros_like(p.rise) if p.lag is None else p.lag for p in files]),
         ends=_stacked_ends(files, reflector, place, poses.tolist()),
         fixed=fixed,
         shifted=_stack_shifted(files),
@@ -289,13 +273,11 @@ def _stack_shifted(files: list[Measurements]) -> Array | None:
 
 def _stacked_ends(
     files: list[Measurements], reflector: list[IntArray], place: list[IntArray], poses: list[int]
-) -> FarEnds | None:
+) -> FarEnds:
     """The far ends of all rows, numbered anew."""
-    if all(p.ends is None for p in files):
-        return None
     parts = []
     for p, reflectors, places, first in zip(files, reflector, place, poses, strict=False):
-        ends = p.ends or plain_ends(len(p.pose))
+        ends = p.ends
         parts.append(
             replace(
                 ends,

@@ -18,6 +18,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import evaluate, kept_with
+from compgen.core.units import HOUR
 from compgen.error_model.source import Source, State
 from compgen.identification.measurements import Measurements
 from compgen.robot.kinematics import nominal_chain
@@ -27,6 +28,8 @@ from compgen.thermal.filled_rises import HEIGHT, LAG
 #: of the scale of a group of cold parameters, a hundred times its sigma: no prior is that wrong. What warmth does is
 #: known better, by expansion and by what others measured, and rests on fewer poses: there the prior is the ceiling
 CEILING = 1e4
+WARM_RISE = 8.0  # K: typical of a node in a warm-up without temperatures; what a fit has of it has a prior of 1
+WARM_TAU = 2 * HOUR  # s: typical; its logarithm has a prior of 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,24 +140,11 @@ def fixed_source(source: Source) -> SymbolicSource:
     return SymbolicSource(source=source, original=source, symbols=ca.SX.zeros(0, 1), parameters=(), values={}, prior={})
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class WarmUpState:
-    """A node whose rise during the warm-up is unknown: A (1 + y) (1 - exp(-t / tau)), tau = typical exp(x).
-
-    The fit begins at the typical rise and not at none, where the derivative by the rate of a bend would be zero.
-    """
-
-    node: int
-    amplitude: float  # [K] A, typical; y has a prior of 1
-    tau: float  # [s] typical
-    clock: str  # nodes with the same clock share one tau
-
-
 def build_model(
     robot: Robot,
     sources: Sequence[SymbolicSource],
     nodes: int,
-    states: Sequence[WarmUpState] = (),
+    states: Sequence[int] = (),
     modelled: Sequence[int] = (),
 ) -> ArmModel:
     """Apply the sources to the nominal chain, and differentiate.
@@ -206,26 +196,25 @@ def _of_warm_up(field: str, index: int, key: str, prior: float, group: str) -> F
     )
 
 
-def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[list[Any], list[FreeParameter], Any]:
-    """Symbols and parameters of the unknown states, and the rises with them."""
+def _warm_up_expr(states: Sequence[int], rise: Any, warm: Any) -> tuple[list[Any], list[FreeParameter], Any]:
+    """Symbols and parameters of nodes of unknown rise, and all rises with them: A (1 + y) (1 - exp(-t / tau)) of each.
+
+    tau = typical exp(x). The fit begins at the typical rise and not at none, where the derivative by the rate of a bend
+    would be zero.
+    """
     symbols, parameters, rises = [], [], [rise[k] for k in range(rise.numel())]
-    clocks: dict[str, Any] = {}
-    for s in states:
-        if s.clock not in clocks:
-            x = ca.SX.sym(f"log_tau_{s.clock}")
-            clocks[s.clock] = x
-            symbols.append(x)
-            parameters.append(_of_warm_up("log_tau", len(clocks) - 1, "log_tau", 1.0, "tau"))
-        A = ca.SX.sym(f"rise_{s.node}")
-        symbols.append(A)
-        parameters.append(_of_warm_up("rise", s.node, "rise_over_typical", 1.0, "rise"))
-        rises[s.node] = rises[s.node] + s.amplitude * (1 + A) * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
+    for n, k in enumerate(states):
+        x, y = ca.SX.sym(f"log_tau_{k}"), ca.SX.sym(f"rise_{k}")
+        symbols += [x, y]
+        parameters.append(_of_warm_up("log_tau", n, "log_tau", 1.0, "tau"))
+        parameters.append(_of_warm_up("rise", k, "rise_over_typical", 1.0, "rise"))
+        rises[k] = rises[k] + WARM_RISE * (1 + y) * (1 - ca.exp(-warm / (WARM_TAU * ca.exp(x))))
     return symbols, parameters, ca.vertcat(*rises)
 
 
 def _model_inputs(data: Measurements, p: Array) -> tuple[Array, ...]:
     rise = data.rise if data.rise.shape[1] else np.zeros((len(data.theta), 1))
-    lag = data.lag if data.lag is not None and data.lag.shape[1] else np.zeros_like(rise)
+    lag = data.lag if data.lag.shape[1] else np.zeros_like(rise)
     return data.theta, rise, lag, data.direction, data.warm[:, None], p[None, :]
 
 

@@ -8,17 +8,13 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
-from compgen.core.units import HOUR
 from compgen.error_model.loads import loads_of
 from compgen.error_model.schema import LoadsTable
 from compgen.error_model.source import ArmFacts, Entry, Extensible, LoadDependent, RiseDependent, Rung, Visibility
 from compgen.error_model.sources import ORDER
 from compgen.error_model.uncertain_sources import UncertainSource, prior_of, source_of
-from compgen.identification.model import FreeParameter, SymbolicSource, WarmUpState
+from compgen.identification.model import FreeParameter, SymbolicSource
 from compgen.robot.robot import Robot
-
-WARM_RISE = 8.0  # K: typical of a node in a warm-up without temperatures
-WARM_TAU = 2 * HOUR  # s: typical; its logarithm has a prior of 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +83,10 @@ def symbolic_sources(
     return sources
 
 
-def warm_up_states(known: Sequence[UncertainSource]) -> tuple[WarmUpState, ...]:
-    """Unknown states of the nodes that a source depends on, each with its own time constant; one where none does."""
+def warm_up_states(known: Sequence[UncertainSource]) -> tuple[int, ...]:
+    """Nodes of unknown rise: those that a source depends on, each with its own time constant; one where none does."""
     used = set[int]().union(*(k.source.nodes() for k in known if isinstance(k.source, RiseDependent)))
-    return tuple(WarmUpState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used or {0}))
+    return tuple(sorted(used or {0}))
 
 
 def _facts_of(robot: Robot, known: Iterable[UncertainSource]) -> ArmFacts:

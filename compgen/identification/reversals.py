@@ -154,21 +154,22 @@ def with_lost_motion(sources: Sequence[SymbolicSource], motion: LostMotion) -> l
     return [replace(s, source=measured(s.source), original=measured(s.original)) for s in sources]
 
 
-def lost_motion_findings(robot: Robot, motion: LostMotion | None, fitted: Sequence[SymbolicSource]) -> list[Finding]:
+def lost_motion_findings(
+    robot: Robot, motion: LostMotion | None, fitted: Sequence[SymbolicSource]
+) -> Iterator[Finding]:
     """What is said of widths: those that runs tell, and those that are held; nothing where no play was fitted."""
     widths = reversal_widths([s.original for s in fitted])
     if widths is None:
-        return []
+        return
     names = robot.joint_names
     measured = motion.measured if motion is not None else np.zeros(6, dtype=bool)
-    findings = []
     if motion is not None and measured.any():
         amounts = ", ".join(
             f"{names[i]} {motion.half_width[i] / MDEG:.2g} over {motion.width[i] / MDEG:.0f}"
             for i in np.flatnonzero(measured)
         )
         message = f"lost motion by reversal runs, half-width over width [mdeg], law {motion.law}: {amounts}"
-        findings.append(Finding(Level.NOTE, Code.REVERSALS_WIDTH, message))
+        yield Finding(Level.NOTE, Code.REVERSALS_WIDTH, message)
     held = np.flatnonzero(~measured)
     if len(held):
         amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
@@ -176,8 +177,7 @@ def lost_motion_findings(robot: Robot, motion: LostMotion | None, fitted: Sequen
             "no reversal in small steps (reversals.csv of plan-poses), or too little play on it, tells how far these "
             f"joints turn until their play is through; held [mdeg]: {amounts}"
         )
-        findings.append(Finding(Level.NOTE, Code.REVERSALS_HELD, message))
-    return findings
+        yield Finding(Level.NOTE, Code.REVERSALS_HELD, message)
 
 
 def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:

@@ -23,7 +23,7 @@ from compgen.identification.evidence import NormalEquations
 from compgen.identification.fit import Fit, fit
 from compgen.identification.linear_problem import LinearProblem
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import ArmModel, WarmUpState
+from compgen.identification.model import ArmModel
 
 BEYOND = 3.0  # sigmas of its prior, beyond which no thermal parameter is believed
 HELD = 8  # at most so many are held
@@ -55,10 +55,10 @@ class _Choice:
         return np.asarray(np.linalg.norm(np.concatenate(left), axis=1))
 
 
-def nodes_to_offer(facts: ArmFacts, states: Sequence[WarmUpState], modelled: Sequence[int]) -> tuple[str, ...]:
+def nodes_to_offer(facts: ArmFacts, states: Sequence[int], modelled: Sequence[int]) -> tuple[str, ...]:
     """Nodes that anything may follow: those with a sensor; one for all where there are no temperatures."""
     if states:
-        return (facts.nodes[states[0].node],)
+        return (facts.nodes[states[0]],)
     return tuple(name for k, name in enumerate(facts.nodes) if k not in modelled)
 
 

@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
@@ -38,6 +38,7 @@ POINTS = 17  # of a stem, from the ball to the flange
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(place=("S", 3), radius=("S",), normal=("S", 3))
 class Targets:
     """S spheres and planes that may be touched."""
 
@@ -45,9 +46,6 @@ class Targets:
     place: Array  # (S, 3) [m] in World
     radius: Array  # (S,) [m] 0 of a plane
     normal: Array  # (S, 3) out of a plane's material; NaN: a sphere
-
-    def __post_init__(self) -> None:
-        own(self, place=("S", 3), radius=("S",), normal=("S", 3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +66,7 @@ class Search:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(target=("K",), normal=("K", 3), position=("K", 4, 3), rotation=("K", 3, 3), theta=("K", 4, 6))
 class Ways:
     """K ways to touch; each is lifted, approaches, touches, and goes beyond."""
 
@@ -76,9 +75,6 @@ class Ways:
     position: Array  # (K, 4, 3) [m] of the ball's centre in World
     rotation: Array  # (K, 3, 3) of the flange
     theta: Array  # (K, 4, 6) [rad]
-
-    def __post_init__(self) -> None:
-        own(self, target=("K",), normal=("K", 3), position=("K", 4, 3), rotation=("K", 3, 3), theta=("K", 4, 6))
 
     def subset(self, rows: IntArray | BoolArray) -> "Ways":
         """Some of them."""

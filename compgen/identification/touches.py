@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
-from compgen.core.pose import Pose
+from compgen.core.pose import POSE_KEYS, Pose
 from compgen.core.recorded.table import read_table
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
@@ -34,9 +34,8 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns
 
-PLACE = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 NORMAL = ("nx", "ny", "nz")
-KNOWN = ("time_s", "target", *PLACE, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
+KNOWN = ("time_s", "target", *POSE_KEYS, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
 CERTIFIED_AT = 20.0  # degC
 LEAST_CTE = 0.1  # um/m/K: of no material but 0; glass ceramics have less and are given as 0
 UNIT = 1e-3  # of the length of a direction
@@ -47,6 +46,18 @@ STEP = 1e-6  # [rad] of the difference quotient
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    place=("S", 3),
+    sigma=("S",),
+    diameter=("S",),
+    probe=(3,),
+    between=("L", 2),
+    length=("L",),
+    length_sigma=("L",),
+    point=("R", 3),
+    normal=("R", 3),
+    plane_sigma=("R",),
+)
 class Artefact:
     """S spheres and R planes in the artefact's own coordinates, and the probe."""
 
@@ -68,21 +79,6 @@ class Artefact:
     plane_sigma: Array = field(default_factory=lambda: np.zeros(0))  # (R,) [m] along it
     taught: Mapping[str, float] | None = None  # [K] rises of the robot that taught the places; None: an instrument did
 
-    def __post_init__(self) -> None:
-        own(
-            self,
-            place=("S", 3),
-            sigma=("S",),
-            diameter=("S",),
-            probe=(3,),
-            between=("L", 2),
-            length=("L",),
-            length_sigma=("L",),
-            point=("R", 3),
-            normal=("R", 3),
-            plane_sigma=("R",),
-        )
-
     @property
     def targets(self) -> tuple[str, ...]:
         """Names of what can be touched: the spheres, then the planes."""
@@ -90,6 +86,7 @@ class Artefact:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",))
 class Touches:
     """N touches."""
 
@@ -102,9 +99,6 @@ class Touches:
     deflection: Array  # (N,) [m] by which the probe's ball was pushed back along it
     sigma: Array  # (N,) [m] of one coordinate; NaN: not said
     notes: tuple[str, ...] = ()  # how a file of another writer's form was understood
-
-    def __post_init__(self) -> None:
-        own(self, time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",))
 
     @property
     def file(self) -> str:
@@ -328,13 +322,13 @@ def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[
 
 
 def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Array:
-    missing = next((c for c in PLACE if not table.has(c)), None)
+    missing = next((c for c in POSE_KEYS if not table.has(c)), None)
     if missing is not None:
         raise InputError(
-            f"{table.source}: column {missing}: missing; give where the probe was commanded: {', '.join(PLACE)}, or "
-            f"{JOINTS[0]} to {JOINTS[-1]}"
+            f"{table.source}: column {missing}: missing; give where the probe was commanded: {', '.join(POSE_KEYS)}, "
+            f"or {JOINTS[0]} to {JOINTS[-1]}"
         )
-    values = np.column_stack([table.numbers(c) for c in PLACE])
+    values = np.column_stack([table.numbers(c) for c in POSE_KEYS])
     pose, tool = Pose(values[:, :3] * MM, from_wpr(*(values[:, 3:].T * DEG))), Pose(artefact.probe, np.eye(3))
     if artefact.frame != "world":
         number = int(artefact.frame.split()[1])

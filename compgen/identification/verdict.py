@@ -1,6 +1,6 @@
 """The verdict on an identification, with its reasons: what it gains, what it leaves out, what it cannot tell."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,7 +120,7 @@ def _frames_told_apart(
     stays = _frames_stay(nominal, selected)
     message = (
         f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
-        f"{'instrument' if data.ends is None else 'spheres or sockets'} and of what the flange carries can "
+        f"{'instrument' if (data.kind == PLACE).all() else 'spheres or sockets'} and of what the flange carries can "
         "hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
         "second reflector"
     )
@@ -155,21 +155,20 @@ def _refuse_no_gain(
     return [Finding(Level.REFUSED, Code.NO_GAIN, message)]
 
 
-def _unmoved_joints(data: Measurements, moved: BoolArray) -> list[Finding]:
+def _unmoved_joints(data: Measurements, moved: BoolArray) -> Iterator[Finding]:
     """Joints that never move, or little."""
-    span, findings = np.ptp(data.theta, axis=0), list[Finding]()
+    span = np.ptp(data.theta, axis=0)
     for k in np.flatnonzero(~moved).tolist():
         message = (
             f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; measure poses that move J{k + 1}"
         )
-        findings.append(Finding(Level.WARNING, Code.STILL, message))
+        yield Finding(Level.WARNING, Code.STILL, message)
     for k in np.flatnonzero(moved & (span < NARROW)).tolist():
         message = (
             f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are known there and nowhere else; the "
             "robot file says so (sources.box)"
         )
-        findings.append(Finding(Level.WARNING, Code.NARROW, message))
-    return findings
+        yield Finding(Level.WARNING, Code.NARROW, message)
 
 
 def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> list[Finding]:

@@ -1,6 +1,6 @@
 """Rises of the arm at each pose: from a log of temperatures, or unknown from the start of a warm-up."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -177,11 +177,10 @@ def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
     return [Finding(Level.WARNING, Code.LOG_WARM, message)]
 
 
-def _swapped(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> list[Finding]:
+def _swapped(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> Iterator[Finding]:
     """Pairs of sensors whose rises stand in the opposite proportion to the robot file's; air warmer than the arm."""
     highest = {n: float(np.nanquantile(v, 0.95)) for n, v in rises.readings.items()}
     expected = {n: float(heat.reference_rise[heat.names.index(n)]) for n in highest}
-    findings = []
     for a in highest:
         for b in highest:
             opposite = expected[a] >= SWAPPED * expected[b] and highest[b] >= SWAPPED * max(highest[a], 0.0)
@@ -191,22 +190,20 @@ def _swapped(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> list[Fi
                     f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
                     f"{expected[b]:g}"
                 )
-                findings.append(Finding(Level.WARNING, Code.LOG_SWAPPED, message))
+                yield Finding(Level.WARNING, Code.LOG_SWAPPED, message)
     if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
-        return findings
+        return
     for a in highest:
         if expected[a] >= max(expected.values()) / SWAPPED and air >= SWAPPED * highest[a]:
             message = (
                 f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
                 f"and {air:.1f} K"
             )
-            findings.append(Finding(Level.WARNING, Code.LOG_SWAPPED, message))
-    return findings
+            yield Finding(Level.WARNING, Code.LOG_SWAPPED, message)
 
 
-def _gaps(log: Temperatures, time: Array) -> list[Finding]:
+def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:
     """Sensors without a reading for half an hour or more around poses."""
-    findings = []
     for name, values in log.readings.items():
         at = log.time[np.isfinite(values)]
         after = np.searchsorted(at, time).clip(1, max(len(at) - 1, 1))
@@ -218,5 +215,4 @@ def _gaps(log: Temperatures, time: Array) -> list[Finding]:
                 f"{log.table.source}: {log.column[name]} has no reading for 30 min or more around {lost} poses; its "
                 "rise is modelled there"
             )
-            findings.append(Finding(Level.NOTE, Code.LOG_GAP, message))
-    return findings
+            yield Finding(Level.NOTE, Code.LOG_GAP, message)

@@ -202,12 +202,7 @@ def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> Piec
 
 
 def spiral(
-    centre: Sequence[float],
-    radii: tuple[float, float],
-    angles: tuple[float, float],
-    *,
-    stop: bool = False,
-    working: bool = True,
+    centre: Sequence[float], radii: tuple[float, float], angles: tuple[float, float], *, stop: bool = False
 ) -> PiecewiseCurve:
     """Archimedean spiral about a centre (x, y) [m], radii [m] over angles [rad]; equal radii make an arc.
 
@@ -221,7 +216,7 @@ def spiral(
     stops = np.zeros(quarters, dtype=bool)
     stops[-1] = stop
     flat = np.zeros((quarters, CUBIC + 1))
-    return _plain(poly=poly, polar=polar, lift=flat, stop=stops, working=np.full(quarters, working))
+    return _plain(poly=poly, polar=polar, lift=flat, stop=stops, working=np.ones(quarters, dtype=bool))
 
 
 def _plain(poly: Array, polar: Array, lift: Array, stop: BoolArray, working: BoolArray) -> PiecewiseCurve:

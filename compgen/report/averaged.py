@@ -7,8 +7,8 @@ import numpy as np
 
 from compgen.core.units import UM
 from compgen.pipelines.planned.averaging import Averaged
-from compgen.report.curves import curves_in_words
-from compgen.report.figure import DASHES, GREY, LINES, WARM, Figure, Trace, axis, figure, trace
+from compgen.report.curves import curves_in_words, line_of
+from compgen.report.figure import GREY, WARM, Figure, Trace, axis, figure, trace
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.deviation import Extent
 
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 def ensemble_record(ensemble: Ensemble) -> dict[str, Any]:
     """The starts as the path file's keys have them."""
-    return {
-        "delay_s": list(ensemble.delay),
-        "override_percent": [100 * share for share in ensemble.overrides],
-        "runs": [run + 1 for run in ensemble.runs],
-    }
+    return {**starts_record(ensemble), "runs": [run + 1 for run in ensemble.runs]}
+
+
+def starts_record(ensemble: Ensemble) -> dict[str, Any]:
+    """The starts of one run, which is all that a program that exists has."""
+    return {"delay_s": list(ensemble.delay), "override_percent": [100 * share for share in ensemble.overrides]}
 
 
 def averaged_record(averaged: Averaged) -> dict[str, Any]:
@@ -59,12 +60,15 @@ def served_record(served: "ServedStarts") -> dict[str, Any]:
     def sizes(residue: "Residue") -> dict[str, float]:
         return {"max_um": residue.largest / UM, "rms_um": residue.rms / UM}
 
-    record = ensemble_record(served.ensemble)
-    del record["runs"]
     flown = [{**_start(start), **sizes(residue)} for start, residue in served.flown]
     for one in flown:
         del one["run"]
-    return {**record, "at_mean": sizes(served.at_mean), "max_um": served.worst[1].largest / UM, "flown": flown}
+    return {
+        **starts_record(served.ensemble),
+        "at_mean": sizes(served.at_mean),
+        "max_um": served.worst[1].largest / UM,
+        "flown": flown,
+    }
 
 
 def served_figure(served: "ServedStarts") -> Figure:
@@ -91,8 +95,7 @@ def averaged_figure(averaged: Averaged) -> Figure:
         points = sorted((_start(start)[key], size / UM) for start, size in group)
         x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points, strict=True))
         name = ", ".join(["this file", *_words(others, averaged.ensemble)])
-        line = {"color": LINES[k % len(LINES)], "dash": DASHES[k % len(DASHES)]}
-        traces.append(trace("scatter", x, y, name=name, mode="lines", line=line))
+        traces.append(trace("scatter", x, y, name=name, mode="lines", line=line_of(k)))
     flown = sorted((_start(one.start)[key], one.total.max / UM) for one in averaged.flown)
     anew = sorted((_start(one.start)[key], one.remade.max / UM) for one in averaged.flown if one.remade is not None)
     for name, points, marker in (

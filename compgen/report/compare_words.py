@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import rms
+from compgen.core.arrays import nine_digits, rms
 from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM
 from compgen.pipelines.comparison.comparison import RISES, Comparison, FindingText, MatchedScenarios, Pair
@@ -110,34 +110,30 @@ def positions_record(movement: Movement | str) -> dict[str, Any]:
         "matched": movement.matched,
         "count": len(movement.distance),
         "moved": movement.moved,
-        "largest_um": _figure(movement.distance[worst] / UM),
+        "largest_um": nine_digits(movement.distance[worst] / UM),
         "largest_at": int(movement.number[worst]),
-        "rms_um": _figure(rms(movement.distance) / UM),
-        "same_within_um": _figure(movement.same_within / UM),
+        "rms_um": nine_digits(rms(movement.distance) / UM),
+        "same_within_um": nine_digits(movement.same_within / UM),
     }
     if movement.angle is not None:
         record |= {
-            "largest_mdeg": _figure(movement.angle.max() / MDEG),
-            "rms_mdeg": _figure(rms(movement.angle) / MDEG),
+            "largest_mdeg": nine_digits(movement.angle.max() / MDEG),
+            "rms_mdeg": nine_digits(rms(movement.angle) / MDEG),
         }
     if movement.back is not None:
         record |= {
-            "largest_of_b_um": _figure(movement.back.max() / UM),
-            "rms_of_b_um": _figure(rms(movement.back) / UM),
+            "largest_of_b_um": nine_digits(movement.back.max() / UM),
+            "rms_of_b_um": nine_digits(rms(movement.back) / UM),
         }
     return record
 
 
 def _scenarios(scenarios: MatchedScenarios) -> dict[str, Any]:
     changes = {
-        side: {"largest_um": _figure(np.abs(change).max() / UM), "at": dict(scenarios.worst[side])}
+        side: {"largest_um": nine_digits(np.abs(change).max() / UM), "at": dict(scenarios.worst[side])}
         for side, change in scenarios.changes.items()
     }
     return {"both": scenarios.both, "only_a": scenarios.only_a, "only_b": scenarios.only_b, "changes": changes}
-
-
-def _figure(value: float) -> float:
-    return float(f"{value:.9g}")
 
 
 def printed_unit(key: str) -> str:

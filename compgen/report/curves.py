@@ -43,11 +43,11 @@ def size_row(name: str, x: Array, size: Array, bound: float | None = None, **loo
     return Row(f"{name} [µm]", [trace("scatter", x, size, **{"name": name, **look})], course(name, size, "µm"), bound)
 
 
-def figure_in_rows(rows: Sequence[Row], x_title: str, subject: str, shapes: Sequence[dict[str, Any]] = ()) -> Figure:
+def figure_in_rows(rows: Sequence[Row], x_title: str, subject: str) -> Figure:
     """Rows that are zoomed together along x."""
     count = len(rows)
     height = count * ROW + (count - 1) * GAP
-    layout: dict[str, Any] = {"annotations": [], "shapes": list(shapes)}
+    layout: dict[str, Any] = {"annotations": [], "shapes": []}
     traces: list[Trace] = []
     words = []
     for k, row in enumerate(rows):

@@ -30,9 +30,7 @@ class Coloured:
     labels: Sequence[str] = ()  # of the places
 
 
-def figure_in_space(
-    subject: str, paths: Sequence[Coloured], all_places: Array, part: BoolArray, unit: str = "µm"
-) -> Figure:
+def figure_in_space(subject: str, paths: Sequence[Coloured], all_places: Array, part: BoolArray) -> Figure:
     """Paths in one view, each on a scale of its own.
 
     Args:
@@ -40,7 +38,6 @@ def figure_in_space(
         paths: A scene for each.
         all_places: Of the path, (M, 3) [mm].
         part: Which of them are on the part: the view is chosen by these, (M,).
-        unit: Of the values.
     """
     view = view_of(all_places, part)
     note = _note(view, all_places)
@@ -52,7 +49,7 @@ def figure_in_space(
         places = np.where(seen[:, None], path.places, np.nan)
         values = np.where(seen, path.values, np.nan)
         largest = float(np.nanmax(values, initial=0.0))
-        title = f"{path.title} [{unit}]" + (", own scale" if len(paths) > 1 else "")
+        title = f"{path.title} [µm]" + (", own scale" if len(paths) > 1 else "")
         mark = f"{LARGEST} {rounded_number(largest)}" if largest > 0 else ""
         traces += _traces(path, places, values, which)
         layout[f"scene{which}"] = _scene(view)
@@ -64,7 +61,7 @@ def figure_in_space(
             "colorbar": _bar(f"{title}<br>{mark}"),
         }
         panels.append(still_svg([title, mark], view, places, values, largest, _steps()))
-        parts.append(f"{path.title} {between(values, unit)}{_where(places, values)}")
+        parts.append(f"{path.title} {between(values, 'µm')}{_where(places, values)}")
     for name, change in _arranged(len(paths), stacked=False).items():
         layout[name] = _merge(layout[name], change)
     height, narrow = TALL, {**_arranged(len(paths), stacked=True), "height": TALL_ON_PHONE * len(paths)}

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, nine_digits
 from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.units import DEG, HOUR, MM, UM
@@ -99,8 +99,8 @@ def _parameters(identification: Identification) -> list[dict[str, Any]]:
     return [
         {
             "name": terms[k].name,
-            "value": _nine_digits(fit.p[k] / terms[k].unit),
-            "sigma": _nine_digits(fit.sigma[k] / terms[k].unit),
+            "value": nine_digits(fit.p[k] / terms[k].unit),
+            "sigma": nine_digits(fit.sigma[k] / terms[k].unit),
             "moves_um": _um(moved),
             "told": round(float(fit.gamma[k]), 4),
             "held_by_prior": k in identification.identifiability.held_by_prior,
@@ -177,10 +177,6 @@ def validation_summary(validation: Validation) -> dict[str, Any]:
 
 def _um(value: float) -> float:
     return round(float(value) / UM, 4)
-
-
-def _nine_digits(value: float) -> float:
-    return float(f"{float(value):.9g}")
 
 
 def _finite_or_none(value: float) -> float | None:

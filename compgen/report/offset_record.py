@@ -3,10 +3,9 @@
 from typing import Any
 
 from compgen.core.commands import Command
+from compgen.core.pose import POSE_KEYS
 from compgen.core.units import MDEG, UM
 from compgen.pipelines.planned.offsets import Offset, Offsets
-
-KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 
 
 def offsets_record(offsets: Offsets) -> dict[str, Any]:
@@ -15,7 +14,7 @@ def offsets_record(offsets: Offsets) -> dict[str, Any]:
         "command": Command.OFFSETS,
         "name": offsets.name,
         "uframe": offsets.uframe,
-        "uframe_is": dict(zip(KEYS, offsets.frame.tolist(), strict=True)),
+        "uframe_is": dict(zip(POSE_KEYS, offsets.frame.tolist(), strict=True)),
         "ways": [_way(way) for way in offsets.ways],
         "findings": [f.record() for f in offsets.findings],
     }
@@ -25,7 +24,7 @@ def _way(way: Offset) -> dict[str, Any]:
     left = way.left
     return {
         "kind": way.kind,
-        "type_in": None if way.numbers is None else dict(zip(KEYS, way.numbers.tolist(), strict=True)),
+        "type_in": None if way.numbers is None else dict(zip(POSE_KEYS, way.numbers.tolist(), strict=True)),
         "leaves": {
             "rms_um": left.rms / UM,
             "p99_um": left.p99 / UM,

@@ -16,7 +16,7 @@ from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.job.tables import words_of_guarantee
 from compgen.pipelines.correct import Correction
-from compgen.thermal.ensemble import Ensemble
+from compgen.report.averaged import starts_record
 
 SCHEMA = 1
 KIND = "compgen correction"
@@ -44,7 +44,7 @@ def provenance(result: Correction) -> dict[str, Any]:
             "split": options.split,
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),
             "mark": "remark" if options.remark else "digits",
-            **({} if options.ensemble is None else {"average_over": _starts(options.ensemble)}),
+            **({} if options.ensemble is None else {"average_over": starts_record(options.ensemble)}),
             **({} if options.guaranteed is None else {"guaranteed": words_of_guarantee(options.guaranteed)}),
         },
         "planned_sha256": sha256(result.planned).hexdigest(),
@@ -68,11 +68,6 @@ def inputs_record(result: Correction) -> dict[str, Any]:
 def _state(state: AnchoredState | None) -> dict[str, str]:
     """The state that the robot began with, whole: the pages of the program are resumed from it."""
     return {} if state is None else {"state_sha256": state.digest, "state_toml": state_text(state)}
-
-
-def _starts(ensemble: Ensemble) -> dict[str, list[float]]:
-    """The starts that one file serves."""
-    return {"delay_s": list(ensemble.delay), "override_percent": [100 * share for share in ensemble.overrides]}
 
 
 def _context(result: Correction) -> dict[str, Any]:

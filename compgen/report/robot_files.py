@@ -8,13 +8,13 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.commands import Command
+from compgen.core.pose import POSE_KEYS
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.rigid_chain import RigidChain
 from compgen.pipelines.files.robot_sheet import RobotSheet
 from compgen.robot.robot import Robot
 
-KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 SIZE, EDGE = 440, 72  # of each view [px]
 LETTER = 6.2  # of a word, at most [px]
 #: Colours on white, and in the dark where the picture is shown there.
@@ -64,7 +64,7 @@ def sheet_record(sheet: RobotSheet) -> dict[str, Any]:
         "nodes": list(sheet.arm.nodes),
         "sources": [known.source.NAME for known in sheet.arm.known],
         "poses": [
-            {"joints_deg": list(p.joints), **dict(zip(KEYS, p.numbers, strict=True)), "config": p.config}
+            {"joints_deg": list(p.joints), **dict(zip(POSE_KEYS, p.numbers, strict=True)), "config": p.config}
             for p in sheet.poses
         ],
         "findings": [f.record() for f in sheet.findings],

@@ -20,6 +20,7 @@ from compgen.report.figure import (
     figure,
     horizontal_line,
     limit_label,
+    scale,
     spans,
     trace,
 )
@@ -39,9 +40,9 @@ PHONE_COLUMNS = 7  # of a map, up to which numbers in its cells can be read on a
 MANY_COLOURS = ("#2f54dc", "#8b46e0", "#e0508c", "#f59e0b")  # seen on a light and a dark page, and as greys on paper
 
 
-def error_against(study: Study, rows: list[Row], key: str, limit: Limit | None = None) -> Figure:
+def error_against(study: Study, rows: list[Row], key: str) -> Figure:
     """The largest error over the values of one key, a line for each value of another; before above, after below it."""
-    return curves(grid_of(study.keys, rows), key, limit)[0]
+    return curves(grid_of(study.keys, rows), key)[0]
 
 
 def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, str]:
@@ -140,7 +141,7 @@ def _heat_map(columns: list[str], lines: list[str], cells: Array, hover: str, li
         lines,
         [[None if v != v else v for v in line] for line in cells.tolist()],
         text=[[_cell(error, limit) for error in line] for line in cells.tolist()],
-        colorscale=[[i / (len(MAP_COLOURS) - 1), c] for i, c in enumerate(MAP_COLOURS)],
+        colorscale=scale(MAP_COLOURS),
         colorbar={"title": {"text": "µm"}, "thickness": 12, "outlinewidth": 0},
         xgap=1,
         ygap=1,
@@ -242,8 +243,14 @@ def _colour_bar(grid: Grid, other: str) -> Trace:
         "tickvals": ticks,
         "ticktext": [plain(values[n]) for n in ticks],
     }
-    scale = [[i / (len(MANY_COLOURS) - 1), c] for i, c in enumerate(MANY_COLOURS)]
-    marker = {"color": [0], "cmin": 0, "cmax": count - 1, "colorscale": scale, "colorbar": bar, "showscale": True}
+    marker = {
+        "color": [0],
+        "cmin": 0,
+        "cmax": count - 1,
+        "colorscale": scale(MANY_COLOURS),
+        "colorbar": bar,
+        "showscale": True,
+    }
     return trace("scatter", [None], [None], mode="markers", marker=marker, showlegend=False, meta=MARK)
 
 

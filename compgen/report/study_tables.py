@@ -63,7 +63,7 @@ class Grid:
     def values(self, key: str) -> list[Value]:
         """The values of a key, numbers from the least, words as they come."""
         values = dict.fromkeys(self.value(row, key) for row in self.rows)
-        return sorted(values, key=_order) if key in self.numeric else list(values)
+        return sorted(values, key=float) if key in self.numeric else list(values)
 
     def value(self, row: Row, key: str) -> Value:
         """A key's value in a scenario: a number where all of its values are."""
@@ -98,10 +98,6 @@ def in_words(key: str, value: Value) -> str:
 def plain(value: Value) -> str:
     """A value as a label."""
     return f"{value:.6g}" if isinstance(value, float) else value
-
-
-def _order(value: Any) -> float:
-    return float(value)
 
 
 def _number(value: Any) -> float | None:

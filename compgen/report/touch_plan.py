@@ -6,12 +6,11 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.commands import Command
+from compgen.core.pose import POSE_KEYS
 from compgen.core.units import DEG, UM
 from compgen.pipelines.anchor.touch_plan import PlannedTouches
 from compgen.program.digits import pose_numbers
 from compgen.program.touches import Signal, TouchPositions
-
-COLUMNS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 
 
 def touches_csv(planned: PlannedTouches, touches: TouchPositions, *, stops: bool) -> bytes:
@@ -22,7 +21,9 @@ def touches_csv(planned: PlannedTouches, touches: TouchPositions, *, stops: bool
     """
     sided = bool(np.isfinite(planned.ways.normal).all())
     read_place = not (stops and sided)
-    lines = [",".join(["time_s", "target", *COLUMNS, "config", *(("nx", "ny", "nz", "value_mm") * sided), "sigma_um"])]
+    lines = [
+        ",".join(["time_s", "target", *POSE_KEYS, "config", *(("nx", "ny", "nz", "value_mm") * sided), "sigma_um"])
+    ]
     numbers = _at_touch(planned, touches)
     for n, (row, normal) in enumerate(zip(numbers, planned.ways.normal.tolist(), strict=True)):
         place = [""] * 3 if read_place else [f"{v:.{touches.decimals}f}" for v in row[:3]]
@@ -56,7 +57,7 @@ def touch_record(planned: PlannedTouches, touches: TouchPositions, signal: Signa
         "touches": [
             {
                 "target": name,
-                "position": dict(zip(COLUMNS, numbers[n], strict=True)),
+                "position": dict(zip(POSE_KEYS, numbers[n], strict=True)),
                 "config": _config(touches, n),
                 "joints_deg": joints[n].tolist(),
                 "normal": (planned.ways.normal[n] + 0.0).tolist() if sided else None,

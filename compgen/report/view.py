@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, column_extremes, own
+from compgen.core.arrays import Array, BoolArray, column_extremes, owns
 
 THIN = 0.22  # of the longest side: what every other side has at least, so that its axis can be read
 NEAR = 0.5  # of the longest side: what is no part but so near is shown too
@@ -20,6 +20,7 @@ ELEVATIONS = (35.0, 60.0, 20.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(low=(3,), high=(3,), right=(3,), up=(3,), eye=(3,))
 class View:
     """A box of space in World, and a picture of it."""
 
@@ -28,9 +29,6 @@ class View:
     right: Array  # (3,) unit vector to the picture's right
     up: Array  # (3,)
     eye: Array  # (3,) towards who looks
-
-    def __post_init__(self) -> None:
-        own(self, low=(3,), high=(3,), right=(3,), up=(3,), eye=(3,))
 
     @property
     def size(self) -> Array:

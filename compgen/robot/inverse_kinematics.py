@@ -190,10 +190,7 @@ def branch_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) ->
     cb, sb = ce * np.cos(shift) - se * np.sin(shift), se * np.cos(shift) + ce * np.sin(shift)
     cf, sf = cu * cb + su * sb, su * cb - cu * sb
 
-    # columns of R_03: x3 (up across the forearm), y3 (-joint 3 axis), z3 (back along the forearm)
-    x3 = ca.vertcat(-c1 * sf, -s1 * sf, cf)
-    z3 = ca.vertcat(-c1 * cf, -s1 * cf, -sf)
-    M = ca.horzcat(x3, ca.cross(z3, x3), z3).T @ rotation
+    M = _forearm_expr(c1, s1, cf, sf).T @ rotation
     m13, m23, m33 = sign6 * M[0, 2], sign6 * M[1, 2], sign6 * M[2, 2]
     s5 = flip * ca.sqrt(m13 * m13 + m23 * m23)
     theta5 = ca.atan2(s5, m33)
@@ -202,6 +199,13 @@ def branch_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) ->
     wrist = [_cosine_and_sine(x, y) for x, y in ((x4, y4), (m33, s5), (x6, y6))]
     cosines, sines = (ca.vertcat(*column) for column in zip((c1, s1), (cu, -su), (sb, cb), *wrist, strict=True))
     return theta, cosines, sines, margin
+
+
+def _forearm_expr(c1: Any, s1: Any, cf: Any, sf: Any) -> Any:
+    """R_03 by its columns: x3 up across the forearm, y3 against joint 3's axis, z3 back along the forearm."""
+    x3 = ca.vertcat(-c1 * sf, -s1 * sf, cf)
+    z3 = ca.vertcat(-c1 * cf, -s1 * cf, -sf)
+    return ca.horzcat(x3, ca.cross(z3, x3), z3)
 
 
 def _cosine_and_sine(x: Any, y: Any) -> tuple[Any, Any]:

@@ -20,6 +20,19 @@ from compgen.robot.motion import ANY_ARM, ControllerMotion, ExpectedMotion
 SAME_PERIOD = 1e-6  # of a period: a line that is longer by less lasts whole periods
 CLEAR = 1e-9  # [rad] past an edge of the polygon of J2 and J3 that is none
 
+#: a length of the arm by name
+LengthName = Literal["d1", "a1", "a2", "a3", "d4", "d6"]
+
+#: the parameter, and its row from 0
+DH_LENGTHS: dict[LengthName, tuple[Literal["a", "d"], int]] = {
+    "d1": ("d", 0),
+    "a1": ("a", 0),
+    "a2": ("a", 1),
+    "a3": ("a", 2),
+    "d4": ("d", 3),
+    "d6": ("d", 5),
+}
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Controller:
@@ -96,3 +109,9 @@ class Robot:
     def to_theta(self, pendant: Array) -> Array:
         """DH angles of pendant angles, (N, 6) [rad]."""
         return np.asarray(pendant @ self.pendant_map.T + self.pendant_zero)
+
+
+def dh_length(robot: Robot, name: LengthName) -> float:
+    """The nominal length with its sign, negative where the link points against its axis [m]."""
+    parameter, row = DH_LENGTHS[name]
+    return float((robot.a if parameter == "a" else robot.d)[row])

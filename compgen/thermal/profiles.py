@@ -24,7 +24,7 @@ from typing import Literal
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.robot.dh_lengths import LengthName
+from compgen.robot.robot import LengthName
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """From the steps of a cell's day to stretches of duty: repeats, dwells, shifts and breaks."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -78,7 +78,7 @@ def expand_steps(
     return stretches
 
 
-def cut_at_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> list[Duty]:
+def cut_at_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> Iterator[Duty]:
     """A stretch of wall-clock time cut at the edges of shifts and breaks."""
     day = clock // DAY
     spans: list[tuple[float, float, bool]] = []  # begin, end, is it a break
@@ -89,17 +89,15 @@ def cut_at_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> list[Dut
             spans += [(base + a, base + b, True) for a, b in s.breaks]
     end = clock + duty.duration
     edges = sorted({clock, end, *(t for a, b, _ in spans for t in (a, b) if clock < t < end)})
-    pieces = []
     for a, b in zip(edges[:-1], edges[1:], strict=True):
         middle = (a + b) / 2
         breaks = [is_break for begin, stop, is_break in spans if begin <= middle < stop]
         if not breaks:
-            pieces.append(Duty("off", 0.0, b - a))
+            yield Duty("off", 0.0, b - a)
         elif any(breaks):
-            pieces.append(Duty("idle", 0.0, b - a))
+            yield Duty("idle", 0.0, b - a)
         else:
-            pieces.append(replace(duty, duration=b - a))
-    return pieces
+            yield replace(duty, duration=b - a)
 
 
 def check_shifts(shifts: Sequence[Shift], where: str) -> None:

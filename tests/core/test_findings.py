@@ -8,13 +8,15 @@ from compgen.cli.screen.messages import finding_lines, print_error
 from compgen.core.codes import Code, Level
 from compgen.core.findings import (
     MOST_CHARACTERS,
+    NOT_DONE,
+    OF_EVERY_JOB,
+    OF_SAFETY,
     Finding,
     beyond_text,
     in_reading_order,
     is_for_every_job,
     one_line,
 )
-from compgen.core.kinds import NOT_DONE, OF_EVERY_JOB, OF_SAFETY
 
 
 def test_a_short_message_stays_as_it_is():

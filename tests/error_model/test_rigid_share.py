@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.error_model.rigid_share import rigid_share
+from compgen.error_model.rigid_share import design_of, rigid_share
 
 SHIFT, TURN, PROBE = np.array([30e-6, -20e-6, 50e-6]), np.array([4e-5, -7e-5, 9e-5]), np.array([1e-5, -3e-5, 6e-5])
 ATOL_M = 1e-12
@@ -39,7 +39,7 @@ def test_a_motion_of_frame_and_probe_is_taken_up_whole(cell):
     motion = share.motion(carried(place, place.mean(axis=0), rotation, PROBE)[:, :, None])
     assert_allclose(motion[:, 0], np.concatenate([SHIFT, TURN, PROBE]), atol=ATOL_M)
     on_path = carried(path, place.mean(axis=0), path_rotation, PROBE)[:, :, None]
-    assert_allclose(share.left(on_path, motion, path, path_rotation), 0, atol=ATOL_M)
+    assert_allclose(on_path - design_of(path - share.middle, path_rotation) @ motion, 0, atol=ATOL_M)
     # with another tool what the probe took up is no error of the path
     of_frame = carried(path, place.mean(axis=0), path_rotation, 0 * PROBE)[:, :, None]
     assert_allclose(share.left(of_frame, motion, path), 0, atol=ATOL_M)

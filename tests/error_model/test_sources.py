@@ -12,10 +12,10 @@ from scipy.interpolate import CubicSpline
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MDEG, MM, UM
-from compgen.error_model.command_directions import command_directions
 from compgen.error_model.direction_memory import (
     NO_DIRECTION,
     DirectionState,
+    command_directions,
     direction_states,
     first_order_lag,
     play_operator,

@@ -14,7 +14,7 @@ from compgen.core.codes import Level
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
 from compgen.identification.log_readings import GAIN, exchanged_sensors, log_evidence, log_findings, moved_clocks
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import active_in_groups
 from compgen.identification.warm_up import CLOCK_SHIFTS
 from compgen.pipelines.files.robot_file import arm_of, load_arm
@@ -128,12 +128,14 @@ def test_an_arm_without_a_heat_model_gets_a_plain_warmth(tmp_path):
     data = Measurements(
         theta=theta,
         rise=np.zeros((90, 0)),
+        lag=np.zeros((90, 0)),
         direction=np.zeros((90, 6)),
         time=np.arange(90.0),
         warm=warm,
         pose=pose,
         instrument=np.zeros(270, int),
         reflector=np.tile(np.arange(3), 90),
+        ends=plain_ends(270),
         position=position + rng.normal(0, 10e-6, position.shape),
         rotation=np.full((270, 3, 3), np.nan),
         sigma=np.ones(270),

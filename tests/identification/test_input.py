@@ -197,7 +197,8 @@ def log_file(tmp_path, header, rows):
 
 def logged(tmp_path, arm, thermal, rows, header, log, step=600.0, reference="start"):
     data = read(tmp_path, arm, text(timed(rows, step), TIMED), timed=True)
-    data = replace(data, rise=np.zeros((len(data.theta), len(thermal.nodes))))
+    cold = np.zeros((len(data.theta), len(thermal.nodes)))
+    data = replace(data, rise=cold, lag=cold)
     return with_temperatures(data, log_file(tmp_path, header, log), thermal.heat, thermal.sensors, reference)
 
 

@@ -15,7 +15,7 @@ from compgen.core.units import DEG, MDEG, UM
 from compgen.error_model.source import ReversalWidths
 from compgen.identification.frames import initial_frames
 from compgen.identification.linearisation import linearise
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.pose_files import motion_directions
@@ -56,10 +56,11 @@ def measurements(theta, places):
     M, R = places.shape[:2]
     N = M * R
     return Measurements(
-        theta=theta, rise=np.zeros((M, 0)), direction=motion_directions(theta), time=np.arange(M) * 10.0,
-        warm=np.zeros(M), pose=np.repeat(np.arange(M), R), instrument=np.zeros(N, dtype=int),
-        reflector=np.tile(np.arange(R), M), position=places.reshape(-1, 3), rotation=np.full((N, 3, 3), np.nan),
-        sigma=np.ones(N), label=("",) * N, reflectors=("a", "b"), instruments=("tracker",), aligned=np.array([False]),
+        theta=theta, rise=np.zeros((M, 0)), lag=np.zeros((M, 0)), direction=motion_directions(theta),
+        time=np.arange(M) * 10.0, warm=np.zeros(M), pose=np.repeat(np.arange(M), R),
+        instrument=np.zeros(N, dtype=int), reflector=np.tile(np.arange(R), M), ends=plain_ends(N),
+        position=places.reshape(-1, 3), rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N), label=("",) * N,
+        reflectors=("a", "b"), instruments=("tracker",), aligned=np.array([False]),
     )  # fmt: skip
 
 
@@ -197,7 +198,8 @@ def test_what_runs_say_of_half_widths_are_rows_of_the_fit(plan):
     arm = load_arm("m710ic50")
     theta, _ = joints_of(arm.robot, plan / "reversals.csv")
     data = measurements(theta, measured(arm.robot, theta, "play", 10 * UM, 1))
-    data = replace(data, rise=np.zeros((len(theta), len(arm.nodes))))
+    cold = np.zeros((len(theta), len(arm.nodes)))
+    data = replace(data, rise=cold, lag=cold)
     motion = fit_lost_motion(data, ASSUMED)
     assert motion is not None
     kept = with_runs_as_poses(data, motion)

@@ -99,6 +99,7 @@ def blank(theta, kind, rows, reflectors, **values):
     data = Measurements(
         theta=theta,
         rise=np.zeros((M, 0)),
+        lag=np.zeros((M, 0)),
         direction=np.zeros((M, 6)),
         time=np.arange(M, dtype=float),
         warm=np.zeros(M),

@@ -22,7 +22,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import Fit
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
@@ -65,12 +65,14 @@ def poses_at(truth, theta, rise):
     data = Measurements(
         theta=theta,
         rise=np.tile(rise, (N, 1)),
+        lag=np.zeros((N, len(rise))),
         direction=np.zeros((N, 6)),
         time=np.zeros(N),
         warm=np.zeros(N),
         pose=np.arange(N),
         instrument=np.zeros(N, int),
         reflector=np.zeros(N, int),
+        ends=plain_ends(N),
         position=np.zeros((N, 3)),
         rotation=np.full((N, 3, 3), np.nan),
         sigma=np.ones(N),

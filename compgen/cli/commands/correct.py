@@ -13,7 +13,7 @@ from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_marks
 from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_place
-from compgen.cli.output_files.marker import Run, read_record
+from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import outcome_words, print_lines
@@ -23,6 +23,7 @@ from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.findings import first_message
+from compgen.core.json_text import read_record
 
 if TYPE_CHECKING:
     from compgen.pipelines.correct import Correction

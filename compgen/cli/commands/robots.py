@@ -15,6 +15,7 @@ from compgen.cli.screen.messages import print_findings, print_lines, print_recor
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
+from compgen.core.pose import POSE_KEYS
 
 RECORD, PICTURE = "robot.json", "zero.svg"
 
@@ -68,7 +69,7 @@ def _show(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bo
     table = Table("J1 J2 J3 J4 J5 J6", "X", "Y", "Z", "W", "P", "R", "CONFIG")
     for pose in record["poses"]:
         joints = " ".join(f"{v:g}" for v in pose["joints_deg"])
-        cells = [f"{pose[k]:.3f}" for k in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")]
+        cells = [f"{pose[k]:.3f}" for k in POSE_KEYS]
         table.add_row(joints, *cells, pose["config"])
     console.print(table)
     if any(abs(abs(pose["p_deg"]) - 90) < 0.01 for pose in record["poses"]):

@@ -18,7 +18,7 @@ from compgen.cli.options.completion import (
     complete_robots,
 )
 from compgen.cli.output_files import marker, publish
-from compgen.core.exceptions import InputError, naming_file
+from compgen.core.exceptions import InputError
 from compgen.core.files import PROJECT
 from compgen.core.findings import beyond_text
 from compgen.core.units import HOUR, MINUTE, UM
@@ -265,15 +265,10 @@ class ProgramChoice:
 
     def begin(self, program: str, content: bytes) -> "tuple[Cell, tuple[Duty, ...]]":
         """The cell of a program that exists, by default with the robot that it names, and what went before."""
-        from compgen.job.anchored_start import begin
-        from compgen.pipelines.correct.program_file import robot_of_program
-        from compgen.pipelines.files.history_words import load_before
-        from compgen.pipelines.files.robot_file import load_cell
+        from compgen.pipelines.correct.program_file import cell_of_program
 
-        with naming_file(program):
-            robot = robot_of_program(content) if self.robot is None else self.robot
-        cell = load_cell(robot, self.overrides or ())
-        return begin(cell, load_before(self.before or ()), self.state, self.state_age)
+        overrides, before = self.overrides or (), self.before or ()
+        return cell_of_program(content, program, self.robot, overrides, before, self.state, self.state_age)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

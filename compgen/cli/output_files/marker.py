@@ -4,7 +4,6 @@
 its files. It is written after all of them and goes before any of them; a file whose hash is another is somebody's.
 """
 
-import json
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from typing import Any
 from compgen.core.commands import Command, command_of
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.core.json_text import json_text
+from compgen.core.json_text import json_text, read_record
 from compgen.core.version import __version__
 
 NAME = "compgen.json"
@@ -63,15 +62,6 @@ def marker_text(folder: Path, run: Run, hashes: Mapping[str, str], gone: Collect
     own = {"command": run.command, "about": run.about, "version": __version__, "files": dict(sorted(files.items()))}
     runs = sorted([*runs, own], key=lambda each: (each["command"], each["about"]))
     return json_text({"schema": 1, "runs": runs})
-
-
-def read_record(file: Path) -> dict[str, Any]:
-    """A JSON object; an empty one where the file holds none."""
-    try:
-        record = json.loads(read_regular(file))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return record if isinstance(record, dict) else {}
 
 
 def command_in(file: Path) -> Command | None:

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from compgen.cli.output_files.figure_files import earlier_figures
-from compgen.cli.output_files.marker import Run, command_in, owners_in, read_record
+from compgen.cli.output_files.marker import Run, command_in, owners_in
 from compgen.cli.output_files.publish import check_writable
 from compgen.core.commands import Command, command_of
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, POSTERIOR, read_regular
+from compgen.core.json_text import read_record
 
 REPORT = "report.json"
 RESUME_FILES = ("resume.json", "resume.html")

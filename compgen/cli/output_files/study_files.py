@@ -13,11 +13,12 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from compgen.cli.output_files.marker import command_in, read_record
+from compgen.cli.output_files.marker import command_in
 from compgen.cli.output_files.publish import check_writable, write_file
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+from compgen.core.json_text import read_record
 
 JOURNAL = "scenarios.jsonl"
 RECORD = "whatif.json"

@@ -87,7 +87,7 @@ class _StageBar:
             self._bar.task_ids[0],
             description=f"{stage.name}: {stage.detail}" if stage.detail else stage.name,
             completed=self._share,
-            rate=f"{_two_figures(per_second):,d} waypoints/s" if per_second else "",
+            rate=f"{int(float(f'{per_second:.2g}')):,d} waypoints/s" if per_second else "",  # more would only flicker
             left=elapsed * (1 / self._share - 1) if self._share > LEAST_SHARE and stage.is_even else None,
             updated=now,
         )
@@ -124,8 +124,3 @@ def time_left_text(left: float | None, age: float) -> str:
     if seconds < 100:
         return f"{seconds} s left"
     return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d} left"
-
-
-def _two_figures(rate: float) -> int:
-    """Rounded to two figures: more would only flicker."""
-    return int(float(f"{rate:.2g}"))

@@ -24,8 +24,8 @@ from compgen.error_model.source import (
     State,
     Visibility,
 )
-from compgen.robot.dh_lengths import DH_LENGTHS, LengthName
 from compgen.robot.kinematics import Chain, is_zero
+from compgen.robot.robot import DH_LENGTHS, LengthName
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -33,9 +33,8 @@ from compgen.error_model.source import (
     Visibility,
     check_terms,
 )
-from compgen.robot.dh_lengths import DH_LENGTHS, LengthName, dh_length
 from compgen.robot.kinematics import Chain, is_zero
-from compgen.robot.robot import Robot
+from compgen.robot.robot import DH_LENGTHS, LengthName, Robot, dh_length
 
 FLANGE_AXIS = np.array([0.0, 0.0, 1.0])
 STEEL = 11.5e-6  # [1/K] what a length without a profile may grow by: the prior of its rate, times the length

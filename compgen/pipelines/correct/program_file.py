@@ -1,7 +1,8 @@
 """A program that exists: its file, what lies beside it, the robot it names, and the frames and registers it needs."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,14 @@ from compgen.fanuc import loads
 from compgen.fanuc.analysis.inspection import inspect
 from compgen.fanuc.analysis.robot_evidence import robots_named
 from compgen.fanuc.analysis.watermark import Mark, carries_mark
-from compgen.pipelines.files.robot_file import known_robots, load_robot
+from compgen.job.anchored_start import begin
+from compgen.job.job import Cell
+from compgen.pipelines.files.history_words import load_before
+from compgen.pipelines.files.robot_file import known_robots, load_cell, load_robot
 from compgen.program.frames import Frames, default_frames, load_frames
 from compgen.program.registers import Register, load_registers
 from compgen.robot.robot import Robot
+from compgen.thermal import Duty
 
 LARGEST = 10_000_000  # bytes
 
@@ -32,6 +37,31 @@ def read_program(program: str) -> bytes:
     if program.lower().endswith(".toml"):
         raise InputError(f"{program}: not a program listing (.LS); cgen generate, predict and check take path files")
     return content
+
+
+def cell_of_program(
+    content: bytes,
+    file: str | None,
+    robot: str | None,
+    overrides: Sequence[str],
+    before: Sequence[str],
+    state: str | None,
+    state_age: str | None,
+) -> tuple[Cell, tuple[Duty, ...]]:
+    """The cell of a program that exists, by default with the robot that it names, and what went before.
+
+    Args:
+        content: Of the program.
+        file: Where it is from, if it has a file.
+        robot: Name or file of a robot in place of the one that it names.
+        overrides: Keys of the robot file and their values.
+        before: What went before, in words or files.
+        state: What ``cgen anchor`` wrote, in place of that.
+        state_age: How long before the start that was.
+    """
+    with nullcontext() if file is None else naming_file(file):
+        chosen = robot_of_program(content) if robot is None else robot
+    return begin(load_cell(chosen, overrides), load_before(before), state, state_age)
 
 
 def read_frames(path: str | None) -> Frames:

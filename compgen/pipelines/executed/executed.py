@@ -1,7 +1,6 @@
 """How a log of a run is judged: the program's text with what lies beside it, the log followed along it, the verdict."""
 
 import base64
-import json
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,8 +10,9 @@ from typing import Any
 
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
-from compgen.core.files import PROVENANCE, read_regular
+from compgen.core.files import PROVENANCE
 from compgen.core.findings import Finding
+from compgen.core.json_text import read_record
 from compgen.fanuc.listing.listing import loads
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.program.frames import Frames
@@ -51,7 +51,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
     inputs = next((r.removeprefix(INPUTS).strip() for r in program.remarks if r.startswith(INPUTS)), None)
     folder, findings, planned = Path(file).parent, list[Finding](), None
     for record_file in sorted(folder.glob(f"*{PROVENANCE}")):
-        record = _record(record_file)
+        record = read_record(record_file)
         if record.get("corrected_sha256") == checksum:
             planned = _planned(record)
         elif record.get("program") == program.name and record.get("planned_sha256") != checksum:
@@ -60,7 +60,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
                 "program was edited since; give the one that the record was written with"
             )
             findings.append(Finding(Level.WARNING, Code.EXECUTED_RECORD, message))
-    made_from = _record(folder / "report.json").get("provenance")
+    made_from = read_record(folder / "report.json").get("provenance")
     report_inputs = made_from.get("inputs_sha256") if isinstance(made_from, dict) else None
     if inputs and isinstance(report_inputs, str) and not report_inputs.startswith(inputs):
         message = (
@@ -77,14 +77,6 @@ def read_text(file: str, content: bytes) -> ProgramText:
         planned=planned,
         findings=tuple(findings),
     )
-
-
-def _record(file: Path) -> dict[str, Any]:
-    try:
-        record = json.loads(read_regular(file))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return record if isinstance(record, dict) else {}
 
 
 def _planned(record: dict[str, Any]) -> bytes | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, nine_digits
 from compgen.core.codes import Code, Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
@@ -110,9 +110,7 @@ def _variants(data: Measurements) -> list[Measurements]:
     variants = []
     for k in data.modelled:
         unit = np.eye(data.rise.shape[1])[k]
-        variants.append(replace(data, rise=data.rise + HEIGHT * data.rise * unit))
-        if data.lag is not None:
-            variants.append(replace(data, rise=data.rise + LAG * data.lag * unit))
+        variants += [replace(data, rise=data.rise + change * unit) for change in (HEIGHT * data.rise, LAG * data.lag)]
     return variants
 
 
@@ -189,7 +187,7 @@ def frame_text(taught: TaughtFrame) -> str:
     file.add(tomlkit.comment('The frame of a part, as cgen teach-frame wrote it; in a path file: [frame] file = "..."'))
     file["frame"] = {
         "number": taught.number,
-        **{key: float(f"{value:.9g}") for key, value in _place(taught.fit).items()},
+        **{key: nine_digits(value) for key, value in _place(taught.fit).items()},
         "taught": {
             "through": taught.through,
             "robot_file": taught.robot_file,
@@ -199,7 +197,7 @@ def frame_text(taught: TaughtFrame) -> str:
             **taught.for_band,
         },
     }
-    centre = {key: float(f"{value:.9g}") for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)}
+    centre = {key: nine_digits(value) for key, value in zip(("x_mm", "y_mm", "z_mm"), probe, strict=True)}
     tool = tomlkit.item({**centre, "sigma_um": _listed(sigma[6:] / UM, 2)})
     file["tool"] = tool.comment("the probe's centre in the flange, as the touches say")
     return tomlkit.dumps(file)

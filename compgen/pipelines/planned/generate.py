@@ -18,8 +18,7 @@ from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM
-from compgen.error_model.command_directions import command_directions
-from compgen.error_model.direction_memory import DirectionState, reversal_widths
+from compgen.error_model.direction_memory import DirectionState, command_directions, reversal_widths
 from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion

@@ -12,20 +12,17 @@ from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.fanuc import LsProgram, loads
-from compgen.job.anchored_start import begin
 from compgen.pipelines import correct as pipeline
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.program_file import (
+    cell_of_program,
     programs_beside,
     read_frames,
     read_registers,
     refuse_corrected,
-    robot_of_program,
 )
 from compgen.pipelines.correct.program_file import read_program as read_bytes
 from compgen.pipelines.correct.result import options_of
-from compgen.pipelines.files.history_words import load_before
-from compgen.pipelines.files.robot_file import load_cell
 from compgen.report.correction import FIGURES, correction_columns, correction_figures, correction_summary
 from compgen.report.correction_files import correction_files
 from compgen.report.notebook.arguments import (
@@ -213,16 +210,13 @@ def correct(
     history_words = file_names(before, "before", "a history, as 'moving 200mm/s 5h', or a .toml file")
     if file is not None and not again:
         refuse_corrected(Path(file), content)
-    with nullcontext() if file is None else naming_file(file):
-        chosen = robot_of_program(content) if robot_name is None else robot_name
-    cell = load_cell(chosen, assignments(overrides))
-    frames_table, age = read_frames(frames_file), optional_name(state_age, "state_age", "a time, as '20min'")
-    cell, history = begin(cell, load_before(history_words), optional_name(state, "state", STATE), age)
+    of_state = optional_name(state, "state", STATE), optional_name(state_age, "state_age", "a time, as '20min'")
+    cell, history = cell_of_program(content, file, robot_name, assignments(overrides), history_words, *of_state)
     with nullcontext() if file is None else naming_file(file), numpy_alone():
         result = pipeline.correct(
             content,
             cell,
-            frames_table,
+            read_frames(frames_file),
             before=history,
             options=options,
             progress=report_progress,

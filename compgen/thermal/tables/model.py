@@ -8,8 +8,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MM, UM
-from compgen.robot.dh_lengths import DH_LENGTHS, dh_length
-from compgen.robot.robot import Robot
+from compgen.robot.robot import DH_LENGTHS, Robot, dh_length
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.thermal.drive_losses import Drives
 from compgen.thermal.network import Body, Housing, NetworkModel, Volumes, assemble_volumes, modal_form

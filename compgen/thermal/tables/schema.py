@@ -7,7 +7,7 @@ from pydantic import Field, FiniteFloat
 from compgen.core.recorded.table import DialectTable
 from compgen.core.toml import Identifier, Length, NotNegative, Point, Positive, Range, SixRates, Table
 from compgen.core.units import MINUTE
-from compgen.robot.dh_lengths import LengthName
+from compgen.robot.robot import LengthName
 from compgen.thermal.temperature_log import COLD_START
 
 DayHour = Annotated[FiniteFloat, Field(ge=0, le=48)]
