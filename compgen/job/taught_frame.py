@@ -21,7 +21,7 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.rigid_share import rigid_share
-from compgen.job.job import Cell, Job
+from compgen.job.job import Cell
 from compgen.job.part_frame import WARM
 from compgen.planning.tables import TaughtTable
 
@@ -31,17 +31,16 @@ SAME_TOOL = 10 * UM  # between the probe that taught and the tool: one and the s
 OPEN = tuple(f"part's {what} {axis}" for what in ("place", "turn", "probe") for axis in "xyz")
 
 
-def own_teaching(job: Job) -> TaughtTable | None:
-    """How the part's frame was taught, where it was through this very robot file's model and says its touches."""
-    taught = None if job.frame is None else job.frame.taught
+def is_own_teaching(cell: Cell, taught: TaughtTable | None) -> bool:
+    """Whether a part's frame was taught through this very robot file's model and says its touches."""
     if taught is None or taught.through != "model" or not taught.touches:
-        return None
-    return taught if taught.robot_file.endswith(job.cell.robot_file_hash[:16]) else None
+        return False
+    return taught.robot_file.endswith(cell.robot_file_hash[:16])
 
 
-def is_probe(tool: Pose, taught: TaughtTable | None) -> bool:
+def is_probe(tool: Pose, taught: TaughtTable) -> bool:
     """Whether a tool is the probe that taught the frame."""
-    return taught is not None and float(np.abs(tool.position - np.array(taught.probe_mm) * MM).max()) < SAME_TOOL
+    return float(np.abs(tool.position - np.array(taught.probe_mm) * MM).max()) < SAME_TOOL
 
 
 def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, nothing: Cause) -> list[Quantity]:
