@@ -52,6 +52,24 @@ class RigidShare:
         """
         return np.asarray(column - self.design(place, rotation) @ motion)
 
+    def left_of_field(self, along: Array, between: Array, place: Array, rotation: Array | None = None) -> Array:
+        r"""Variance of one coordinate of a smooth field of unit variance, less what the frame took up of it, (M,).
+
+        The field z(p) moves each coordinate by itself, with E[z(p) z(q)] = k(p, q):
+
+            tr(I - 2 D G E^T k_rn + D G E^T k_rr E G^T D^T) / 3
+
+        Args:
+            along: k from places on a path to touched ones, (M, T).
+            between: k between touched ones, (T, T).
+            place: (M, 3) [m] World.
+            rotation: Of the flange, (M, 3, 3), where the probe that was fitted along is the tool.
+        """
+        H, e = self.design(place, rotation) @ self.gain, self.along
+        among = between[np.ix_(self.touch, self.touch)] * (e @ e.T)
+        shared = np.einsum("mir,mr,ri->m", H, along[:, self.touch], e)
+        return np.asarray(1 + (np.einsum("mir,mir->m", H @ among, H) - 2 * shared) / 3)
+
 
 def design_of(lever: Array, rotation: Array | None) -> Array:
     """D at levers (M, 3) [m] from the middle: what a shift, a turn, and a probe too long in the flange do to c."""

@@ -1,7 +1,7 @@
 """What a job does not know, as quantities: its sources, its warmth, its frames and its start; and a job with a draw."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
-from compgen.job.taught_frame import frame_rows, is_own_teaching, is_probe, open_of_frame, taken_up
+from compgen.job.taught_frame import TakenUp, frame_rows, is_own_teaching, is_probe, open_of_frame, taken_up
 from compgen.planning.tables import TaughtTable
 from compgen.thermal.uncertainty import HeatChange
 
@@ -27,7 +27,7 @@ class JobUncertainty:
 
     parameters: SourceParameters
     quantities: tuple[Quantity, ...]
-    taken: Array = field(default_factory=lambda: np.zeros(9))  # of the thermal error by the part's frame: base and tool
+    taken: TakenUp | None = None  # by the part's frame; None: it was not taught by this robot
 
 
 def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) -> JobUncertainty:
