@@ -159,11 +159,14 @@ def test_the_same_numbers_without_their_teaching_are_open_in_full(cell):
 
 def test_a_guaranteed_bound_is_flown_in_the_taught_frame(cell):
     """The draws fly what the band's columns say: the frame's part of it too."""
-    result = correct(cell, "--guaranteed", "max_um=500")
-    assert result.returncode == 0, result.stderr
-    report = json.loads((cell / "out" / "report.json").read_text())
-    assert "band.linear" not in {f["code"] for f in report["findings"]}
-    assert report["guaranteed"]["linearity"] < 0.05
+    largest = []
+    for uframe in ('[uframe.1]\nfile = "frame.toml"\n', by_numbers()):
+        write_tables(cell, uframe=uframe)
+        assert correct(cell, "--guaranteed", "max_um=500").returncode == 0
+        drawn = json.loads((cell / "out" / "report.json").read_text())["guaranteed"]
+        assert drawn["linearity"] < 0.05
+        largest.append(drawn["bounds"]["max_um"]["value"])
+    assert 1.5 * largest[0] < largest[1]
 
 
 @pytest.mark.parametrize("change", ["joint form", "another frame", "another robot file"])
