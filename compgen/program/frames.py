@@ -88,38 +88,28 @@ def _from_toml(text: str, path: str) -> Frames:
             raise InputError(f"{path}: {key:.40}: unknown key; give [uframe.N], [utool.N] and [extended.E1]")
         if not isinstance(data[key], dict):
             raise InputError(f"{path}: {key}: must be a table; give [{key}.{'E1' if key == 'extended' else 'N'}]")
-    of_files = {_index(n, "uframe", path): t for n, t in data.get("uframe", {}).items() if _names_file(t)}
-    files = {n: _taught_frame(n, table, path) for n, table in of_files.items()}
+    of_files = {n: t for n, t in data.get("uframe", {}).items() if isinstance(t, dict) and "file" in t}
+    files = {n: _frame_of_file(n, table, path) for n, table in of_files.items()}
+    numbers = {n: {key: getattr(frame, key) for key in KEYS} for n, frame in files.items()}
+    tables = {**data, "uframe": {**data.get("uframe", {}), **numbers}}
     uframe, utool = (
-        {
-            _index(n, kind, path): pose_of(pose_values(t, f"{kind}.{n}", path))
-            for n, t in data.get(kind, {}).items()
-            if not (kind == "uframe" and _names_file(t))
-        }
+        {_index(n, kind, path): pose_of(pose_values(t, f"{kind}.{n}", path)) for n, t in tables.get(kind, {}).items()}
         for kind in ("uframe", "utool")
     )
     extended = extended_axes(data.get("extended", {}), path)
-    taught = {n: frame.taught for n, frame in files.items() if frame.taught is not None}
-    places = {n: place_of(frame) for n, frame in files.items()}
-    return Frames({**uframe, **places}, utool, values_in_other_units(data, path), extended, taught)
+    taught = {int(n): frame.taught for n, frame in files.items() if frame.taught is not None}
+    return Frames(uframe, utool, values_in_other_units(data, path), extended, taught)
 
 
-def _names_file(table: Any) -> bool:
-    return isinstance(table, dict) and "file" in table
-
-
-def _taught_frame(number: int, table: Mapping[str, Any], path: str) -> FrameTable:
-    """The frame of the file that a table of user frames names; raises InputError where it is another one."""
-    name, where = table["file"], f"{path}: uframe.{number}"
+def _frame_of_file(number: str, table: Mapping[str, Any], path: str) -> FrameTable:
+    """The frame of the file that a user frame's table names; raises InputError where it is another one."""
+    where, source = f"{path}: uframe.{number}", Path(path).parent / str(table["file"])
     doubled = next((key for key in table if key != "file"), None)
     if doubled is not None:
-        raise InputError(f"{where}.{doubled:.40}: the frame's file says it; remove it, or {where}.file")
-    if not isinstance(name, str):
-        raise InputError(f"{where}.file: {name!r:.40} is no file; give the one that cgen teach-frame wrote")
-    source = Path(path).parent / name
+        raise InputError(f"{where}.{doubled:.40}: the frame's file says it; remove it, or file")
     frame = read_frame_file(source)
-    if (frame.number or 1) != number:
-        raise InputError(f"{where}.file: {source} is of frame {frame.number or 1}; give it there, or teach {number}")
+    if number != str(frame.number or 1):
+        raise InputError(f"{where}.file: {source} is of frame {frame.number or 1}; name it there, or teach it anew")
     return frame
 
 

@@ -196,7 +196,7 @@ def test_where_the_teaching_does_not_hold_it_is_left_out_and_said(cell, change):
         ('[uframe.1]\nfile = "none.toml"\n', ("none.toml", "no such file")),
         ('[uframe.1]\nfile = "frames.toml"\n', ("frames.toml", "frame")),
         ('[uframe.1]\nfile = "frame.toml"\nx_mm = 3\n', ("uframe.1.x_mm", "remove")),
-        ("[uframe.1]\nfile = 3\n", ("uframe.1.file", "3 is no file")),
+        ("[uframe.1]\nfile = 3\n", ("/3", "no such file")),
         (by_numbers(2), ("uframe 1", "--frames")),
     ],
 )

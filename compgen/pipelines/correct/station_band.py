@@ -10,7 +10,6 @@ from compgen.core.pose import IDENTITY
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.job.part_frame import PartFrame
-from compgen.job.taught_frame import is_own_teaching
 from compgen.job.uncertainty import JobUncertainty, is_identified, quantities_in_frame
 from compgen.pipelines.correct.result import CorrectionPlan
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
@@ -61,13 +60,13 @@ def station_band(cell: Cell, plan: CorrectionPlan, frames: Frames, before: Seque
         frames: Of the controller, with how they were taught.
         before: What the cell did.
     """
-    at = station_columns(cell, plan, uncertainty_of_plan(cell, plan, frames), before)
+    uncertainty = uncertainty_of_plan(cell, plan, frames)
+    at = station_columns(cell, plan, uncertainty, before)
     if at is None:
         return None
     weight, scale = np.zeros(len(at.rows)), cell.fit.scale
     band = band_of([at.columns], at.rows, weight, scale)
-    frame = part_frame_of(plan, frames)
-    if not is_identified(cell) or (frame is not None and is_own_teaching(cell, frame.taught)):
+    if uncertainty.taken is not None or not is_identified(cell):
         return band
     return replace(band, parted=parted_by_teaching(at.columns, at.place, weight, scale))
 

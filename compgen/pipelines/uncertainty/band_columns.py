@@ -17,7 +17,6 @@ from compgen.error_model.source import Source
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
 from compgen.job.tables import LEAST_MISSING
-from compgen.job.taught_frame import is_own_teaching
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.history import History
@@ -75,8 +74,7 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
     columns = (_columns(program, uncertainty, rows[part], turned[part]) for part in parts)
     weight, scale = _part_lengths(program.path, rows), program.job.cell.fit.scale
     band = band_of(columns, rows, weight, scale)
-    frame, cell = program.job.frame, program.job.cell
-    if not is_identified(cell) or (frame is not None and is_own_teaching(cell, frame.taught)):
+    if uncertainty.taken is not None or not is_identified(program.job.cell):
         return band
     on_part = np.flatnonzero(weight) if weight.any() else np.arange(len(rows))
     few = on_part[np.unique(np.linspace(0, len(on_part) - 1, PARTED).astype(int))]
