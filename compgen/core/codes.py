@@ -290,7 +290,7 @@ class Code(StrEnum):
     PATH_ARCS = ("path.arcs", "pipelines", "Says how many arcs and lines stand for the waypoints.", "Nothing.", NOTE)
     PATH_ARCS_ORIENTATION = ("path.arcs_orientation", "pipelines", "The tool may tilt at an arc's via.",
         "Try one arc on the robot, or write lines.", WARNING, NOTE)
-    FRAME_TAUGHT = ("frame.taught", "job", "[frame] does not say how it was taught.",
+    FRAME_TAUGHT = ("frame.taught", "job", "How the part's frame was taught does not count, or nobody says it.",
         "Teach it with cgen teach-frame, or say frame.taught.", NOTE)
     FRAME_PENDANT = ("frame.pendant", "job", "The frame was taught on the pendant: the arm's errors are in it.",
         "Teach it with cgen teach-frame.", NOTE)

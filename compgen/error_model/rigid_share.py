@@ -42,8 +42,30 @@ class RigidShare:
             motion: As the touches tell it (``motion``).
             place: (M, 3) [m] World.
         """
-        probe = None if len(self.gain) == 6 else np.zeros((len(place), 3, 3))
-        return np.asarray(column - design_of(place - self.middle, probe) @ motion)
+        return np.asarray(column - self._design(place, None) @ motion)
+
+    def left_of_field(self, along: Array, between: Array, place: Array, rotation: Array | None = None) -> Array:
+        r"""Variance of one coordinate of a smooth field of unit variance, less what the frame took up of it, (M,).
+
+        The field z(p) moves each coordinate by itself, with E[z(p) z(q)] = k(p, q):
+
+            tr(I - 2 D G E^T k_rn + D G E^T k_rr E G^T D^T) / 3
+
+        Args:
+            along: k from places on a path to touched ones, (M, T).
+            between: k between touched ones, (T, T).
+            place: (M, 3) [m] World.
+            rotation: Of the flange, (M, 3, 3), where the probe that was fitted along is the tool.
+        """
+        H, e = self._design(place, rotation) @ self.gain, self.along
+        among = between[np.ix_(self.touch, self.touch)] * (e @ e.T)
+        shared = np.einsum("mir,mr,ri->m", H, along[:, self.touch], e)
+        return np.asarray(1 + (np.einsum("mir,mir->m", H @ among, H) - 2 * shared) / 3)
+
+    def _design(self, place: Array, rotation: Array | None) -> Array:
+        """D at places, (M, 3, U); without rotations of the flange the probe moves nothing."""
+        probe = None if len(self.gain) == 6 else np.zeros((len(place), 3, 3)) if rotation is None else rotation
+        return design_of(place - self.middle, probe)
 
 
 def design_of(lever: Array, rotation: Array | None) -> Array:

@@ -4,21 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr
-from compgen.core.toml import check, read_toml
-from compgen.core.units import DEG, MM
-from compgen.planning.tables import FrameFile, FrameTable, TaughtTable
+from compgen.planning.tables import FrameTable, TaughtTable
 from compgen.program.digits import printed_poses
-from compgen.program.frames import load_frames
+from compgen.program.frames import load_frames, place_of, read_frame_file
+from compgen.program.pose_table import KEYS
 
 WARM = 1.0  # [K] from which a frame is taught hot
-FIGURES = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,8 +40,8 @@ def frame_of(table: FrameTable | None, decimals: int, where: str) -> PartFrame |
     if table is None:
         return None
     if table.file is None:
-        return _rounded(table.number or 1, _place(table), table.taught, decimals)
-    doubled = next((key for key in (*FIGURES, "taught") if key in table.model_fields_set), None)
+        return _rounded(table.number or 1, place_of(table), table.taught, decimals)
+    doubled = next((key for key in (*KEYS, "taught") if key in table.model_fields_set), None)
     if doubled is not None:
         raise InputError(f"{where}: frame.{doubled}: the frame's file says it; remove it, or frame.file")
     source = Path(where).parent / table.file
@@ -56,18 +51,11 @@ def frame_of(table: FrameTable | None, decimals: int, where: str) -> PartFrame |
             known = ", ".join(str(n) for n in sorted(frames) if n)
             raise InputError(f"{source}: frame {number} is not set in it (set: {known}); mend frame.number")
         return _rounded(number, frames[number], None, decimals)
-    of_file = check(FrameFile, read_toml(source, "paths", "cgen teach-frame writes one"), str(source)).frame
-    if of_file.file is not None:
-        raise InputError(f"{source}: frame.file: a frame's file names no other; give the numbers")
+    of_file = read_frame_file(source)
     number = of_file.number or 1
     if table.number is not None and of_file.number is not None and table.number != number:
         raise InputError(f"{where}: frame.number: {table.number}, and {source} is of frame {number}; remove one")
-    return _rounded(table.number or number, _place(of_file), of_file.taught, decimals)
-
-
-def _place(table: FrameTable) -> Pose:
-    angles = (np.array([a * DEG]) for a in (table.w_deg, table.p_deg, table.r_deg))
-    return Pose(np.array([table.x_mm, table.y_mm, table.z_mm]) * MM, from_wpr(*angles)[0])
+    return _rounded(table.number or number, place_of(of_file), of_file.taught, decimals)
 
 
 def _rounded(number: int, place: Pose, taught: TaughtTable | None, decimals: int) -> PartFrame:

@@ -9,7 +9,7 @@ What is open of the frame itself is the touches' noise: G diag(sigma^2) G^T of p
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import build_error_model
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.quantities import Cause, Quantity
-from compgen.error_model.rigid_share import rigid_share
-from compgen.job.job import Cell, Job
+from compgen.error_model.rigid_share import RigidShare, rigid_share
+from compgen.job.job import Cell
 from compgen.job.part_frame import WARM
 from compgen.planning.tables import TaughtTable
 
@@ -31,17 +31,26 @@ SAME_TOOL = 10 * UM  # between the probe that taught and the tool: one and the s
 OPEN = tuple(f"part's {what} {axis}" for what in ("place", "turn", "probe") for axis in "xyz")
 
 
-def own_teaching(job: Job) -> TaughtTable | None:
-    """How the part's frame was taught, where it was through this very robot file's model and says its touches."""
-    taught = None if job.frame is None else job.frame.taught
+@dataclass(frozen=True, eq=False, slots=True)
+class TakenUp:
+    """What a taught frame has taken up of the errors that are no quantity."""
+
+    warm: Array  # (9,) of the thermal error: base shift, base turn and tool [m], [rad]
+    share: RigidShare
+    touched: Array  # (T, 3) [m] places, World
+    with_tool: bool  # whether the probe that was fitted along is the tool
+
+
+def is_own_teaching(cell: Cell, taught: TaughtTable | None) -> bool:
+    """Whether a part's frame was taught through this very robot file's model and says its touches."""
     if taught is None or taught.through != "model" or not taught.touches:
-        return None
-    return taught if taught.robot_file.endswith(job.cell.robot_file_hash[:16]) else None
+        return False
+    return taught.robot_file.endswith(cell.robot_file_hash[:16])
 
 
-def is_probe(tool: Pose, taught: TaughtTable | None) -> bool:
+def is_probe(tool: Pose, taught: TaughtTable) -> bool:
     """Whether a tool is the probe that taught the frame."""
-    return taught is not None and float(np.abs(tool.position - np.array(taught.probe_mm) * MM).max()) < SAME_TOOL
+    return float(np.abs(tool.position - np.array(taught.probe_mm) * MM).max()) < SAME_TOOL
 
 
 def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, nothing: Cause) -> list[Quantity]:
@@ -74,7 +83,7 @@ def taken_up(
     quantities: Sequence[Quantity],
     rows: Array,
     nothing: Cause,
-) -> tuple[list[Quantity], Array]:
+) -> tuple[list[Quantity], TakenUp]:
     """The quantities with what the frame has taken up of each, and what is open of the frame itself.
 
     Args:
@@ -86,7 +95,7 @@ def taken_up(
         nothing: The cause that changes nothing.
 
     Returns:
-        The quantities; base shift, base turn and tool that the thermal error has become, (9,) [m], [rad].
+        The quantities, and what the frame has taken up of the rest.
     """
     touches, names, probe = taught.touches, cell.heat.names, Pose(np.array(taught.probe_mm) * MM, np.eye(3))
     theta = cell.robot.to_theta(np.array([t.joints_deg for t in touches]) * DEG)
@@ -112,7 +121,8 @@ def taken_up(
     warm = share.motion((at.position - cold.position)[:, :, None])[:, 0]
     values, vectors = np.linalg.eigh((share.gain * noise[share.touch] ** 2) @ share.gain.T)
     of_frame = _of_factor((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T, rows, share.middle, nothing)
-    return [*shared, *of_frame], rows.any(axis=0) * _about_origin(warm, share.middle)
+    with_base = rows.any(axis=0) * _about_origin(warm, share.middle)
+    return [*shared, *of_frame], TakenUp(with_base, share, at.position, bool(rows[:, 6:].any()))
 
 
 def frame_rows(parameters: SourceParameters, *, with_tool: bool) -> Array:

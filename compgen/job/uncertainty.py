@@ -1,19 +1,21 @@
 """What a job does not know, as quantities: its sources, its warmth, its frames and its start; and a job with a draw."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
-from compgen.job.taught_frame import frame_rows, is_probe, open_of_frame, own_teaching, taken_up
+from compgen.job.taught_frame import TakenUp, frame_rows, is_own_teaching, is_probe, open_of_frame, taken_up
+from compgen.planning.tables import TaughtTable
 from compgen.thermal.uncertainty import HeatChange
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
@@ -25,7 +27,7 @@ class JobUncertainty:
 
     parameters: SourceParameters
     quantities: tuple[Quantity, ...]
-    taken: Array = field(default_factory=lambda: np.zeros(9))  # of the thermal error by the part's frame: base and tool
+    taken: TakenUp | None = None  # by the part's frame; None: it was not taught by this robot
 
 
 def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) -> JobUncertainty:
@@ -36,20 +38,39 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
         window: How late its program may start [s]; it starts at any time within.
         middle: Of the part, World, (3,) [m], about which its frame may be turned; None: the frame's origin.
     """
-    of_cell = quantities_of_cell(job.cell)
-    nothing = _no_cause(job.cell, of_cell.parameters)
-    parameters, taught = of_cell.parameters, own_teaching(job)
-    quantities, taken, is_taught_tool = list(of_cell.quantities), of_cell.taken, is_probe(job.tool.pose, taught)
-    rows = frame_rows(parameters, with_tool=is_taught_tool)
-    if taught is not None:
-        quantities, taken = taken_up(job.cell, taught, parameters, quantities, rows, nothing)
-    elif job.frame is not None and job.frame.taught is not None:
-        about = job.frame.place.position if middle is None else middle
-        quantities += open_of_frame(job.frame.taught, rows, about, nothing)
-    if not is_taught_tool:
-        quantities += _of_tool(job, parameters, nothing)
+    frame, tool, cell = job.frame, job.tool.pose, job.cell
+    taught = None if frame is None else frame.taught
+    about = middle if middle is not None or frame is None else frame.place.position
+    in_frame = quantities_in_frame(cell, taught, tool, about)
+    nothing, quantities = _no_cause(cell, in_frame.parameters), list(in_frame.quantities)
+    if taught is None or not is_own_teaching(cell, taught) or not is_probe(tool, taught):
+        quantities += _of_tool(job, in_frame.parameters, nothing)
     if window > 0:
         quantities.append(Quantity("start delay", "start delay", replace(nothing, delay=1.0), (0.0, window)))
+    return replace(in_frame, quantities=tuple(quantities))
+
+
+def quantities_in_frame(
+    cell: Cell, taught: TaughtTable | None, tool: Pose, middle: Array | None = None
+) -> JobUncertainty:
+    """What a cell does not know on a part, less what the part's frame has taken up of it.
+
+    Args:
+        cell: The robot.
+        taught: How the part's frame was taught; None: nobody says.
+        tool: TCP in the flange.
+        middle: Of the part, World, (3,) [m], about which a frame that does not say its touches may be turned.
+    """
+    of_cell = quantities_of_cell(cell)
+    parameters, nothing = of_cell.parameters, _no_cause(cell, of_cell.parameters)
+    if taught is None:
+        return of_cell
+    if not is_own_teaching(cell, taught):
+        rows = frame_rows(parameters, with_tool=False)
+        more = open_of_frame(taught, rows, np.zeros(3) if middle is None else middle, nothing)
+        return replace(of_cell, quantities=(*of_cell.quantities, *more))
+    rows = frame_rows(parameters, with_tool=is_probe(tool, taught))
+    quantities, taken = taken_up(cell, taught, parameters, of_cell.quantities, rows, nothing)
     return replace(of_cell, quantities=tuple(quantities), taken=taken)
 
 

@@ -7,20 +7,25 @@ r"""User frames and tools, which a program only numbers: from a TOML table or fr
     [utool.1]                                 W:     0.000   P:     0.000   R:     0.000
 
 Frame 0 is World, tool 0 the flange: both are known without a table. An uninitialised entry is not known. A TOML table
-also says what extended axes carry (``extended_axes``).
+also says what extended axes carry (``extended_axes``), and names the file of a frame that a robot has taught:
+``[uframe.1] file = "part.toml"``.
 """
 
 import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
 from compgen.core.pose import IDENTITY, Pose
+from compgen.core.toml import check, read_toml
+from compgen.planning.tables import FrameFile, FrameTable, TaughtTable
 from compgen.program.extended_axes import ExtendedAxis, extended_axes
-from compgen.program.pose_table import pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
+from compgen.program.pose_table import KEYS, pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
@@ -35,6 +40,7 @@ class Frames:
     utool: dict[int, Pose]
     input_findings: tuple[Finding, ...] = ()  # values that look like another unit's
     extended: Mapping[str, ExtendedAxis] = field(default_factory=dict)  # by name, E1 to E3
+    taught: Mapping[int, TaughtTable] = field(default_factory=dict)  # how user frames were taught, of those that say so
 
 
 def default_frames() -> Frames:
@@ -52,7 +58,24 @@ def load_frames(path: str) -> Frames:
     base = default_frames()
     loaded = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
     frames = {**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool}
-    return Frames(*frames, loaded.input_findings, loaded.extended)
+    return Frames(*frames, loaded.input_findings, loaded.extended, loaded.taught)
+
+
+def read_frame_file(source: Path) -> FrameTable:
+    """The frame of a file of ``cgen teach-frame``.
+
+    Raises:
+        InputError: Not such a file; names it and the key.
+    """
+    frame = check(FrameFile, read_toml(source, "paths", "cgen teach-frame writes one"), str(source)).frame
+    if frame.file is not None:
+        raise InputError(f"{source}: frame.file: a frame's file names no other; give the numbers")
+    return frame
+
+
+def place_of(frame: FrameTable) -> Pose:
+    """Where a frame stands in World."""
+    return pose_of([getattr(frame, key) for key in KEYS])
 
 
 def _from_toml(text: str, path: str) -> Frames:
@@ -65,12 +88,29 @@ def _from_toml(text: str, path: str) -> Frames:
             raise InputError(f"{path}: {key:.40}: unknown key; give [uframe.N], [utool.N] and [extended.E1]")
         if not isinstance(data[key], dict):
             raise InputError(f"{path}: {key}: must be a table; give [{key}.{'E1' if key == 'extended' else 'N'}]")
+    of_files = {n: t for n, t in data.get("uframe", {}).items() if isinstance(t, dict) and "file" in t}
+    files = {n: _frame_of_file(n, table, path) for n, table in of_files.items()}
+    numbers = {n: {key: getattr(frame, key) for key in KEYS} for n, frame in files.items()}
+    tables = {**data, "uframe": {**data.get("uframe", {}), **numbers}}
     uframe, utool = (
-        {_index(n, kind, path): pose_of(pose_values(t, f"{kind}.{n}", path)) for n, t in data.get(kind, {}).items()}
+        {_index(n, kind, path): pose_of(pose_values(t, f"{kind}.{n}", path)) for n, t in tables.get(kind, {}).items()}
         for kind in ("uframe", "utool")
     )
     extended = extended_axes(data.get("extended", {}), path)
-    return Frames(uframe, utool, values_in_other_units(data, path), extended)
+    taught = {int(n): frame.taught for n, frame in files.items() if frame.taught is not None}
+    return Frames(uframe, utool, values_in_other_units(data, path), extended, taught)
+
+
+def _frame_of_file(number: str, table: Mapping[str, Any], path: str) -> FrameTable:
+    """The frame of the file that a user frame's table names; raises InputError where it is another one."""
+    where, source = f"{path}: uframe.{number}", Path(path).parent / str(table["file"])
+    doubled = next((key for key in table if key != "file"), None)
+    if doubled is not None:
+        raise InputError(f"{where}.{doubled:.40}: the frame's file says it; remove it, or file")
+    frame = read_frame_file(source)
+    if number != str(frame.number or 1):
+        raise InputError(f"{where}.file: {source} is of frame {frame.number or 1}; name it there, or teach it anew")
+    return frame
 
 
 def _index(text: str, kind: str, path: str) -> int:

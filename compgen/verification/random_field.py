@@ -17,6 +17,12 @@ LENGTH = 0.5  # m, over which the field changes
 WAVES = 64
 
 
+def field_correlation(one: Array, other: Array) -> Array:
+    """E[z(p) z(q)] between places (M, 3) and (T, 3) [m], (M, T)."""
+    square = ((one[:, None] - other[None]) ** 2).sum(axis=2)
+    return np.asarray(np.exp(-square / (2 * LENGTH**2)))
+
+
 def random_field(rng: np.random.Generator, position: Array) -> Array:
     """One draw of the field at places (M, 3) [m], (M, 3) of unit variance."""
     frequency = rng.standard_normal((3, WAVES, 3)) / LENGTH

@@ -111,10 +111,11 @@ def reversals_file(site, folder, rng):
     return str(folder / "reversals.csv")
 
 
-def log_file(arm, folder, name, hours, rng):
-    """Temperatures of a day's warming until some hours after its start; its last reading's time [s]."""
+def log_file(arm, folder, name, hours, rng, off=0.0):
+    """Temperatures of a day's warming until some hours after its start; warm, all sensors are off by so much [K]."""
     minute = np.arange(0, hours * 3600 + 1, 60.0)
     degC = 22 + arm.rises(minute) + rng.normal(0, 0.05, (len(minute), 5))
+    degC += off * -np.expm1(-minute / 1800)[:, None]
     rows = ["time_s," + ",".join(f"{n}_degC" for n in NODES)]
     rows += [f"{t:.0f}," + ",".join(f"{v:.3f}" for v in d) for t, d in zip(minute, degC, strict=False)]
     (folder / name).write_text("\n".join(rows) + "\n")

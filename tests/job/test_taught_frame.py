@@ -1,7 +1,10 @@
 """A frame taught through the job's own model: what is left on the part, by the twin's arm and numpy's least squares."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from changed import changed
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
@@ -15,6 +18,7 @@ from compgen.pipelines.planned.generate import predict
 from compgen.pipelines.uncertainty.band_columns import band_along, columns_along, uncertainty_of
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.verification.band import radius_of
+from compgen.verification.random_field import random_field
 
 PROBE = np.array([0.0, 0.0, 0.05])  # m, in the flange
 RISE = np.array([8.0, 3.0, 9.0, 2.0, 1.0])  # K while it was taught
@@ -194,3 +198,31 @@ def test_what_the_thermal_physics_misses_is_less_by_what_the_frame_took_up(jobs)
     share = untaught.cell.warmth.missing
     assert_allclose(own, share * np.linalg.norm(left, axis=1), rtol=1e-3, atol=2e-8)
     assert own.max() < 0.9 * share * np.linalg.norm(away, axis=1).max()
+
+
+def test_of_the_fit_noise_a_frame_takes_up_what_is_alike_at_touches_and_path(jobs):
+    """Smooth fields are drawn; to each the frame and the probe are fitted by numpy, and what is left is squared."""
+    untaught, taught, theta, _ = jobs
+    taught = changed(taught, "cell.fit", replace(taught.cell.fit, noise=10 * UM))
+    program = driven(taught)
+    rows = np.flatnonzero(program.path.contact)[::40]
+    own = columns_along(program, uncertainty_of(program), rows).undirected["fit noise"]
+    at, place = (
+        twin_of(untaught).actual_pose(q, r, lambda share: None)
+        for q, r in ((theta, np.tile(RISE, (len(theta), 1))), (program.theta[rows], program.rise[rows]))
+    )
+    middle = at.position.mean(axis=0)
+
+    def design(pose):
+        turned = [np.array([np.cross(e, p - middle) for e in np.eye(3)]).T for p in pose.position]
+        return np.stack([np.hstack([np.eye(3), w, -R]) for w, R in zip(turned, pose.rotation, strict=True)])
+
+    held = np.hstack([np.zeros((3, 6)), np.eye(3) * NOISE / 500e-6])
+    gain = np.linalg.pinv(np.vstack([design(at).reshape(-1, 9), held]))[:, :-3]
+    rng, on_path, square = np.random.default_rng(6), design(place), 0.0
+    for _ in range(3000):
+        z = random_field(rng, np.concatenate([at.position, place.position]))
+        left = z[len(theta) :] - on_path @ (gain @ z[: len(theta)].ravel())
+        square = square + (left**2).mean(axis=1) / 3000
+    assert_allclose(own, 10 * UM * np.sqrt(square), rtol=0.05)
+    assert own.mean() < 8 * UM

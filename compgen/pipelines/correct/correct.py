@@ -265,7 +265,7 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         mark=mark,
         served=flights.served,
         findings=(),
-        band=station_band(cell, plan, task.before),
+        band=station_band(cell, plan, task.around.frames, task.before),
         motion=_led_by_controller(written, cell.robot, new_poses, new_drive),
     )
     result = replace(result, draws=fly_draws(result, drives[1], target, partial(progress, stages.DRAWS)))

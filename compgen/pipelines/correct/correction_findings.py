@@ -16,7 +16,9 @@ from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.job.bounds import Bounds
+from compgen.job.part_frame import frame_findings
 from compgen.pipelines.correct.result import Correction
+from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.motion_findings import motion_of_a_listing
@@ -52,6 +54,7 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
             *_way_findings(result),
             *_text_findings(result),
             *_heat_findings(result),
+            *_frame_findings(result),
             *_source_findings(result),
             *_timing_findings(result),
             *_controller_findings(result),
@@ -296,6 +299,19 @@ def _text_findings(result: Correction) -> list[Finding]:
         message += ", or let a remark carry it with --mark remark"
         findings.append(Finding(Level.NOTE, Code.CORRECTION_MARK, message))
     return findings
+
+
+def _frame_findings(result: Correction) -> Sequence[Finding]:
+    """How the frame of the corrected positions was taught, where the frames table says it."""
+    frames, frame = result.around.frames, part_frame_of(result.plan, result.around.frames)
+    if frame is not None or not frames.taught:
+        return frame_findings(frame, result.cell.robot_file_hash)
+    names = ", ".join(map(str, sorted(frames.taught)))
+    message = (
+        f"frame {names} of the frames table was taught; the corrected positions do not all stand in it, Cartesian, "
+        "with one tool, on an arm that nothing carries: how it was taught does not count"
+    )
+    return (Finding(Level.NOTE, Code.FRAME_TAUGHT, message),)
 
 
 def _heat_findings(result: Correction) -> list[Finding]:

@@ -14,9 +14,9 @@ from compgen.core.arrays import Array, rms, row_norms
 from compgen.core.pose import Pose
 from compgen.error_model.quantities import Cause
 from compgen.job.job import Cell
-from compgen.job.uncertainty import changed_cell, quantities_of_cell
+from compgen.job.uncertainty import changed_cell
 from compgen.pipelines.correct.result import Correction
-from compgen.pipelines.correct.station_band import station_columns
+from compgen.pipelines.correct.station_band import station_columns, uncertainty_of_plan
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.uncertainty.draws import CONFIRMED, FlownDraw, FlownDraws, draw, some_start, unexplained
 from compgen.program.driven import DrivenProgram
@@ -39,11 +39,12 @@ def fly_draws(
     guarantee, ensemble, judged = result.options.guaranteed, result.options.ensemble, result.judged
     if guarantee is None or not judged.any():
         return None
-    at_stations = station_columns(result.cell, result.plan, result.before)
+    uncertainty = uncertainty_of_plan(result.cell, result.plan, result.around.frames)
+    at_stations = station_columns(result.cell, result.plan, uncertainty, result.before)
     if at_stations is None:
         return None
     rows, columns = at_stations.rows, at_stations.columns
-    uncertainty, flight = quantities_of_cell(result.cell), result.execution
+    flight = result.execution
     reached = np.flatnonzero(flight.fraction == 1)
     samples = reached[np.searchsorted(flight.station[reached], rows)]
     place, length = target.position[samples], result.length[judged]

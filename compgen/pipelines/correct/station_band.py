@@ -6,12 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.pose import IDENTITY
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
-from compgen.job.uncertainty import is_identified, quantities_of_cell
+from compgen.job.part_frame import PartFrame
+from compgen.job.uncertainty import JobUncertainty, is_identified, quantities_in_frame
 from compgen.pipelines.correct.result import CorrectionPlan
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.program.directions import station_directions
+from compgen.program.frames import Frames
 from compgen.thermal import Duty
 from compgen.thermal.history import History
 from compgen.thermal.model import with_losses
@@ -20,20 +23,50 @@ from compgen.verification.band import Band, Columns, band_of, parted_by_teaching
 MOST = 20_000  # stations at which a band is evaluated; of more, so many along the program
 
 
-def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Band | None:
+def part_frame_of(plan: CorrectionPlan, frames: Frames) -> PartFrame | None:
+    """The user frame that all free stations stand in, where the frames table says how it was taught; else None.
+
+    They are Cartesian, of one tool, and the arm stands where it taught: no extended axis and no register moves it.
+    """
+    poses = plan.poses
+    rows = np.unique(plan.drive.pose[plan.free])
+    numbers = np.unique(plan.program.positions.uframe[poses.row[rows]]).tolist()
+    if len(numbers) != 1 or numbers[0] not in frames.taught:
+        return None
+    place = frames.uframe[numbers[0]]
+    is_there = all(poses.bases[base] == place for base in np.unique(poses.base[rows]).tolist())
+    if not is_there or poses.joint_form[rows].any() or len(np.unique(poses.tool[rows])) > 1:
+        return None
+    return PartFrame(numbers[0], place, place, frames.taught[numbers[0]])
+
+
+def uncertainty_of_plan(cell: Cell, plan: CorrectionPlan, frames: Frames) -> JobUncertainty:
+    """What the cell does not know at the free stations, less what their taught frame has taken up of it."""
+    frame = part_frame_of(plan, frames)
+    if frame is None:
+        return quantities_in_frame(cell, None, IDENTITY)
+    poses, pose = plan.poses, plan.drive.pose[plan.free]
+    place = poses.tcp.position[pose]
+    middle = (place.min(axis=0) + place.max(axis=0)) / 2
+    return quantities_in_frame(cell, frame.taught, poses.tools[poses.tool[pose[0]]], middle)
+
+
+def station_band(cell: Cell, plan: CorrectionPlan, frames: Frames, before: Sequence[Duty]) -> Band | None:
     """What the robot file leaves open at the free stations; None where there are none.
 
     Args:
         cell: The robot.
         plan: The program, its stations and their corrections.
+        frames: Of the controller, with how they were taught.
         before: What the cell did.
     """
-    at = station_columns(cell, plan, before)
+    uncertainty = uncertainty_of_plan(cell, plan, frames)
+    at = station_columns(cell, plan, uncertainty, before)
     if at is None:
         return None
     weight, scale = np.zeros(len(at.rows)), cell.fit.scale
     band = band_of([at.columns], at.rows, weight, scale)
-    if not is_identified(cell):
+    if uncertainty.taken is not None or not is_identified(cell):
         return band
     return replace(band, parted=parted_by_teaching(at.columns, at.place, weight, scale))
 
@@ -47,7 +80,9 @@ class StationColumns:
     place: Array  # (M, 3) [m] World, as the controller believes
 
 
-def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> StationColumns | None:
+def station_columns(
+    cell: Cell, plan: CorrectionPlan, uncertainty: JobUncertainty, before: Sequence[Duty]
+) -> StationColumns | None:
     """What one unit of each quantity does at the free stations; None where there are none."""
     stations, poses = plan.stations, plan.drive.at
     rows = np.flatnonzero(plan.free & np.isfinite(stations.theta).all(axis=1))
@@ -58,7 +93,7 @@ def station_columns(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) ->
     history = History(before=tuple(with_losses(cell.heat, before, motion)))
     way = np.diff(motion.time)
     feed = float(motion.driven @ way / way.sum()) if way.sum() > 0 else 0.0
-    uncertainty, directions = quantities_of_cell(cell), station_directions(cell.robot, cell.sources, plan.drive)[0]
+    directions = station_directions(cell.robot, cell.sources, plan.drive)[0]
     tools = poses.tool[plan.drive.pose[rows]]
     parts: list[tuple[Array, Columns]] = []
     place = np.empty((len(rows), 3))

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, rms
 from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.quantities import Quantity
 from compgen.job.job import Job
@@ -24,7 +24,7 @@ from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
-from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing, scatter_of, taken_at
+from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing, scatter_along, taken_at
 from compgen.thermal import NodeModel
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import (
@@ -99,7 +99,8 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
     """
     some, K = some_samples(geometry), len(job.heat.names)
     thin, motion = geometry.at(some), turns_at(job, geometry, some)
-    uncertainty = uncertainty_along(job, geometry)
+    uncertainty, at = uncertainty_along(job, geometry), model_of(job).nominal_pose(thin.theta)
+    scatter = scatter_along(job.cell, uncertainty, at, job.tool.pose)
     named, none = by_source(uncertainty), np.zeros((len(some), K))
     changes = np.array([q.cause.parameters for q in named]).reshape(len(named), len(uncertainty.parameters.entries))
     which = tuple(np.flatnonzero(changes.any(axis=0)).tolist()) or (0,)
@@ -139,9 +140,9 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         quantities=tuple(quantities),
         models=tuple(models),
         build_up_cycle=_build_up(job, live),
-        undirected=tuple(scatter_of(job.cell).items()),
+        undirected=tuple((name, rms(size)) for name, size in scatter.items()),
         missing=least_missing(job.cell),
-        taken=taken_at(uncertainty, model_of(job).nominal_pose(thin.theta), job.tool.pose),
+        taken=taken_at(uncertainty, at, job.tool.pose),
         scale=job.cell.fit.scale,
         feed=job.feed,
     )

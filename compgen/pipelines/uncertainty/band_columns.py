@@ -17,18 +17,19 @@ from compgen.error_model.source import Source
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
 from compgen.job.tables import LEAST_MISSING
-from compgen.job.taught_frame import own_teaching
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
 from compgen.verification.band import Band, Columns, band_of, parted_by_teaching
+from compgen.verification.random_field import field_correlation
 
 ROWS = 8192  # waypoints at which a band is evaluated, at a time; all of a program of so many
 SPACING = 0.01  # [m] of a longer one's path between two of them
 MOST_ROWS = 65_536  # of the longest
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
 MISSING = "thermal physics missing"  # in the budget
+FIT_NOISE = "fit noise"  # there as well: of cold places, what no source explains
 MOTION = "the controller's motion"  # there as well
 PARTED = 256  # waypoints by which it is parted into where the part stands and the rest
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
@@ -73,7 +74,7 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
     columns = (_columns(program, uncertainty, rows[part], turned[part]) for part in parts)
     weight, scale = _part_lengths(program.path, rows), program.job.cell.fit.scale
     band = band_of(columns, rows, weight, scale)
-    if own_teaching(program.job) is not None or not is_identified(program.job.cell):
+    if uncertainty.taken is not None or not is_identified(program.job.cell):
         return band
     on_part = np.flatnonzero(weight) if weight.any() else np.arange(len(rows))
     few = on_part[np.unique(np.linspace(0, len(on_part) - 1, PARTED).astype(int))]
@@ -199,31 +200,43 @@ def columns_at(
             column[:, :, k] += np.einsum("mij,mj->mi", D, places.turned * width)
     at, cold = (model.actual_pose(places.theta, rise, places.motion) for rise in (places.rise, 0 * places.rise))
     warm = row_norms(at.position - cold.position + taken_at(uncertainty, at, places.tool))
-    everywhere = {source: np.full(len(warm), size) for source, size in scatter_of(cell).items()}
+    scatter = scatter_along(cell, uncertainty, at, places.tool)
     return Columns(
         column=column,
         mean=np.array([q.mean for q in quantities]),
         deviation=np.array([q.deviation for q in quantities]),
         source=tuple(q.source or "" for q in quantities),
-        undirected={MISSING: least_missing(cell) * warm, **everywhere},
+        undirected={MISSING: least_missing(cell) * warm, **scatter},
         hidden=_hidden(cell, history, places.time, B),
     )
 
 
-def scatter_of(cell: Cell) -> dict[str, float]:
-    """What has no direction and is everywhere the same, by its name in the budget [m], of each coordinate."""
-    fit, motion = cell.fit, cell.robot.motion
-    sizes = {"fit noise": fit.noise}
+def scatter_along(cell: Cell, uncertainty: JobUncertainty, at: Pose, tool: Pose) -> dict[str, Array]:
+    """What has no direction at M poses of the tool, by its name in the budget, (M,) [m] of each coordinate.
+
+    It is everywhere the same, but for the fit noise: a smooth field (``random_field``), of which a taught frame has
+    taken up a part.
+    """
+    fit, motion, taken = cell.fit, cell.robot.motion, uncertainty.taken
+    sizes = {FIT_NOISE: fit.noise}
     if fit.repeatability is not None:
         sizes["repeatability"] = fit.repeatability
     if motion is not None and motion.evidence is not None and motion.evidence.misfit:
         sizes[MOTION] = motion.evidence.misfit
-    return sizes
+    scatter = {source: np.full(len(at), size) for source, size in sizes.items()}
+    if taken is not None:
+        along, between = (field_correlation(place, taken.touched) for place in (at.position, taken.touched))
+        flange = at.rotation @ tool.rotation.T if taken.with_tool else None
+        left = taken.share.left_of_field(along, between, at.position, flange)
+        scatter[FIT_NOISE] *= np.sqrt(np.maximum(left, 0.0))
+    return scatter
 
 
 def taken_at(uncertainty: JobUncertainty, at: Pose, tool: Pose) -> Array:
     """By how much a taught frame has taken up the thermal error at poses of the tool, (M, 3) [m]; added to it."""
-    shift, turn, longer = np.split(uncertainty.taken, 3)
+    if uncertainty.taken is None:
+        return np.zeros(at.position.shape)
+    shift, turn, longer = np.split(uncertainty.taken.warm, 3)
     return np.asarray(shift + np.cross(turn, at.position) + at.rotation @ (tool.rotation.T @ longer))
 
 
