@@ -30,7 +30,7 @@ PARTS = {
     "twin": [("twin_of_job.py", "prepared_for"), ("twin_of_job.py", "deviation_of")],
     "waypoints.csv": [("waypoints_csv.py", "block")],
     "page, report.json": [("job_page.py", "job_html"), ("job_summary.py", "job_summary")],
-    "cross flight": [("model_form.py", "cross_flight")],
+    "cross flight": [("model_form.py", "plan_other_day"), ("model_form.py", "cross_flight")],
     "controller's motion": [("motion_effect.py", "motion_effect")],
     "band": [("band_columns.py", "band_along"), ("band.py", "half_widths")],
     "still pictures": [("still.py", "still_svg")],

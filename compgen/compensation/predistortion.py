@@ -19,11 +19,10 @@ All here is of continuous time, and nothing that proves it imports it.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, CubicHermiteSpline
 from scipy.linalg import solveh_banded
-from scipy.sparse import csr_array, diags_array
 
 from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
 from compgen.core.pose import Pose
@@ -145,6 +144,8 @@ def _led(kernel: _Kernel, time: Array, arc: Array, rows: Array, corner: BoolArra
 
 def _on_curve(arc: Array, rows: Array, corner: BoolArray, way: Array) -> Array:
     """Rows (n, C) between each other at arc lengths (M,), by cubics from corner to corner, (M, C)."""
+    from scipy.interpolate import CubicHermiteSpline  # loaded by runs that need it
+
     edges = np.flatnonzero(np.concatenate([[True], corner[1:-1], [True]]))
     piece = np.clip(np.searchsorted(arc[edges], way, side="right") - 1, 0, len(edges) - 2)
     places = np.empty((len(way), rows.shape[1]))
@@ -165,6 +166,9 @@ def _least(kernel: _Kernel, at: Array, led: Array, on: BoolArray, time: Array) -
         on: Where that counts, (M,).
         time: When the command passes the waypoints, (n,) [s].
     """
+    from scipy.interpolate import BSpline  # loaded by runs that need it
+    from scipy.sparse import csr_array, diags_array
+
     count = max(int(np.ceil(time[-1] / kernel.support * KNOTS)), 4) + 3
     apart = time[-1] / (count - 3)
     knots = apart * np.arange(-3, count + 1)
@@ -194,7 +198,7 @@ def _least(kernel: _Kernel, at: Array, led: Array, on: BoolArray, time: Array) -
     return np.asarray(shift)
 
 
-def _solved(normal: csr_array, wanted: Array) -> Array:
+def _solved(normal: Any, wanted: Array) -> Array:
     """Of a banded symmetric system."""
     entries = normal.tocoo()
     reach = int(np.abs(entries.row - entries.col).max())

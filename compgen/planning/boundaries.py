@@ -11,7 +11,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.evaluation import evaluate
@@ -173,6 +172,8 @@ def polygon(corners: Array) -> Boundary:
     Raises:
         InputError: As for ``ring_of``; the message begins with "corners_mm".
     """
+    from scipy.spatial import ConvexHull  # loaded by runs that need it
+
     ring = ring_of(corners, "corners_mm")
     on_hull = np.sort(ConvexHull(ring).vertices)
     hull = ring[on_hull]

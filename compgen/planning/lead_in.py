@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.optimize import linprog
 
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.pose import Pose
@@ -104,6 +103,8 @@ def _start(
     exact: ExactPath,
 ) -> LeadIn | None:
     """Where joints that turn to these sides (6,) come from; None beyond their limits, or where nothing lifts."""
+    from scipy.optimize import linprog  # loaded by runs that need it
+
     least, travel, lift = needed
     height, local = lift, np.zeros(3)
     for _ in range(ROUNDS):

@@ -12,6 +12,7 @@ from compgen.pipelines.study.geometry import band_at_samples, lay_out
 from compgen.pipelines.study.live_build import build_live, check
 from compgen.pipelines.study.live_day import drawn_settings, history_at, overrides_of, planned_setting
 from compgen.pipelines.study.live_places import at
+from compgen.report.live import live_section
 from compgen.verification.deviation import deviation_from_path
 
 #: a schedule: runs of another program and a pause before, two shifts of own runs, air that swings
@@ -80,8 +81,14 @@ def test_the_band_ends_with_the_last_waypoint_that_touches_however_far_the_next_
     assert band_at_samples(job, lay_out(job)).largest == pytest.approx(whole, abs=0.1 * UM)
 
 
-def test_the_largest_error_of_the_corrected_text_is_among_the_places_wherever_it_comes_to_lie():
-    assert np.abs(check(built("raster_1300")).after[:, 0]).max() < 0.01 * UM
+@pytest.mark.parametrize("name", ["line_y", "circle_1300", "raster_1300"])
+def test_600_places_and_a_megabyte_are_as_good_as_every_sample(name):
+    live_job = built(name)
+    agreement = check(live_job)
+    assert agreement.largest < 0.1 * UM
+    assert np.abs(agreement.after[:, 0]).max() < 0.01 * UM  # the largest is among them, wherever it comes to lie
+    assert max(len(places.arc) for places in (live_job.live.before, live_job.live.after)) <= 600
+    assert len(live_section(live_job, agreement, f"paths/{name}.toml", None, ()).html) < 0.9e6
 
 
 def test_the_formula_is_the_full_computation_in_a_schedule_by_the_network(schedule):

@@ -19,7 +19,6 @@ from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
@@ -123,6 +122,8 @@ def basis_expr(station: Array, x: Any) -> Any:
     S = len(station)
     if S == 2:
         return ca.vertcat(1 - x, x)
+    from scipy.interpolate import CubicSpline  # loaded by runs that need it
+
     pieces = CubicSpline(station, np.eye(S), bc_type="natural").c  # (4, S - 1, S), highest power first
     jump = np.diff(pieces[0], axis=0, prepend=0.0)  # what each knot adds to the cubic term
     powers = [ca.DM(pieces[p][0]) for p in (3, 2, 1)]

@@ -138,7 +138,9 @@ def generate(
         JoinError: Pages, read back, are not the program.
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
-    planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages=pages), progress)
+    planned = _plan(job, progress, date, pages=pages)
+    model_form.plan_other_day(job)
+    planned, problem, solution, limited = find_correction(planned, progress)
     path = planned.path
     commanded = problem.commanded(solution.correction)
     trajectory = final_timing(planned, problem, solution, progress)
@@ -148,7 +150,7 @@ def generate(
     driven = planned.driven(solution.theta, problem.direction_state)
     late = late_start(job, window)
     band = band_along(driven, late)
-    program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
+    program = compose_program(job, commanded, solution.theta, trajectory, path, date, window)[0]
     delivered = _delivered(planned, solution, program)
     del program, commanded
     planned.deviation()

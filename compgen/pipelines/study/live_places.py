@@ -6,15 +6,16 @@ form, with the same letters.
 
 The error is linear in the rises r, which are what the start left and what the program itself adds:
 
-    e(n) = e0(n) + (1 - x) d(j) + x d(j + 1)         at sample n, the share x of the way from place j to j + 1
-    d(p) = B(p) r(p),    B = B_c + (cte / cte_0) B_g
+    e(n) = e0(n) + d(n),    d(n) = sum_m u_m(n) B_m r(n),    B_m = B_c,m + (cte / cte_0) B_g,m
+    r(n) = (1 - x) r(j) + x r(j + 1)                 at sample n, the share x of the time from place j to j + 1
     r(p) = O (e^{-rate t_p} z + a u(T + t_p)) + F(p)
 
 e0 is the twin's flight of the text less d of the state it was flown in, O the model's outputs, z its modes as the
-program starts, a u what the air does until then, F what the program's own motion adds. What heat does is smooth: places
-lie evenly along the part, and at both ends of each stretch of it. Chord and rounding are not: samples are many, evenly,
-each with the length that it stands for, and beside them those at which e0 lies farthest in some direction, without a
-length, and those that are among the largest in some state: so the largest error is met.
+program starts, a u what the air does until then, F what the program's own motion adds. Rises are smooth in time: few
+places are enough. The error model's slopes are not smooth along every path, but all of a path are sums of some shapes
+u_m, seven where the tool keeps its axis: their singular values. Chord and rounding are not smooth at all: samples are
+many, closer where the error is among the largest of some state, each with the length that it stands for; beside them
+those at which e0 lies farthest in some direction, without a length, and those that are the largest in some state.
 """
 
 from dataclasses import dataclass, replace
@@ -31,15 +32,17 @@ from compgen.thermal import Duty, ThermalModel, rise_history, still_air
 from compgen.thermal.history import History
 from compgen.verification.deviation import deviation_from_path, percentile99, sample_lengths
 
-LEAST, MOST = 1000, 8000  # places along the part
-OF_PIECE = 16  # of them on each stretch of it between two ways through the air
-BETWEEN = 0.025  # [m] of two: a straight line between what heat does there leaves a turn of 0.65 m by 0.1 mm
-SAMPLES = 30_000  # evenly along the part
+PLACES = 600  # along the part
+SAMPLES = 5000  # along the part
+OFTEN = 10.0  # times as close where the error is among the largest of every state
+TAIL = 0.97  # share of the samples that are not
+LEAST_SHAPE = 1e-11  # [m/K] below it a shape does not count
+STEPS = 32767  # in which a shape is told, to either side
 GOLDEN = (5**0.5 - 1) / 2
-SHORT, NEAR = 0.02, 0.97  # [m] stretches whose largest are kept, from this share of the largest of all on
+SHORT, NEAR = 0.05, 0.98  # [m] stretches whose largest are kept, from this share of the largest of all on
 AROUND = 10.0  # [K] about the planned air
 NEARBY = 12  # drawn changes about the planned rises
-STRETCHES = 400  # in which the farthest in each of some directions are kept
+STRETCHES = 50  # in which the farthest in each of some directions are kept
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -62,12 +65,12 @@ class LivePlaces:
     position: Array  # (P, 3) [m] World
     time: Array  # (P,) [s] since the program's start
     gap: BoolArray  # (P,) whether the tool is off the part between a place and the next
-    slope: Array  # (P, 3, K) [m/K] B_c, what does not go with the coefficient of expansion
-    growth: Array  # (P, 3, K) [m/K] B_g as planned
     program: Array  # (P, K) [K] F
+    slope: Array  # (R, 3, K) [m/K] B_c of each shape, what does not go with the coefficient of expansion
+    growth: Array  # (R, 3, K) [m/K] B_g as planned
+    shape: IntArray  # (M, R) u
     own: Array  # (M, 3) [m] e0
-    place: IntArray  # (M,) j, of the place before each sample
-    share: Array  # (M,) x, of the way to the next
+    at: Array  # (M,) j + x
     length: Array  # (M,) [m] of part that each stands for; 0 of those that only the largest error asks for
 
 
@@ -79,44 +82,49 @@ def places_of(job: Job, flown: Flown, dearer: Job | None) -> LivePlaces:
         flown: The text then.
         dearer: The job with twice the coefficient of expansion; None: no slider moves that.
     """
-    geometry, on_part, arc = flown.geometry, flown.on_part, flown.arc
-    rows = _places_along(arc, on_part)
-    both = _slopes(job, geometry, rows)
-    growth = np.zeros_like(both) if dearer is None else _slopes(dearer, geometry, rows) - both
-    moved = np.einsum("pik,pk->pi", both, flown.rise[rows])
-    every = np.flatnonzero(on_part)
-    place = (np.searchsorted(rows, every, side="right") - 1).clip(0, max(len(rows) - 2, 0))
-    ahead = np.minimum(place + 1, len(rows) - 1)
-    span = arc[rows[ahead]] - arc[rows[place]]
-    share = np.divide(arc[every] - arc[rows[place]], span, out=np.zeros(len(every)), where=span > 0)
-    own = flown.error[every] - (moved[place] + share[:, None] * (moved[ahead] - moved[place]))
-    largest = np.zeros(len(every), dtype=bool)
-    for rise in _states(flown.rise[rows]):
-        d = np.einsum("pik,pk->pi", both, rise)
-        size = np.linalg.norm(own + d[place] + share[:, None] * (d[ahead] - d[place]), axis=1)
-        largest[_largest(size, arc[every])] = True
-    chosen, length = _chosen(own, sample_lengths(arc)[every], np.searchsorted(every, rows), largest)
-    position = model_of(job).nominal_pose(geometry.theta[rows]).position
-    off = np.concatenate([[0], np.cumsum(~on_part)])
-    gap = np.append(np.diff(off[rows]) > 0, True)
-    carried = (
-        single(x)
-        for x in (position, both - growth, growth, own_heat(job, geometry)[rows], own[chosen], share[chosen], length)
-    )
-    position, slope, growth, program, own, share, length = carried
+    geometry, arc = flown.geometry, flown.arc
+    rows, every = _places_along(arc, flown.on_part), np.flatnonzero(flown.on_part)
+    both = _slopes(job, geometry, every)
+    own = flown.error[every] - np.einsum("nik,nk->ni", both, flown.rise[every])
+    chosen, length = _chosen(own, both, flown.rise[every], arc[every], sample_lengths(arc)[every])
+    some = every[chosen]
+    growth = np.zeros_like(both[chosen]) if dearer is None else _slopes(dearer, geometry, some) - both[chosen]
+    shape, slope, growth = _shapes(both[chosen] - growth, growth)
+    at = single(np.interp(geometry.now[some], geometry.now[rows], np.arange(len(rows))))
+    displaced = _displaced(shape, at, slope + growth, flown.rise[rows])
+    off = np.concatenate([[0], np.cumsum(~flown.on_part)])
     return LivePlaces(
         arc=arc[rows],
-        position=position,
+        position=single(model_of(job).nominal_pose(geometry.theta[rows]).position),
         time=geometry.now[rows],
-        gap=gap,
+        gap=np.append(np.diff(off[rows]) > 0, True),
+        program=single(own_heat(job, geometry)[rows]),
         slope=slope,
         growth=growth,
-        program=program,
-        own=own,
-        place=place[chosen],
-        share=share,
-        length=length,
+        shape=shape,
+        own=single(flown.error[some] - displaced),
+        at=at,
+        length=single(length),
     )
+
+
+def _shapes(slope: Array, growth: Array) -> tuple[IntArray, Array, Array]:
+    """Slopes at samples, (M, 3, K) [m/K] each, as sums of shapes: u (M, R), and what each is, (R, 3, K) [m/K] twice."""
+    every = np.concatenate([slope, growth], axis=1)
+    u, size, parts = np.linalg.svd(every.reshape(len(every), -1), full_matrices=False)
+    largest = np.abs(u * size).max(axis=0)
+    counts = largest > LEAST_SHAPE
+    step = largest[counts] / STEPS
+    each = (step[:, None] * parts[counts]).reshape(-1, *every.shape[1:])
+    return np.rint((u * size)[:, counts] / step).astype(int), each[:, :3], each[:, 3:]
+
+
+def _displaced(shape: IntArray, at: Array, slope: Array, rise: Array) -> Array:
+    """d at the samples, (M, 3) [m], of slopes (R, 3, K) [m/K] and rises at the places (P, K) [K]."""
+    before = np.minimum(at.astype(int), max(len(rise) - 2, 0))
+    share = (at - before)[:, None]
+    then = (1 - share) * rise[before] + share * rise[np.minimum(before + 1, len(rise) - 1)]
+    return np.asarray(np.einsum("nm,mik,nk->ni", shape, slope, then, optimize=True))
 
 
 def single(values: Array) -> Array:
@@ -150,11 +158,11 @@ def _places_along(arc: Array, on_part: BoolArray) -> IntArray:
     """Samples that are places, (P,): evenly along the part, and both ends of each stretch of it."""
     rows = np.flatnonzero(on_part)
     leaves = np.flatnonzero(np.diff(rows) > 1)
+    leaves = leaves[:: len(leaves) * 4 // PLACES + 1]  # of many stretches some
     ends = np.concatenate([rows[:1], rows[leaves], rows[leaves + 1], rows[-1:]])
     passed = np.cumsum(sample_lengths(arc)[rows])
-    count = int(np.clip(max(OF_PIECE * (len(leaves) + 1), passed[-1] / BETWEEN), LEAST, MOST))
-    even = rows[np.searchsorted(passed, np.linspace(0, passed[-1], count)).clip(max=len(rows) - 1)]
-    return np.unique(np.concatenate([ends, even]))
+    even = np.searchsorted(passed, np.linspace(0, passed[-1], PLACES - len(ends))).clip(max=len(rows) - 1)
+    return np.unique(np.concatenate([ends, rows[even]]))
 
 
 def _states(rise: Array) -> list[Array]:
@@ -178,24 +186,33 @@ def _largest(size: Array, arc: Array) -> IntArray:
     return np.asarray(np.array(rows)[top >= NEAR * size.max()])
 
 
-def _chosen(own: Array, weight: Array, places: IntArray, largest: BoolArray) -> tuple[IntArray, Array]:
+def _chosen(own: Array, slope: Array, rise: Array, arc: Array, weight: Array) -> tuple[IntArray, Array]:
     """Of samples on the part those that are kept, and the length that each stands for [m].
 
     Args:
         own: e0, (M, 3) [m].
+        slope: B, (M, 3, K) [m/K].
+        rise: As planned, (M, K) [K].
+        arc: (M,) [m].
         weight: Length of part at each [m].
-        places: Which of them are places.
-        largest: Where the error is among the largest in some state.
     """
-    parts = np.array_split(np.arange(len(own)), min(SAMPLES, len(own)))
+    states, kept, often = _states(rise), np.zeros(len(own), dtype=bool), np.zeros(len(own))
+    for state in states:
+        size = np.linalg.norm(own + np.einsum("nik,nk->ni", slope, state), axis=1)
+        kept[_largest(size, arc)] = True
+        often += size >= np.quantile(size, TAIL)
+    dense = np.cumsum(weight * (1 + OFTEN / len(states) * often))
+    part = (dense * min(SAMPLES, len(own)) / dense[-1]).astype(int)
+    first = np.flatnonzero(np.diff(part, prepend=-1))
+    count = np.diff(first, append=len(own))
+    # not always the first: waypoints may lie as evenly as the parts do
+    evenly = first + (np.arange(len(first)) * GOLDEN % 1 * count).astype(int)
+    kept[evenly] = True
     length = np.zeros(len(own))
-    for n, part in enumerate(parts):  # not always the first: waypoints may lie as evenly as the parts do
-        length[part[int(n * GOLDEN % 1 * len(part))]] = weight[part].sum()
-    kept = (length > 0) | largest
-    kept[places] = True
+    length[evenly] = np.add.reduceat(weight, first)
     towards = own @ (DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]).T
-    for part in np.array_split(np.arange(len(own)), min(STRETCHES, len(own))):
-        kept[part[np.argmax(towards[part], axis=0)]] = True
+    for stretch in np.array_split(np.arange(len(own)), min(STRETCHES, len(own))):
+        kept[stretch[np.argmax(towards[stretch], axis=0)]] = True
     chosen = np.flatnonzero(kept)
     return chosen, length[chosen]
 
@@ -238,9 +255,7 @@ def at(live: Live, setting: Setting, places: LivePlaces) -> Shown:
     """The error of one text with the sliders at a setting."""
     rise = rises_left(live.day.cell.heat, history_at(live.day, setting), places.time) + places.program
     slope = places.slope + expansion_factor(live, setting) * places.growth
-    moved = np.einsum("pik,pk->pi", slope, rise)
-    j, x = places.place, places.share[:, None]
-    size = np.linalg.norm(places.own + (1 - x) * moved[j] + x * moved[np.minimum(j + 1, len(moved) - 1)], axis=1)
+    size = np.linalg.norm(places.own + _displaced(places.shape, places.at, slope, rise), axis=1)
     even = places.length > 0
     weights = places.length[even]
     return Shown(float(size.max()), percentile99(size[even], weights), rms(size[even], weights))

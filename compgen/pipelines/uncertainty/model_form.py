@@ -5,6 +5,7 @@ tool is *model form*, an error that no parameter of either knows of. The joints 
 times the twin's; the day before is planned anew for the other model.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,6 +52,12 @@ def other_job(job: Job) -> Job | None:
         CompgenError: The other model's tables contradict themselves, or the day cannot be planned for it.
     """
     return None if job.on_other_heat_model is None else job.on_other_heat_model()
+
+
+def plan_other_day(job: Job) -> None:
+    """Plans it ahead, while few of the program's arrays are at hand; ``cross_flight`` says why it cannot be planned."""
+    with suppress(CompgenError):
+        other_job(job)
 
 
 def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretch: int = STRETCH) -> ModelForm | None:

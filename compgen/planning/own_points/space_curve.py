@@ -21,11 +21,11 @@ the rise of an arc over its chord, which a cubic through points 25 deg apart exc
 stands alone, or between turns to other sides, explains nothing.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline, CubicHermiteSpline, CubicSpline
 from scipy.linalg import solveh_banded
 
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
@@ -130,6 +130,8 @@ def _way(place: Array) -> Array:
 
 def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, Bulge]:
     """The pieces between two stops, and their bulge."""
+    from scipy.interpolate import CubicHermiteSpline  # loaded by runs that need it
+
     given = points.place
     points, straight = _with_straights(points)
     u = _way(points.place)
@@ -147,7 +149,7 @@ def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, Bul
     return _pieces(knots, v, slope, points.contact[owner], points.pace[owner]), bulge
 
 
-def _bulge(curve: CubicHermiteSpline, u: Array, place: Array, explained: Array, given_row: IntArray) -> Bulge:
+def _bulge(curve: Callable[..., Array], u: Array, place: Array, explained: Array, given_row: IntArray) -> Bulge:
     """Of a curve over spans between parameters u (M,) of points (M, 3), which are parts of given spans (M - 1,)."""
     off, lowest = _off_lines(curve, u, place, np.arange(len(u) - 1), COARSELY)
     near = np.flatnonzero(off > NEARLY * off.max())
@@ -158,7 +160,7 @@ def _bulge(curve: CubicHermiteSpline, u: Array, place: Array, explained: Array, 
 
 
 def _off_lines(
-    curve: CubicHermiteSpline, u: Array, place: Array, spans: IntArray, shares: Array
+    curve: Callable[..., Array], u: Array, place: Array, spans: IntArray, shares: Array
 ) -> tuple[Array, float]:
     """Largest distance of some spans (S,) from their lines (S,) [m], and the lowest height on them [m]."""
     line = place[spans + 1] - place[spans]
@@ -222,6 +224,8 @@ def _doubling(first: float) -> Array:
 
 def _interpolated_slopes(u: Array, values: Array) -> Array:
     """dv/du of the cubic spline through all values."""
+    from scipy.interpolate import CubicSpline  # loaded by runs that need it
+
     return np.asarray(CubicSpline(u, values)(u, 1))
 
 
@@ -291,6 +295,8 @@ def _least_squares(u: Array, values: Array, rows: IntArray) -> tuple[Array, Arra
 
     Its ends are the points' own: with knots as often as its degree there, its first and last coefficients.
     """
+    from scipy.interpolate import BSpline  # loaded by runs that need it
+
     knots = u[rows]
     t = np.concatenate([np.repeat(knots[0], CUBIC), knots, np.repeat(knots[-1], CUBIC)])
     basis = BSpline.design_matrix(u, t, CUBIC)

@@ -5,7 +5,7 @@
 //
 //   z = w + (e^{-rate tau} z_0 + C - w) e^{-rate d}          the modes as the program starts, run at tau, d late
 //   r(p) = O (e^{-rate t_p} z + a u(T + t_p)) + F(p)         rises at place p
-//   e(n) = e0(n) + (1 - x) B(j) r(j) + x B(j + 1) r(j + 1)   at sample n, the share x of the way from place j on
+//   e(n) = e0(n) + sum_m u_m(n) B_m r(n)                     at sample n, of shapes u; r straight from place to place
 "use strict";
 (() => {
 const root = document.getElementById("live");
@@ -13,7 +13,7 @@ const data = JSON.parse(document.getElementById("live-data").textContent);
 const UM = 1e6, MINUTE = 60, HOUR = 3600, MM = 1e-3;
 
 // ---- packed arrays -------------------------------------------------------------------------------------------------
-const KINDS = {f4: Float32Array, f8: Float64Array, i4: Int32Array};
+const KINDS = {f4: Float32Array, f8: Float64Array, i2: Int16Array};
 function unpack(value) {
   if (Array.isArray(value)) return value.map(unpack);
   if (value === null || typeof value !== "object") return value;
@@ -227,14 +227,25 @@ function displaced(side, r, factor) {  // d = (B_c + factor B_g) r, (P x 3)
 }
 
 function errors(side, state) {
-  const r = rises(state, side.time, side.program), d = displaced(side, r, state.factor);
-  const M = side.place.length, P = side.time.length, size = zeros(M), local = zeros(P);
+  const r = rises(state, side.time, side.program), M = side.at.length, P = side.time.length, R = side.slope.length / K / 3;
+  const moved = zeros(P * R * 3);  // B_m r at the places
+  for (let p = 0; p < P; p++) for (let m = 0; m < R * 3; m++) {
+    let sum = 0;
+    for (let k = 0; k < K; k++) sum += (side.slope[m * K + k] + state.factor * side.growth[m * K + k]) * r[p * K + k];
+    moved[p * R * 3 + m] = sum;
+  }
+  const size = zeros(M), local = zeros(P);
   let largest = 0, square = 0, weight = 0;
   for (let n = 0; n < M; n++) {
-    const j = side.place[n], x = side.share[n], a = j * 3, b = Math.min(j + 1, P - 1) * 3;
-    const ex = side.own[n * 3] + (1 - x) * d[a] + x * d[b];
-    const ey = side.own[n * 3 + 1] + (1 - x) * d[a + 1] + x * d[b + 1];
-    const ez = side.own[n * 3 + 2] + (1 - x) * d[a + 2] + x * d[b + 2];
+    const j = Math.min(Math.floor(side.at[n]), Math.max(P - 2, 0)), x = side.at[n] - j;
+    let a = j * R * 3, b = Math.min(j + 1, P - 1) * R * 3;
+    let ex = side.own[n * 3], ey = side.own[n * 3 + 1], ez = side.own[n * 3 + 2];
+    for (let m = n * R; m < (n + 1) * R; m++, a += 3, b += 3) {
+      const u = side.shape[m];
+      ex += u * ((1 - x) * moved[a] + x * moved[b]);
+      ey += u * ((1 - x) * moved[a + 1] + x * moved[b + 1]);
+      ez += u * ((1 - x) * moved[a + 2] + x * moved[b + 2]);
+    }
     const e = Math.sqrt(ex * ex + ey * ey + ez * ez);
     size[n] = e;
     if (e > largest) largest = e;

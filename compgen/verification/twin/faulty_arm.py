@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from scipy.interpolate import CubicSpline
 
 from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.evaluation import evaluate
@@ -142,6 +141,10 @@ class FaultyArm:
 
     def _axis_deviation(self, nominal: Array, travel: tuple[Array, ...]) -> Array:
         """What the deviations along World axes add to the TCP, (M, 3) [m]."""
+        if not self.faults.axis_deviations:
+            return np.zeros_like(nominal)
+        from scipy.interpolate import CubicSpline  # loaded by runs that need it
+
         total = np.zeros_like(nominal)
         for deviation, t in zip(self.faults.axis_deviations, travel, strict=True):
             station = deviation.station

@@ -41,7 +41,8 @@ def mode_states(rate: Array, state: Array, time: Array, goals: Array) -> Array:
         return state[None]
     begins = np.flatnonzero(np.concatenate([[True], (goals[1:] != goals[:-1]).any(axis=1)]))
     edges = np.append(begins, len(goals))
-    edge_states = _states_at_goal_changes(rate, state, time[edges], goals[begins])
+    changes = goals if len(begins) == len(goals) else goals[begins]
+    edge_states = _states_at_goal_changes(rate, state, time[edges], changes)
     if len(edges) == len(time):
         return edge_states
     run = np.repeat(np.arange(len(begins)), np.diff(edges))
@@ -68,11 +69,18 @@ def _states_at_goal_changes(rate: Array, state: Array, time: Array, goals: Array
     decay = np.concatenate([[0.0], np.cumsum(exponent.max(axis=1))])
     while first < len(goals):
         last = max(first + 1, int(np.searchsorted(decay, decay[first] + MAX_DECAY, side="right")) - 1)
-        kept = np.exp(-np.cumsum(exponent[first:last], axis=0))
-        gain = goals[first:last] * -np.expm1(-exponent[first:last])
+        summed = np.negative(exponent[first:last])
+        np.negative(np.expm1(summed, out=summed), out=summed)
+        summed *= goals[first:last]  # what each segment gains; in place, for a program is long
+        kept = np.cumsum(exponent[first:last], axis=0, out=exponent[first:last])
+        np.exp(np.negative(kept, out=kept), out=kept)
         # the end of a long single segment may keep nothing: then only its own goal counts
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            summed = kept * (states[first] + np.cumsum(gain / kept, axis=0))
-        states[first + 1 : last + 1] = np.where(np.isfinite(summed), summed, goals[first:last])
+            summed /= kept
+            np.cumsum(summed, axis=0, out=summed)
+            summed += states[first]
+            summed *= kept
+        np.copyto(summed, goals[first:last], where=~np.isfinite(summed))
+        states[first + 1 : last + 1] = summed
         first = last
     return states
