@@ -12,11 +12,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from compgen.core.rotations import to_wpr
 from compgen.identification.motion.identify import timed_windows
@@ -27,6 +29,8 @@ from compgen.program.frames import load_frames
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.executed.position_log import read_position_log
 from compgen.verification.executed.third_joint import J3
+from compgen.verification.twin.controller.command import corner_wait
+from compgen.verification.twin.controller.smoothing import smooth
 
 Array = NDArray[np.float64]
 
@@ -40,6 +44,10 @@ TOOL = np.array([493.301, 0.0, -75.0])  # mm in the flange, x out of it
 TOOL_TURN = np.radians(120)  # about the flange's y
 FEED = {"blade_0.5": 452, "blade_0.1": 499, "wood_0.5": 160}  # mm/s, read from the plateaus
 PERIOD = 8  # ms
+SPARE = 10  # periods after a log
+TOGETHER = range(70, 85)  # periods that two means last together, tried
+BESIDE = 0.35  # s around the corner where the lowest speed is looked for
+MOVED = 0.1  # mm
 BLADE = re.compile(r"m710ic_(\w+_[\d.]+)_curve_js_exe\.csv")
 CORNER = re.compile(r"movel_smooth_car_movel_(\d+)_(\d+)_CNT(\d+)\.csv")
 REAL_ANGLE = {("30", "200"): 46.0}  # deg: what older scripts of the source turned instead of the name's
@@ -224,7 +232,9 @@ def foretold(place: Path, motion: ControllerMotion) -> tuple[float, float]:
     log = read_position_log(place / "log.csv", J3.LINK2)
     run = judge_log(read_text(str(place / "RUN.LS"), content), around.course(content), log, around)
     windows = timed_windows(run, robot)
-    left = (residuals(windows, robot, run.course.tool, m)[:, :3] for m in (ControllerMotion(), motion))
+    course = run.course
+    first = float(np.diff(course.counted_clock())[windows[0].run[0]])
+    left = (residuals(windows, robot, course.tool, m)[:, :3] for m in (ControllerMotion(), motion.in_run(first)))
     plain, after = (1e6 * float(np.sqrt((rows**2).sum(axis=1).mean())) for rows in left)
     return plain, after
 
@@ -239,6 +249,77 @@ def show_foretold(places: dict[str, Path]) -> None:
                 plain, left = foretold(place, motion)
                 away = 100 * (1 - left / plain)
                 print(f"{name} foretold from {source}: {left:.1f} um rms of {plain:.1f}, {away:.0f} % away", flush=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """How a program of two lines was passed."""
+
+    nearest: float  # [mm] to the corner
+    lowest: float  # [mm/s] there
+    lasted: float  # [s] from 0.1 mm behind its start to 0.1 mm before its end
+
+    def beside(self, logged: "Passage") -> str:
+        """In words, with what was logged."""
+        pairs = ((self.nearest, logged.nearest, "mm from the corner"), (self.lowest, logged.lowest, "mm/s there"))
+        words = [f"{a:.2f} of {b:.2f} {what} ({100 * (a / b - 1):+.1f} %)" for a, b, what in pairs]
+        periods = 1000 * (self.lasted - logged.lasted) / PERIOD
+        return ", ".join([*words, f"{self.lasted:.3f} of {logged.lasted:.3f} s ({periods:+.1f} periods)"])
+
+
+def passage(time: Array, places: Array, corner: Array) -> Passage:
+    """Of places (M, 3) [mm] at times [s], by a cubic through them."""
+    curve = CubicSpline(time, places)
+    fine = np.linspace(time[0], time[-1], 50 * len(time))
+    distance = np.linalg.norm(curve(fine) - corner, axis=1)
+    at = fine[np.argmin(distance)]
+    speed = np.linalg.norm(curve(fine, 1), axis=1)[np.abs(fine - at) < BESIDE]
+    begun, ends = (np.linalg.norm(curve(fine) - end, axis=1) > MOVED for end in (places[0], places[-1]))
+    return Passage(float(distance.min()), float(speed.min()), float(fine[ends][-1] - fine[begun][0]))
+
+
+def flown(run: LoggedRun, time: Array, means: Sequence[ControllerMotion]) -> Array:
+    """Places (M, 3) [mm] of a run whose lines are smoothed each by means of its own, at times a period apart."""
+    step, robot = PERIOD / 1000, load_robot(SHIPPED)
+    lines = np.diff(run.places, axis=0)
+    speed, kept = (float(re.search(word, run.words[0])[1]) for word in (r"(\d+)mm/sec", r"CNT(\d+)"))  # type: ignore[index]
+    takes = step * np.ceil(np.linalg.norm(lines, axis=1) / speed / step - 1e-6)
+    waits = corner_wait(replace(robot, motion=means[0]), np.array([kept / 100, 1.0]))
+    begins = takes[0] * np.array([0, 1]) + waits[0] * np.array([0, 1])
+    gone = sum(
+        smooth(np.clip((time - begin) / take, 0, 1)[:, None] * line, step, motion)
+        for begin, take, line, motion in zip(begins, takes, lines, means, strict=True)
+    )
+    return np.asarray(run.places[0] + gone)
+
+
+def means_of(periods: int) -> ControllerMotion:
+    """Two means that last so many periods together, alike or a period apart."""
+    return ControllerMotion(moving_averages=tuple(PERIOD / 1000 * np.array([(periods + 1) // 2, periods // 2])))
+
+
+def show_corner(run: LoggedRun, place: Path) -> None:
+    """The corner, the lowest speed and the time of a run: by one pair of means for all, and by a pair for each line."""
+    rows = rows_of(run.log)
+    held = np.append((np.diff(rows[:, 0])[:-1] > PERIOD) & (np.diff(rows[1:, 1:], axis=0) == 0).all(axis=1), False)
+    rows = rows[~np.insert(held, 0, False)]  # of two rows alike the first is late
+    time, (seen, _) = rows[:, 0] / 1000, forward(run.arm, np.radians(rows[:, 1:]))
+    logged, clock = (
+        passage(time, seen, run.places[1]),
+        np.asarray(PERIOD / 1000 * np.arange(rows[-1, 0] / PERIOD + SPARE)),
+    )
+
+    def missed(pair: tuple[int, ...]) -> float:
+        curve = flown(run, clock, [means_of(n) for n in pair])
+        there = [np.interp(time - PERIOD / 1000, clock, column) for column in curve.T]
+        return float(((np.column_stack(there) - seen) ** 2).sum())
+
+    best = min(product(TOGETHER, repeat=2), key=missed)
+    tried = {f"{best[0]} and {best[1]} periods": [means_of(n) for n in best]}
+    if (fitted := load_robot(str(place / "motion.toml")).motion) is not None:
+        tried["the fitted pair"] = [fitted, fitted]
+    for words, means in tried.items():
+        print(f"{run.name}, {words}: {passage(clock, flown(run, clock, means), run.places[1]).beside(logged)}")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -260,6 +341,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 print(f"{run.name} {command}: exit {code}\n{words}", flush=True)
             if run.arm == SISTER:
                 places[run.name] = place
+            elif "CNT" in run.name:
+                show_corner(run, place)
         show_foretold(places)
 
 

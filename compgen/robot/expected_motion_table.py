@@ -1,5 +1,7 @@
 """The table of what controllers of a class of arm do, where a robot file does not know its own motion."""
 
+from dataclasses import replace
+from math import inf
 from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
@@ -18,6 +20,8 @@ class ExpectedMotionTable(Table):
 
     moving_average_ms: TwoMeans
     """Windows of the two moving means that are expected."""
+    after_long_ms: TwoMeans | None = None
+    """The same in a run, from a stop to the next, whose first statement lasts at least their sum; default alike."""
     lowest_ms: TwoMeans
     """Windows that smooth least of what was seen."""
     highest_ms: TwoMeans
@@ -40,11 +44,13 @@ def expected_motion_of(table: ExpectedMotionTable | None, where: str) -> Expecte
         ControllerMotion(moving_averages=tuple(window * MS for window in windows))
         for windows in (table.lowest_ms, table.moving_average_ms, table.highest_ms)
     )
-    if not lowest.variance <= expected.variance <= highest.variance:
-        raise InputError(
-            f"{where}: expected_motion.moving_average_ms: {table.moving_average_ms} must lie between lowest_ms "
-            f"{table.lowest_ms} and highest_ms {table.highest_ms}, by the sum of their squares"
-        )
+    expected = replace(expected, after_long=tuple(window * MS for window in table.after_long_ms or ()))
+    for key, means in (("moving_average_ms", expected), ("after_long_ms", expected.in_run(inf))):
+        if not lowest.variance <= means.variance <= highest.variance:
+            raise InputError(
+                f"{where}: expected_motion.{key}: {getattr(table, key)} must lie between lowest_ms {table.lowest_ms} "
+                f"and highest_ms {table.highest_ms}, by the sum of their squares"
+            )
     return ExpectedMotion(
         expected=expected, lowest=lowest, highest=highest, evidence=table.evidence, source=table.source
     )

@@ -8,9 +8,12 @@ Where no log of the robot tells them, ``[expected_motion]`` says what controller
 predicted with a lowest and a highest, and nothing is ever commanded against it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from math import inf
 from typing import Literal
+
+SAME_TIME = 1e-6  # [s]
 
 
 class MotionVerdict(StrEnum):
@@ -45,6 +48,7 @@ class ControllerMotion:
 
     space: Literal["cartesian", "joint"] = "cartesian"  # in which it is smoothed
     moving_averages: tuple[float, ...] = ()  # [s] window of each moving mean
+    after_long: tuple[float, ...] = ()  # [s] the same in runs whose first statement lasts as long as they do; () alike
     first_orders: tuple[float, ...] = ()  # [s] time constant of each first-order lag
     lag: float = 0.0  # [s] by which all comes late
     enabled: bool = False  # whether programs are pre-distorted for it
@@ -59,6 +63,18 @@ class ControllerMotion:
     def variance(self) -> float:
         """sigma^2 of the pull v^2 sigma^2 / (2 R) on a radius R at speed v [s2]: sum T^2 / 12 of means, T^2 of lags."""
         return sum(t**2 for t in self.moving_averages) / 12 + sum(t**2 for t in self.first_orders)
+
+    @property
+    def long(self) -> float:
+        """From how long a first statement on a run has the windows ``after_long`` [s]."""
+        return sum(self.after_long) - SAME_TIME if self.after_long else inf
+
+    def in_run(self, first: float) -> "ControllerMotion":
+        """What it is from a stop to the next, in a run whose first statement lasts so long [s]."""
+        if not self.after_long:
+            return self
+        windows = self.after_long if first > self.long else self.moving_averages
+        return replace(self, moving_averages=windows, after_long=())
 
     @property
     def may_predistort(self) -> bool:

@@ -49,18 +49,20 @@ def _effect(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> Mo
     """Of one motion."""
     clock = course.counted_clock() if robot.controller.rounds_up_to_period else course.cruise
     off, along, worst, where = np.zeros(len(course.judged)), 0.0, 0.0, 0.0
-    stops = np.flatnonzero(course.stop)
+    stops, statement = np.flatnonzero(course.stop), np.bincount(course.statement, np.diff(clock))
+    worst_motion = motion
     for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
         if not (course.judged[a:b].all() and motion.is_smooth):
             continue
-        led = _led(course, robot, motion, clock, slice(a, b + 1))
+        own = motion.in_run(float(statement[course.statement[a]]))
+        led = _led(course, robot, own, clock, slice(a, b + 1))
         np.maximum.at(off, course.way(led.way), led.across)
         along = max(along, float(led.along.max()))
         if led.across.max() > worst:
-            worst, where = float(led.across.max()), float(led.way[np.argmax(led.across)])
+            worst, where, worst_motion = float(led.across.max()), float(led.way[np.argmax(led.across)]), own
     speed = np.diff(course.arc) / np.maximum(np.diff(course.cruise), 1e-12)
     return MotionEffect(
-        motion=motion,
+        motion=worst_motion,
         expected=None,
         largest=worst,
         lowest=worst,

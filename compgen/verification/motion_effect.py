@@ -7,6 +7,7 @@ what was seen. Each is flown: a bend's pull goes with sigma^2 alone only where t
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, row_no
 from compgen.robot.motion import ControllerMotion, ExpectedMotion
 from compgen.robot.robot import Robot
 from compgen.verification.twin import PreparedProgram
-from compgen.verification.twin.controller.command import WrittenPath
+from compgen.verification.twin.controller.command import WrittenPath, first_statements
 from compgen.verification.twin.controller.deviation import MotionDeviation, most_in_blocks, motion_deviation
 
 HALF = 0.5  # the override whose effect is told beside
@@ -103,8 +104,9 @@ def _effect(flight: _Flight, motion: ControllerMotion) -> MotionEffect:
     where = length[:k].sum() + length[k] * (worst - int(counts[:k].sum())) / counts[k]
     along = 0.0 if led is None else float(np.abs(np.where(on_part, led.along, 0.0)).max())
     largest = float(off[worst])
+    run = int(np.searchsorted(np.flatnonzero(prepared.program.fine), k, side="right")) - 1
     return MotionEffect(
-        motion=motion,
+        motion=motion.in_run(float(_first_statements(flight)[run])),
         expected=None,
         largest=largest,
         lowest=largest,
@@ -147,6 +149,27 @@ def _largest_in(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | N
 
 
 def _led(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None = None) -> MotionDeviation | None:
+    """Each run by the windows that it has; one of a single segment has no bend."""
+    usual = _flown(flight, motion.in_run(0.0), blocks)
+    segments = np.diff(np.flatnonzero(flight.prepared.program.fine))
+    begins_long = _first_statements(flight) > motion.long
+    other = _flown(flight, motion.in_run(inf), blocks) if (begins_long & (segments > 1)).any() else None
+    if usual is None or other is None:
+        return usual
+    long = np.repeat(begins_long, segments)[flight.segment]
+    return replace(
+        usual,
+        across=frozen(np.where(long[:, None], other.across, usual.across)),
+        along=frozen(np.where(long, other.along, usual.along)),
+    )
+
+
+def _first_statements(flight: _Flight) -> Array:
+    """Of each run, (R,) [s]."""
+    return first_statements(flight.prepared.twin.robot, flight.path, flight.prepared.override)
+
+
+def _flown(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None) -> MotionDeviation | None:
     prepared = flight.prepared
     return motion_deviation(
         replace(prepared.twin.robot, motion=motion), prepared.twin.tool, flight.path, prepared.samples_per_segment,

@@ -47,9 +47,9 @@ def test_unknown_motion_has_its_size_on_this_path_and_changes_no_verdict():
     assert corrected.inside
     assert not summary["motion"]["known"]
     motion = summary["motion"]
-    assert motion["off_path_um"] == pytest.approx(pull_um(195, 191), abs=DIGITS_UM)
+    assert motion["off_path_um"] == pytest.approx(pull_um(176, 168), abs=DIGITS_UM)
     assert motion["lowest_um"] == pytest.approx(pull_um(176, 168), abs=DIGITS_UM)
-    assert motion["highest_um"] == pytest.approx(pull_um(214, 214), abs=DIGITS_UM)
+    assert motion["highest_um"] == pytest.approx(pull_um(256, 168), abs=DIGITS_UM)
     assert row(summary)[0]["size_um"] == pytest.approx([motion["lowest_um"], motion["highest_um"]], rel=1e-5)
     assert row(summary)[0]["expected_um"] == pytest.approx(motion["off_path_um"], rel=1e-5)
     lowest, expected, highest = (f"{motion[key]:.0f}" for key in ("lowest_um", "off_path_um", "highest_um"))

@@ -71,9 +71,9 @@ def test_bad_numbers_are_refused_in_one_line(overrides, words):
 EXPECTED = 'evidence="simulated", source="a test"'
 
 
-def expected(*windows):
-    lowest, middle, highest = windows
-    return f"expected_motion={{lowest_ms={lowest}, moving_average_ms={middle}, highest_ms={highest}, {EXPECTED}}}"
+def expected(lowest, middle, highest, after_long=None):
+    more = f"after_long_ms={after_long}, " if after_long else ""
+    return f"expected_motion={{lowest_ms={lowest}, moving_average_ms={middle}, highest_ms={highest}, {more}{EXPECTED}}}"
 
 
 def test_what_is_expected_is_not_what_is_known():
@@ -87,12 +87,21 @@ def test_what_is_expected_is_not_what_is_known():
     assert not seen.expected.may_predistort
 
 
+def test_a_run_has_other_windows_from_a_first_statement_on_that_lasts_as_long_as_they_do():
+    seen = load_cell("m710ic50", (expected([176, 168], [176, 168], [256, 168], [256, 168]),)).robot.expected_motion
+    windows = {first: seen.expected.in_run(first).moving_averages for first in (0.016, 0.416, 0.424, 2.5)}
+    short, long = pytest.approx((0.176, 0.168)), pytest.approx((0.256, 0.168))
+    assert windows == {0.016: short, 0.416: short, 0.424: long, 2.5: long}
+    assert seen.lowest.in_run(2.5) is seen.lowest
+
+
 @pytest.mark.parametrize(("windows", "words"), [
     (([200, 100], [100, 50], [200, 200]), ["moving_average_ms", "between lowest_ms"]),
     (([100, 50], [300, 200], [200, 200]), ["moving_average_ms", "between lowest_ms"]),
     (([100, 50], [200, -1], [200, 200]), ["expected_motion.moving_average_ms"]),
     (([100, 50], [200], [200, 200]), ["expected_motion.moving_average_ms"]),
     (([100, 50], [200, 100], [200, 2001]), ["expected_motion.highest_ms"]),
+    (([100, 50], [200, 100], [200, 200], [300, 200]), ["after_long_ms", "[300.0, 200.0]", "between lowest_ms"]),
 ])  # fmt: skip
 def test_what_cannot_be_expected_is_refused_in_one_line(windows, words):
     with pytest.raises(InputError) as failure:

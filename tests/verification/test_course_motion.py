@@ -90,6 +90,14 @@ def test_what_is_not_known_has_its_spread():
     assert sizes == sorted(sizes)
 
 
+@pytest.mark.parametrize("sum_of_windows", [3.0, 0.4])  # s: longer than the first line, and shorter
+def test_a_run_that_begins_with_a_long_line_has_other_windows(sum_of_windows):
+    program, short, long = listing(["CNT100", "CNT100", "FINE"]), (0.1, 0.1), (sum_of_windows / 2,) * 2
+    effect = effect_of(program, ControllerMotion(moving_averages=short, after_long=long))
+    same = effect_of(program, ControllerMotion(moving_averages=long if sum_of_windows < 1 else short))
+    assert (effect.largest, effect.motion) == (same.largest, same.motion)
+
+
 def test_motion_in_the_joints_is_not_looked_at():
     motion = ControllerMotion(space="joint", moving_averages=(0.2, 0.1))
     assert effect_of(listing(["CNT100", "CNT100", "FINE"]), motion) is None

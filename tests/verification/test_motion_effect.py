@@ -68,6 +68,41 @@ def test_a_corner_is_flown_with_the_lowest_and_the_highest_too_and_goes_with_the
     assert seen.highest / seen.largest == pytest.approx(WINDOWS[2] / WINDOWS[1], rel=0.02)  # their squares: 2.56
 
 
+def two_runs(first, second):
+    """From a stop a line of a length [mm] and a right angle, twice; a stop between."""
+    x, y = first * MM + 0.9, second * MM + 0.1
+    at = np.array([[0.9, -0.1, 0.2], [x, -0.1, 0.2], [x, 0.1, 0.2], [x, y, 0.2], [x + 0.2, y, 0.2]])
+    return replace(
+        corner(),
+        position=at,
+        rotation=np.tile(np.diag([1.0, -1.0, -1.0]), (5, 1, 1)),
+        turns=np.zeros((5, 3), dtype=int),
+        speed=np.full(4, SPEED),
+        fine=np.array([True, False, True, False, True]),
+        via=np.zeros(5, dtype=bool),
+    )
+
+
+LONG = 0.3  # [s] each of two windows after a first statement of 0.6 s, 120 mm
+
+
+@pytest.mark.parametrize(("first", "second", "windows"), [
+    (118, 100, (0.2, 0.2)), (120, 100, (LONG, 0.2)), (100, 121, (0.2, LONG)), (150, 150, (LONG, LONG)),
+])  # fmt: skip
+def test_each_run_has_the_windows_that_go_with_how_long_its_first_statement_lasts(job, first, second, windows):
+    motion = ControllerMotion(moving_averages=(0.2, 0.2), after_long=(LONG, LONG))
+    twin = twin_of(job)
+    seen = ExpectedMotion(lowest=motion, expected=motion, highest=motion, evidence="simulated", source="a test")
+    twin = replace(twin, robot=replace(twin.robot, motion=None, expected_motion=seen))
+    prepared = prepare(twin, two_runs(first, second), job.history.before, job.history.air)
+    effect = motion_effect(prepared, np.zeros(4, dtype=bool))
+    corners = effect.off.reshape(2, 2).max(axis=1)
+    assert corners == pytest.approx([beside_a_corner(window) for window in windows], abs=2 * DIGIT)
+    assert effect.largest == pytest.approx(corners.max())
+    assert effect.motion.moving_averages == (max(windows), max(windows))
+    assert effect.motion.after_long == ()
+
+
 def test_of_a_known_motion_there_is_one_size(job):
     known = effect(job, ControllerMotion(moving_averages=(0.2, 0.2)))
     assert known.known

@@ -162,6 +162,17 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, kept: 
     )
 
 
+def first_statements(robot: Robot, path: WrittenPath, override: float = 1.0) -> Array:
+    """How long the statement takes that each run from a stop to the next begins with, (R,) [s]."""
+    program = path.program
+    time = statement_times(
+        path.sweep.length, program.speed * override, robot.controller.period,
+        rounds_up=robot.controller.rounds_up_to_period, via=program.via,
+    )  # fmt: skip
+    first = np.flatnonzero(program.fine)[:-1]
+    return np.asarray(time[first] + np.where(program.via[first + 1], time[np.minimum(first + 1, len(time) - 1)], 0.0))
+
+
 def corner_wait(robot: Robot, kept: Array) -> Array:
     """How long the next motion waits at CNT n when the one before is over, of n / 100 (K,), (K,) [s]."""
     if robot.motion is None or not robot.motion.is_smooth:
