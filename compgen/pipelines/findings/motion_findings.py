@@ -86,7 +86,8 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         left = "" if at_half is None else f": there {_um(at_half)} um are left on the part"
         message = (
             f"the program is made for 100 % override: it is commanded up to {size} um off its path against {WHAT} "
-            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}"
+            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}; it "
+            "holds where the logged runs began as this program's do, with a line longer or shorter than the means"
         )
         return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
     message = (
