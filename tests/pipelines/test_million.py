@@ -108,7 +108,7 @@ def test_a_hundred_thousand_sharp_corners_are_timed_together():
     assert motion.utilisation.max() <= 1
     passed = motion.phases.time(motion.phases.locate(arc[stop]))  # phases are of the motion that is not rounded
     jerk = ROBOT.jerk[0] / np.abs(np.diff(theta[:, 0]) / np.diff(arc)).max()
-    rounded = jerk / 2 * (6 * np.spacing(arc[-1]) / jerk) ** (2 / 3)  # s = jerk t^3 / 6 before a stop, s to its last bit
+    rounded = jerk / 2 * (6 * np.spacing(arc[-1]) / jerk) ** (2 / 3)  # s = jerk t^3 / 6 before a stop, to its last bit
     assert_allclose(motion.phases.at(passed)[1], 0, atol=rounded)
     one = retiming.retime(ROBOT, arc[:5], theta[:5], stop[:5], 0.02)
     assert_allclose(np.diff(motion.time[stop]), one.time[-1], rtol=1e-6)
