@@ -7,11 +7,10 @@ from pathlib import Path
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.pose import Pose
+from compgen.core.pose import POSE_KEYS, Pose
 from compgen.planning.tables import FrameTable, TaughtTable
 from compgen.program.digits import printed_poses
 from compgen.program.frames import load_frames, place_of, read_frame_file
-from compgen.program.pose_table import KEYS
 
 WARM = 1.0  # [K] from which a frame is taught hot
 
@@ -41,7 +40,7 @@ def frame_of(table: FrameTable | None, decimals: int, where: str) -> PartFrame |
         return None
     if table.file is None:
         return _rounded(table.number or 1, place_of(table), table.taught, decimals)
-    doubled = next((key for key in (*KEYS, "taught") if key in table.model_fields_set), None)
+    doubled = next((key for key in (*POSE_KEYS, "taught") if key in table.model_fields_set), None)
     if doubled is not None:
         raise InputError(f"{where}: frame.{doubled}: the frame's file says it; remove it, or frame.file")
     source = Path(where).parent / table.file

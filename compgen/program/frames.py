@@ -21,11 +21,11 @@ from typing import Any
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
-from compgen.core.pose import IDENTITY, Pose
+from compgen.core.pose import IDENTITY, POSE_KEYS, Pose
 from compgen.core.toml import check, read_toml
 from compgen.planning.tables import FrameFile, FrameTable, TaughtTable
 from compgen.program.extended_axes import ExtendedAxis, extended_axes
-from compgen.program.pose_table import KEYS, pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
+from compgen.program.pose_table import pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
@@ -75,7 +75,7 @@ def read_frame_file(source: Path) -> FrameTable:
 
 def place_of(frame: FrameTable) -> Pose:
     """Where a frame stands in World."""
-    return pose_of([getattr(frame, key) for key in KEYS])
+    return pose_of([getattr(frame, key) for key in POSE_KEYS])
 
 
 def _from_toml(text: str, path: str) -> Frames:
@@ -90,7 +90,7 @@ def _from_toml(text: str, path: str) -> Frames:
             raise InputError(f"{path}: {key}: must be a table; give [{key}.{'E1' if key == 'extended' else 'N'}]")
     of_files = {n: t for n, t in data.get("uframe", {}).items() if isinstance(t, dict) and "file" in t}
     files = {n: _frame_of_file(n, table, path) for n, table in of_files.items()}
-    numbers = {n: {key: getattr(frame, key) for key in KEYS} for n, frame in files.items()}
+    numbers = {n: {key: getattr(frame, key) for key in POSE_KEYS} for n, frame in files.items()}
     tables = {**data, "uframe": {**data.get("uframe", {}), **numbers}}
     uframe, utool = (
         {_index(n, kind, path): pose_of(pose_values(t, f"{kind}.{n}", path)) for n, t in tables.get(kind, {}).items()}

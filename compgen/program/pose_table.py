@@ -8,12 +8,11 @@ import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
-from compgen.core.pose import Pose
+from compgen.core.pose import POSE_KEYS, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import brief_value
 from compgen.core.units import DEG, MM
 
-KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 LARGEST = 1e5  # [mm] or [deg]
 _NAME = re.compile(r"'[^'\n]*'")  # it may say anything
 _GROUP = re.compile(r"\bGroup:")
@@ -67,10 +66,10 @@ def pose_values(table: Any, key: str, path: str, also: Sequence[str] = ()) -> li
         InputError: It is no table, a key is not known or missing, or a number is out of range; names file and key.
     """
     if not isinstance(table, dict):
-        raise InputError(f"{path}: {key}: must be a table with {', '.join(KEYS)}")
-    if unknown := sorted(set(table) - {*KEYS, *also}):
-        raise InputError(f"{path}: {key}.{unknown[0]:.40}: unknown key; known: {', '.join((*also, *KEYS))}")
-    return [length_or_angle(table, name, key, path) for name in KEYS]
+        raise InputError(f"{path}: {key}: must be a table with {', '.join(POSE_KEYS)}")
+    if unknown := sorted(set(table) - {*POSE_KEYS, *also}):
+        raise InputError(f"{path}: {key}.{unknown[0]:.40}: unknown key; known: {', '.join((*also, *POSE_KEYS))}")
+    return [length_or_angle(table, name, key, path) for name in POSE_KEYS]
 
 
 def length_or_angle(table: Mapping[str, Any], name: str, key: str, path: str) -> float:

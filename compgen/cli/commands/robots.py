@@ -15,7 +15,6 @@ from compgen.cli.screen.messages import print_findings, print_lines, print_recor
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
-from compgen.core.pose import POSE_KEYS
 
 RECORD, PICTURE = "robot.json", "zero.svg"
 
@@ -51,6 +50,8 @@ def inspect_robot(
 def _show(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bool) -> None:
     """Print lengths, reach, limits, the table to compare, and the files."""
     from rich.table import Table
+
+    from compgen.core.pose import POSE_KEYS
 
     console = stdout_console()
     reach = record["wrist_reach_mm"]
