@@ -21,6 +21,7 @@ from compgen.core.json_text import json_text
 from compgen.core.units import MM, UM
 
 if TYPE_CHECKING:
+    from compgen.identification.touch_candidates import Search
     from compgen.program.touches import Signal
 
 CONDITION = re.compile(r"(?:DI|RI|UI|SI|WI|F|M)\[[1-9][0-9]{0,4}\]=(?:ON|OFF)")
@@ -70,6 +71,12 @@ class SearchChoice:
 
         return None if self.stops or self.centres else Signal(_condition(self.skip), self.register)
 
+    def search(self) -> "Search":
+        """How the probe comes to a sphere."""
+        from compgen.identification.touch_candidates import Search
+
+        return Search(self.clearance * MM, self.beyond * MM, centres=self.centres)
+
 
 def plan_touches(
     path: opt.PathFile,
@@ -92,7 +99,6 @@ def plan_touches(
         cgen plan-touches paths/spiral_1300.toml --artefact artefact.toml -n 8 -o touches
     """
     from compgen.cli.screen.progress_bar import show_progress
-    from compgen.identification.touch_candidates import Search
     from compgen.identification.touches import read_artefact
     from compgen.pipelines.anchor.touch_model import frame_of_artefact
     from compgen.pipelines.anchor.touch_plan import plan_path_touches, positions_of, write_touches
@@ -105,9 +111,8 @@ def plan_touches(
     name = program_name(f"{chosen.name}_touches", chosen.robot.controller.name_length)
     check_folder(folder, run, record=RECORD, others=[f"{name}.LS", TABLE])
     check_unfilled(folder, TABLE, "touches that were made", lambda row: row.startswith(b","))
-    spheres, sigma = read_artefact(artefact), choice.sigma * UM
+    spheres, sigma, search = read_artefact(artefact), choice.sigma * UM, choice.search()
     frame = frame_of_artefact(spheres, chosen.frame, frames)
-    search = Search(choice.clearance * MM, choice.beyond * MM, centres=choice.centres)
     with show_progress(quiet=screen.is_silent) as progress:
         planned = plan_path_touches(chosen, spheres, frame, count=count, sigma=sigma, search=search, progress=progress)
     touches = positions_of(planned, choice.utool, stops=signal is None)
