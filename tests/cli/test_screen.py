@@ -20,7 +20,7 @@ def generated(tmp_path_factory):
     """A run with labels, its screen, and the folder."""
     out = tmp_path_factory.mktemp("screen") / "out"
     labels = ("--part", "Plate <7> & Co", "--order", " A-4711/2 ", "--operator", "J. Wéber")
-    done = run("generate", "paths/circle_1300.toml", "-o", out, *labels)
+    done = run("generate", "paths/spiral_1300.toml", "-o", out, *labels)
     assert done.returncode == 0, done.stderr
     return done.stdout, out
 
@@ -42,7 +42,7 @@ def test_a_run_says_before_and_after_what_is_not_known_what_to_read_and_what_was
     assert len(named) == 3
     assert f"{len(unknown) - 3 - sum(r['size_um'] is None for r in report['band']['unknown'])} more of up to" in screen
     assert max(map(len, lines)) < 450
-    whole = run("generate", "paths/circle_1300.toml", "-o", out.with_name("whole"), "--verbose").stdout
+    whole = run("generate", "paths/spiral_1300.toml", "-o", out.with_name("whole"), "--verbose").stdout
     assert all(what in whole for what in unknown)
     for finding in report["findings"]:
         assert f"{finding['level']} [{finding['code']}]: {finding['message']}" in whole
