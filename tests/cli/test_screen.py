@@ -58,8 +58,8 @@ def test_labels_stand_on_the_page_and_in_the_record_and_change_no_byte_of_the_pr
     assert report["labels"] == {"part": "Plate <7> & Co", "order": "A-4711/2", "operator": "J. Wéber"}
     head = page[page.index("<h1>") : page.index('class="big')]
     assert "part <b>Plate &lt;7&gt; &amp; Co</b> · order <b>A-4711/2</b> · operator <b>J. Wéber</b>" in head
-    assert run("generate", "paths/circle_1300.toml", "-o", tmp_path / "out", "-q").returncode == 0
-    assert (tmp_path / "out/CIRCLE_1300.LS").read_bytes() == (out / "CIRCLE_1300.LS").read_bytes()
+    assert run("generate", "paths/spiral_1300.toml", "-o", tmp_path / "out", "-q").returncode == 0
+    assert (tmp_path / "out/SPIRAL_1300.LS").read_bytes() == (out / "SPIRAL_1300.LS").read_bytes()
     assert "labels" not in json.loads((tmp_path / "out/report.json").read_text())
 
 
