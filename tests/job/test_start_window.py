@@ -68,8 +68,8 @@ def test_side_by_side_is_as_one_by_one(overrides):
     N = len(planned.theta)
     first = np.array([0, 1, N // 5, N // 3, N // 2, N - 300, N - 2])
     found = generate.start_windows(planned, solution.theta, first)
-    # the network samples a program's torques: those of its beginning differ from those of the whole
-    rtol = 2e-5 if "robot.thermal.model=network" in overrides else 1e-8
+    # the network samples a program's torques: those of its beginning differ from those of the whole, by some 0.1 s here
+    rtol = 1e-4 if "robot.thermal.model=network" in overrides else 1e-8
     assert_allclose(found, [one_by_one(planned, solution, n) for n in first], rtol=rtol)
     assert generate.start_window(planned, solution.theta) == found[0]
     course = start_window.PromptMotion(planned.trajectory.time, solution.theta, planned.rise, planned.motion)
