@@ -19,7 +19,7 @@ All here is of continuous time, and nothing that proves it imports it.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import solveh_banded
@@ -29,6 +29,9 @@ from compgen.core.pose import Pose
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 RIGID, RIGID_ARCS = 0.12, 0.6  # of c in sigma; an arc says no shorter wave than it is long
 STIFFER, STIFFEST = 1.4, 15.0  # until c is not so far off as waves that hardly pass would have it
@@ -198,7 +201,7 @@ def _least(kernel: _Kernel, at: Array, led: Array, on: BoolArray, time: Array) -
     return np.asarray(shift)
 
 
-def _solved(normal: Any, wanted: Array) -> Array:
+def _solved(normal: "csr_array", wanted: Array) -> Array:
     """Of a banded symmetric system."""
     entries = normal.tocoo()
     reach = int(np.abs(entries.row - entries.col).max())

@@ -82,18 +82,20 @@ class _Flight(NamedTuple):
     path: WrittenPath
     segment: IntArray  # (S,) of each sample
     on_part: BoolArray  # (S,) all, where no segment is
+    first: Array  # (R,) [s] of the statement that each run from a stop to the next begins with
 
 
 def _flight(prepared: PreparedProgram, touching: BoolArray) -> _Flight:
     counts = prepared.samples_per_segment
     segment = np.append(np.repeat(np.arange(len(counts)), counts), len(counts) - 1)
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
-    return _Flight(prepared, prepared.written_path(), segment, on_part)
+    path = prepared.written_path()
+    return _Flight(prepared, path, segment, on_part, first_statements(prepared.twin.robot, path, prepared.override))
 
 
 def _effect(flight: _Flight, motion: ControllerMotion) -> MotionEffect:
     """Of one motion."""
-    prepared, _, segment, on_part = flight
+    prepared, _, segment, on_part, first = flight
     led = prepared.led if motion is prepared.twin.robot.motion else _led(flight, motion)
     counts = prepared.samples_per_segment
     anywhere = np.zeros(len(segment)) if led is None else row_norms(led.across)
@@ -106,7 +108,7 @@ def _effect(flight: _Flight, motion: ControllerMotion) -> MotionEffect:
     largest = float(off[worst])
     run = int(np.searchsorted(np.flatnonzero(prepared.program.fine), k, side="right")) - 1
     return MotionEffect(
-        motion=motion.in_run(float(_first_statements(flight)[run])),
+        motion=motion.in_run(float(first[run])),
         expected=None,
         largest=largest,
         lowest=largest,
@@ -152,7 +154,7 @@ def _led(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None = N
     """Each run by the windows that it has; one of a single segment has no bend."""
     usual = _flown(flight, motion.in_run(0.0), blocks)
     segments = np.diff(np.flatnonzero(flight.prepared.program.fine))
-    begins_long = _first_statements(flight) > motion.long
+    begins_long = flight.first > motion.long
     other = _flown(flight, motion.in_run(inf), blocks) if (begins_long & (segments > 1)).any() else None
     if usual is None or other is None:
         return usual
@@ -162,11 +164,6 @@ def _led(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None = N
         across=frozen(np.where(long[:, None], other.across, usual.across)),
         along=frozen(np.where(long, other.along, usual.along)),
     )
-
-
-def _first_statements(flight: _Flight) -> Array:
-    """Of each run, (R,) [s]."""
-    return first_statements(flight.prepared.twin.robot, flight.path, flight.prepared.override)
 
 
 def _flown(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None) -> MotionDeviation | None:

@@ -115,6 +115,18 @@ def test_what_is_left_of_each_quantity_is_what_a_frame_fitted_to_the_touches_lea
     assert compared >= 8
 
 
+def fitted_by_numpy(at, place):
+    """What frame and probe move at places, (M, 3, 9), and how touches fix them, (9, 3 T), by the pseudo-inverse."""
+    middle = at.position.mean(axis=0)
+
+    def design(pose):
+        turned = [np.array([np.cross(e, p - middle) for e in np.eye(3)]).T for p in pose.position]
+        return np.stack([np.hstack([np.eye(3), w, -R]) for w, R in zip(turned, pose.rotation, strict=True)])
+
+    held = np.hstack([np.zeros((3, 6)), np.eye(3) * NOISE / 500e-6])
+    return design(place), np.linalg.pinv(np.vstack([design(at).reshape(-1, 9), held]))[:, :-3]
+
+
 def test_the_frame_and_the_probe_count_once_and_together(jobs):
     """The probe that taught is the tool: both are open by the touches' noise, through numpy's pseudo-inverse."""
     _, taught, theta, words = jobs
@@ -127,15 +139,8 @@ def test_the_frame_and_the_probe_count_once_and_together(jobs):
         twin_of(taught).actual_pose(q, r, lambda share: None)
         for q, r in ((theta, np.tile(RISE, (len(theta), 1))), (program.theta[rows], program.rise[rows]))
     )
-    middle = at.position.mean(axis=0)
-
-    def design(pose):
-        turned = [np.array([np.cross(e, p - middle) for e in np.eye(3)]).T for p in pose.position]
-        return np.stack([np.hstack([np.eye(3), w, -R]) for w, R in zip(turned, pose.rotation, strict=True)])
-
-    held = np.hstack([np.zeros((3, 6)), np.eye(3) * NOISE / 500e-6])
-    gain = np.linalg.pinv(np.vstack([design(at).reshape(-1, 9), held]))[:, :-3]
-    F = design(place) @ gain * NOISE
+    on_path, gain = fitted_by_numpy(at, place)
+    F = on_path @ gain * NOISE
     assert_allclose(np.einsum("miq,mjq->mij", own, own), np.einsum("mir,mjr->mij", F, F), rtol=2e-3, atol=1e-15)
     assert "tool" not in columns.source
     other = load_job(path_file("spiral_1300"), None, [*words, "tool.z_mm=120"])
@@ -211,15 +216,8 @@ def test_of_the_fit_noise_a_frame_takes_up_what_is_alike_at_touches_and_path(job
         twin_of(untaught).actual_pose(q, r, lambda share: None)
         for q, r in ((theta, np.tile(RISE, (len(theta), 1))), (program.theta[rows], program.rise[rows]))
     )
-    middle = at.position.mean(axis=0)
-
-    def design(pose):
-        turned = [np.array([np.cross(e, p - middle) for e in np.eye(3)]).T for p in pose.position]
-        return np.stack([np.hstack([np.eye(3), w, -R]) for w, R in zip(turned, pose.rotation, strict=True)])
-
-    held = np.hstack([np.zeros((3, 6)), np.eye(3) * NOISE / 500e-6])
-    gain = np.linalg.pinv(np.vstack([design(at).reshape(-1, 9), held]))[:, :-3]
-    rng, on_path, square = np.random.default_rng(6), design(place), 0.0
+    on_path, gain = fitted_by_numpy(at, place)
+    rng, square = np.random.default_rng(6), 0.0
     for _ in range(3000):
         z = random_field(rng, np.concatenate([at.position, place.position]))
         left = z[len(theta) :] - on_path @ (gain @ z[: len(theta)].ravel())
