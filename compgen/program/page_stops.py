@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.planning.toolpath import ToolPath
 from compgen.program.pages import (
     MEMORY_CALL,
@@ -29,6 +29,7 @@ EQUAL_RATES = 1e-6  # waypoints whose joint rates differ by less count as equal;
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(stop=("N",), added=("N",))
 class PageStops:
     """Where the robot stops."""
 
@@ -36,9 +37,6 @@ class PageStops:
     added: BoolArray  # (N,) only so that the program can be split
     on_the_part: int  # how many of the added ones are on the workpiece
     obstacle: str  # why the program cannot be split; empty when it can
-
-    def __post_init__(self) -> None:
-        own(self, stop=("N",), added=("N",))
 
     def at(self, rows: IntArray) -> "PageStops":
         """Of the waypoints at some rows."""

@@ -13,7 +13,7 @@ from itertools import chain
 
 import numpy as np
 
-from compgen.core.arrays import BoolArray, IntArray, own
+from compgen.core.arrays import BoolArray, IntArray, owns
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import POINT_LOGIC, POINT_LOGIC_END, TIME_AFTER_STOP
@@ -23,6 +23,18 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    span=("S", 2),
+    line=("S",),
+    motion=("S",),
+    stop=("S",),
+    locked=("S",),
+    unconditional=("S",),
+    moves=("A",),
+    move_unit=("A",),
+    mention_unit=("U",),
+    mention=("U",),
+)
 class Flow:
     """S units of /MN, in order."""
 
@@ -37,21 +49,6 @@ class Flow:
     text: dict[int, str]  # of units that are no motion, and no remark
     mention_unit: IntArray  # (U,) a unit that names a position
     mention: IntArray  # (U,) and the position's number, NO_NUMBER for one that is found at run time
-
-    def __post_init__(self) -> None:
-        own(
-            self,
-            span=("S", 2),
-            line=("S",),
-            motion=("S",),
-            stop=("S",),
-            locked=("S",),
-            unconditional=("S",),
-            moves=("A",),
-            move_unit=("A",),
-            mention_unit=("U",),
-            mention=("U",),
-        )
 
     @property
     def may_split_after(self) -> BoolArray:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
@@ -15,14 +15,12 @@ USUAL_MOTION = 64  # [bytes] of text; what is longer has options, which take mem
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(lines=("S",), memory=("S",))
 class UnitSizes:
     """Size of each of the S units of a program, without positions."""
 
     lines: IntArray  # (S,) physical lines
     memory: Array  # (S,) [bytes] estimated
-
-    def __post_init__(self) -> None:
-        own(self, lines=("S",), memory=("S",))
 
 
 def unit_sizes(program: LsProgram, flow: Flow) -> UnitSizes:

@@ -23,7 +23,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.units import MM
 
 EXACT = 0.05  # of what the forecast leaves open: it is as good as that
@@ -79,6 +79,7 @@ class Prior:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(y=("R",), H=("R", "X"), N=("R", "Q"), along=("R", 3), field=("R", "R"), sigma=("R",))
 class Innovation:
     """R coordinates of touches against the forecast."""
 
@@ -91,9 +92,6 @@ class Innovation:
     place: Array  # (T,) [m] standard deviation of where each target stands
     field: Array  # (R, R) [m^2] covariance of f
     sigma: Array  # (R,) [m] of e
-
-    def __post_init__(self) -> None:
-        own(self, y=("R",), H=("R", "X"), N=("R", "Q"), along=("R", 3), field=("R", "R"), sigma=("R",))
 
     def rows(self, keep: IntArray) -> "Innovation":
         """Some of the coordinates."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.codes import Code, Level
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.findings import Finding
@@ -58,6 +58,7 @@ class Flown:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(largest=("G",), added=("G",))
 class Averaged:
     """What one file leaves over its starts."""
 
@@ -73,9 +74,6 @@ class Averaged:
     disagreement: float  # [m] rms of what the twin flew and what the model foretold, at the flown starts
     files: int  # that would keep each start within ``tolerance`` of a file's own
     tolerance: float  # [m]
-
-    def __post_init__(self) -> None:
-        own(self, largest=("G",), added=("G",))
 
     @property
     def worst_flown(self) -> Flown:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from compgen import fanuc
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.codes import Code, Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
@@ -28,15 +28,13 @@ BLOCK_ROWS = 16384  # positions compared at a time
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(rise=("K",))
 class PageStart:
     """When a page begins and how warm the robot is then, if nobody waits before it."""
 
     time: float  # [s] since the program began
     rise: Array  # (K,) [K]
     window: float  # [s] how long all waits before it may be in sum
-
-    def __post_init__(self) -> None:
-        own(self, rise=("K",))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

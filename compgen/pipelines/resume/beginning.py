@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY
 from compgen.error_model.anchored_state import parse_state
@@ -26,6 +26,7 @@ MOST_LATE = 7 * DAY
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(state=("S",))
 class Beginning:
     """The robot when a page starts."""
 
@@ -35,9 +36,6 @@ class Beginning:
     air: Ambient  # from then on: its time zero is now
     why: str  # in words
     cause: dict[str, Any]  # the same for a record
-
-    def __post_init__(self) -> None:
-        own(self, state=("S",))
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -52,6 +50,7 @@ class Begun:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(state=("S",))
 class Known:
     """The robot when a page would start if nobody waited from the last known moment on."""
 
@@ -59,9 +58,6 @@ class Known:
     clock: float  # [s]
     cell: Cell
     earlier: tuple[dict[str, Any], ...]  # what was replaced before
-
-    def __post_init__(self) -> None:
-        own(self, state=("S",))
 
 
 def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first: int) -> Known:

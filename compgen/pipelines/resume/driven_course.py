@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.pipelines.resume.page_times import PageTimes
 from compgen.pipelines.resume.paged_run import PagedRun
 from compgen.thermal import Ambient, JointMotion, state_after, states_at
@@ -12,15 +12,13 @@ from compgen.thermal.rise_filter import STEP
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(states=("T", "S"))
 class Course:
     """Thermal states by the model, driven as the pages ran: at the end of steps first to last."""
 
     first: int
     states: Array  # (T, S)
     air: Ambient  # on the log's clock
-
-    def __post_init__(self) -> None:
-        own(self, states=("T", "S"))
 
 
 def model_course(run: PagedRun, times: PageTimes, air: Ambient, now: float) -> Course:

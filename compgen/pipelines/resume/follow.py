@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.core.units import DAY
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.job.job import Cell
@@ -36,6 +36,7 @@ START = 1.0  # [K] that the rises at the planned start may be off, beside the la
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(rise=("K",), sigma=("K",), missed=("K",))
 class Look:
     """A running job at the last reading."""
 
@@ -52,9 +53,6 @@ class Look:
     loaded: int  # the last page that the controller has
     notes: tuple[str, ...]
     doubt: str = ""  # what contradicts the log, so that no page is written
-
-    def __post_init__(self) -> None:
-        own(self, rise=("K",), sigma=("K",), missed=("K",))
 
 
 def look_at(  # noqa: PLR0913  what a user may say of a running job

@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.core.stages import Progress
 from compgen.core.units import MINUTE
@@ -48,6 +48,7 @@ class LogZero:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(start=("S",), places=("P",))
 class PagedRun(ABC):
     """A job in pages and what it does, N rows of motion from its planned start on."""
 
@@ -62,9 +63,6 @@ class PagedRun(ABC):
     motion: JointMotion
     edges: tuple[int, ...]  # rows at which the pages begin, and the last one ends
     places: IntArray  # rows of the places that the text names, rising
-
-    def __post_init__(self) -> None:
-        own(self, start=("S",), places=("P",))
 
     @property
     def spans(self) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, own, rms
+from compgen.core.arrays import Array, owns, rms
 from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.job.job import Job
@@ -47,6 +47,7 @@ class LiveJob:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+@owns(before=("D", 3), after=("D", 3), band=("D",))
 class Agreement:
     """The formula less the full computation at D settings: largest, p99 and rms of the error on the part."""
 
@@ -54,9 +55,6 @@ class Agreement:
     before: Array  # (D, 3) [m]
     after: Array  # (D, 3) [m]
     band: Array  # (D,) [m] of its largest radius
-
-    def __post_init__(self) -> None:
-        own(self, before=("D", 3), after=("D", 3), band=("D",))
 
     @property
     def largest(self) -> float:

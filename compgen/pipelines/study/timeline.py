@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, owns
 from compgen.job.job import Job
 from compgen.pipelines.study.geometry import band_at_samples, displacement, lay_out
 from compgen.pipelines.uncertainty.not_known import Setting, setting_of
@@ -16,6 +16,7 @@ POINTS = 2000
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(time=("M",), rise=("M", "K"), air=("M",), run=("R",), run_rise=("R", "K"), error=("R",), residual=("R",))
 class Timeline:
     """A day at M moments, and R runs of the program in it."""
 
@@ -29,18 +30,6 @@ class Timeline:
     residual: Array  # (R,) [m] what one file leaves in each: for the first run, or for the job's starts
     setting: Setting  # that the program works in
     band: tuple[Band, Band]  # what the files leave open in the first run, and in the one that errs most
-
-    def __post_init__(self) -> None:
-        own(
-            self,
-            time=("M",),
-            rise=("M", "K"),
-            air=("M",),
-            run=("R",),
-            run_rise=("R", "K"),
-            error=("R",),
-            residual=("R",),
-        )
 
 
 def timeline(job: Job) -> Timeline:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own, rms, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, rms, row_norms
 from compgen.core.codes import Code, Level
 from compgen.core.evaluation import map_blocks
 from compgen.core.findings import Finding
@@ -42,6 +42,7 @@ AGREEMENT = 0.1  # of the band, rms: how far the linear prediction of a draw may
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(total=("D",), moved=("D",), disagreement=("D",))
 class FlownDraws:
     """What D draws come to."""
 
@@ -51,9 +52,6 @@ class FlownDraws:
     moved: Array  # (D,) [m] how far the draw's quantities alone move the tool, rms along the part
     disagreement: Array  # (D,) rms of what the linear band predicts otherwise, over the band's
     disagrees_in: str  # the quantity in which the two differ most
-
-    def __post_init__(self) -> None:
-        own(self, total=("D",), moved=("D",), disagreement=("D",))
 
     @property
     def linearity(self) -> float:
