@@ -18,6 +18,7 @@ from compgen.core.exceptions import InputError, TableError
 from compgen.core.files import MOST_TABLE_BYTES, near_file, read_regular
 
 DEEPEST = 20  # levels of tables and lists in each other; a thousand of them would exceed Python's own limit
+MOST_MISSING = 8  # keys that one message names
 
 _REPR = Repr()  # of values in messages
 _REPR.maxlevel, _REPR.maxstring = 2, 60
@@ -219,7 +220,10 @@ def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[Error
             known = [field.alias or name for name, field in fields]  # as a file spells them
             return f"{key}: unknown key{suggest(steps[-1], known)}"
         case "missing":
-            return f"{key}: missing; add it"
+            missing = [".".join(map(_short, _steps(data, e))) for e in errors if e["type"] == "missing"]
+            more = f" and {len(missing) - MOST_MISSING} more" if len(missing) > MOST_MISSING else ""
+            named = ", ".join(missing[:MOST_MISSING])
+            return f"{named}{more}: missing; add {'it' if len(missing) == 1 else 'them'}"
         case "union_tag_not_found" | "union_tag_invalid":
             name = error["ctx"]["discriminator"].strip("'")
             tags = [get_args(table.model_fields[name].annotation)[0] for table in _tables(model, error["loc"])]

@@ -110,6 +110,11 @@ def test_an_unknown_key_comes_before_a_missing_one():
         ({"many": [{"from": "z"}, {}]}, "many.1.from: missing; add it"),
         ({"part": {"shape": "round"}}, "part.diameter: missing; add it"),
         ({"part": {"diameter": 1}}, "part.shape: missing; known: round, square"),
+        ({"inner": {}, "many": [{"from": "z"}, {}]}, "inner.from, many.1.from: missing; add them"),
+        (
+            {"many": [{}] * 9, "part": {"shape": "round"}},
+            ", ".join(f"many.{i}.from" for i in range(8)) + " and 2 more: missing; add them",
+        ),
     ],
 )
 def test_a_missing_key_is_named(changes, message):
