@@ -38,6 +38,10 @@ def test_csv_with_everything(tmp_path):
         (f"{HEAD}\n1,2,nan\n", "line 2, column z_mm: 'nan' is not a finite number"),
         (f"{HEAD}\n1,2,\n", "line 2, column z_mm: empty"),
         ("x,y,z\n1,2,3\n", "line 1, column 1 'x': names no unit; say unit = \"mm\""),
+        (
+            "East;North;Up\n1,5;2;3\n",
+            'columns x_mm, y_mm, z_mm: missing; say columns = { x_mm = "its name here", y_mm =',
+        ),
         (f"{HEAD},i,j\n1,2,3,0,0\n", "column k: missing"),
         (f"{HEAD},i,j,k,w_deg,p_deg,r_deg\n1,2,3,0,0,1,0,0,0\n", "both say how the tool stands"),
         (f"{HEAD},i,j,k\n1,2,3,0,0,1\n1,2,4,0,0,2\n", "line 3: the normal i, j, k has length 2, not 1"),

@@ -130,8 +130,11 @@ def read_recorded(
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
     if missing:
         theirs = next((n for n, cell in zip(layout.names, layout.body[0][1], strict=False) if is_number(cell)), "#1")
-        mend = layout.mend(f'columns = {{ {missing[0]} = "{theirs[:20]}" }}', f"name it {missing[0]} in a header")
-        raise layout.refuse(f"column {missing[0]}: missing; {mend}")
+        example = theirs[:20] if len(missing) == 1 else "its name here"
+        pairs = ", ".join(f'{column} = "{example}"' for column in missing)
+        names = ", ".join(missing)
+        mend = layout.mend(f"columns = {{ {pairs} }}", f"name it {names} in a header")
+        raise layout.refuse(f"{'column' if len(missing) == 1 else 'columns'} {names}: missing; {mend}")
     return _table(layout, assigned, times)
 
 
