@@ -40,7 +40,7 @@ def test_csv_with_everything(tmp_path):
         ("x,y,z\n1,2,3\n", "line 1, column 1 'x': names no unit; say unit = \"mm\""),
         (
             "East;North;Up\n1,5;2;3\n",
-            'columns x_mm, y_mm, z_mm: missing; say columns = { x_mm = "its name here", y_mm =',
+            'columns x_mm, y_mm, z_mm: missing; say columns = { x_mm = "its name here", ',
         ),
         (f"{HEAD},i,j\n1,2,3,0,0\n", "column k: missing"),
         (f"{HEAD},i,j,k,w_deg,p_deg,r_deg\n1,2,3,0,0,1,0,0,0\n", "both say how the tool stands"),
