@@ -130,16 +130,6 @@ def programs_beside(path: Path) -> Callable[[str], bytes | None]:
     return find
 
 
-def robot_named(data: bytes) -> str | None:
-    """The one known robot that a program's remarks or comment name; None where it names none, or several.
-
-    Raises:
-        InputError: Not a program.
-    """
-    named = robots_named(loads(data), known_robots())
-    return named[0] if len(named) == 1 else None
-
-
 def robot_of_program(data: bytes) -> str:
     """The known robot that a program's remarks or comment name.
 
@@ -165,8 +155,8 @@ def inspect_file(file: str, robot: str | None, frames: Frames, registers: Mappin
     content = read_program(file)
     with naming_file(file):
         program = loads(content)
-        name = robot if robot is not None else robot_named(content)
-        arm = load_robot(name) if name is not None else None
+        named = [robot] if robot is not None else robots_named(program, known_robots())
+        arm = load_robot(named[0]) if len(named) == 1 else None
         report = inspect(program, arm, frames, registers, programs_beside(Path(file)))
     if report["mark"] == Mark.NONE and provenance_beside(Path(file), content):
         report["mark"] = Mark.RECORD.value
