@@ -83,9 +83,7 @@ def _traces(path: Coloured, places: Array, values: Array, which: str) -> list[di
     line = {"color": "#64748b", "width": 1.5} if few else {**coloured, "width": 4}
     place = {"scene": f"scene{which}", "showlegend": False, "name": path.title}
     words = {"text": list(path.labels)} if path.labels else {}
-    template = (
-        "%{text} " if path.labels else ""
-    ) + "%{marker.color:.2f}<br>%{x:.1f}, %{y:.1f}, %{z:.1f} mm<extra></extra>"
+    template = "%{marker.color:.2f}<br>%{x:.1f}, %{y:.1f}, %{z:.1f} mm<extra></extra>"
     marker = {**coloured, "size": 5 if few else 2, "line": {"width": 0}}
     columns = (np.round(places[:, k], 2) for k in range(3))
     look = {

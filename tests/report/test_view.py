@@ -195,3 +195,11 @@ def test_nothing_to_colour_is_a_picture_all_the_same():
     drawn = figure_in_space("x", [Coloured("a", places, np.full(len(places), np.nan))], places, np.zeros(400, bool))
     ElementTree.fromstring(drawn["still"][0])
     assert "nan" not in drawn["alt"].lower()
+
+
+def test_a_place_that_has_a_name_says_it_once():
+    places, values = PLANES["flat spiral"][::80], np.arange(5.0)
+    drawn = figure_in_space("x", [Coloured("a", places, values, [f"P[{k}]" for k in range(5)])], places, values >= 0)
+    hover = drawn["data"][0]["hovertemplate"]
+    assert hover.count("%{text}") == 1
+    assert drawn["data"][0]["text"][3] == "P[3]"
