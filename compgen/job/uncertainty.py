@@ -197,9 +197,9 @@ def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
     r"""The coefficient of expansion and the profiles, where the file gives intervals and nobody measured them.
 
     A warm-up that was measured is foretold with the file's own coefficient and profiles. What these are off by, f of
-    the thermal error e, is in every pose of it, and in the share kappa that the forecasts missed, along any direction:
+    the thermal error e, is in every forecast, and in the share kappa that forecasts miss, alike along any direction:
 
-        |f e|^2 / 3 <= kappa^2 |e|^2        so f <= sqrt(3) kappa: within 2 kappa |e|, the half-width along e
+        |f e|^2 / 3 = kappa^2 |e|^2        so |f e| = sqrt(3) kappa |e|, within the half-width 2 kappa |e|
 
     No pose tells an expansion from other physics that is missing. It counts there, and not here once more.
     """

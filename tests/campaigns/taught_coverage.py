@@ -32,11 +32,13 @@ from wider_arm import NODES  # noqa: E402
 from compgen.core.exceptions import InputError  # noqa: E402
 from compgen.core.files import POSTERIOR  # noqa: E402
 from compgen.core.units import UM  # noqa: E402
+from compgen.job.motion_plan import plan_motion  # noqa: E402
 from compgen.pipelines.files.path_file import load_job  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements  # noqa: E402
 from compgen.pipelines.measure.teach_frame import frame_text, teach_frame  # noqa: E402
-from compgen.pipelines.planned.generate import find_correction, predict  # noqa: E402
+from compgen.pipelines.planned.generate import find_correction  # noqa: E402
+from compgen.pipelines.planned.job_results import plan_of  # noqa: E402
 from compgen.pipelines.uncertainty.band_columns import band_along  # noqa: E402
 
 WITHIN = np.array([[x, y, 0.02 * ((x > 0) + (y > 0))] for x in (-0.45, 0, 0.45) for y in (-0.45, 0, 0.45)])
@@ -94,7 +96,8 @@ def trial(seed, kept=None):
 
 def judged(job, arm, place, frame, state, air, rng):
     """Errors on the part against the band, a coordinate each, alone and with the repeatability of one run."""
-    planned, problem, solution, _ = find_correction(predict(job, quiet), quiet)
+    plan = plan_of(job, plan_motion(job.plan, job.cell, job.feed, quiet, pages=False))
+    planned, problem, solution, _ = find_correction(plan, quiet)
     path, theta, motion = planned.path, solution.theta, problem.direction_state
     band, clock = band_along(planned.driven(theta, motion)), FLOWN_AT * 3600 + planned.trajectory.time
     rise = arm.rises(clock) if state == "5 h" else np.full((len(clock), len(NODES)), air)

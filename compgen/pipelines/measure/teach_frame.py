@@ -88,8 +88,9 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     fitted = pendant = fit_frame(artefact, touches, model, data, [])
     if not nominal:
         model = build_model(arm.robot, sources, len(arm.nodes))
-        missing = MISSING if limits.missing is None else limits.missing
-        fitted = fit_frame(artefact, touches, model, data, _variants(data), missing)
+        fitted = fit_frame(
+            artefact, touches, model, data, _variants(data), MISSING if limits.missing is None else limits.missing
+        )
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
