@@ -4,14 +4,17 @@ Rows of a pose share what the arm does there and no model says. From how residua
 
     within: s^2,   between: s^2 (1 + n rho),        tau^2 + s_r^2 = rho s^2
 
-s is the instrument's, s_r what poses driven to again tell (repeatability), tau what is left: fit noise. rho is no less
-than nothing, so its mean given that is taken: a fit that happens to show none is not free of it.
+s is the instrument's, s_r what poses driven to again tell (repeatability), tau what is left: fit noise.
 
 In time's order the last two thirds of the poses are foretold, block by block, from all before, with the fit's scales
 and the noise that poses had until then. Blocks that are warmer than what they are foretold from tell what thermal
 physics misses, kappa of what warmth does, g:
 
-    |e|^2 / 3 = (expected) + kappa^2 g^2        by least squares over the poses, weighted by their variances
+    |e|^2 / 3 = (expected) + kappa^2 g^2        by least squares over the poses, weighted by their variances v
+    kappa^2 = sum x g^2 / v  /  sum g^4 / v,    sigma^2 = 1 / sum g^4 / v,    x = |e|^2 / 3 - (expected)
+
+Neither rho nor kappa^2 is below nothing, so the mean given that is taken: an arm that happens to show none is not free
+of it, and no other share is assumed beside what was measured.
 
 and lambda is the rms over blocks of the mean deviation m of a block over all that is known of it,
 
@@ -31,7 +34,7 @@ from compgen.identification.evidence import NU
 from compgen.identification.fit import SETTLED, Fit, pose_noise
 from compgen.identification.measurements import NONE, PLACE, Measurements
 from compgen.identification.model import ArmModel
-from compgen.job.tables import LEAST_MISSING, FitLimits
+from compgen.job.tables import FitLimits
 
 KNOWN_FIRST = 1 / 3  # share of the poses that is never foretold
 MOST_BLOCKS = 12
@@ -161,9 +164,22 @@ def _shared_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -
     noise = pose_noise(data, z, rows, known)
     if noise is None:
         return None
-    beyond = noise.rho / noise.spread
-    given = noise.rho + noise.spread * float(np.exp(-(beyond**2) / 2 - log_ndtr(beyond)) / np.sqrt(2 * np.pi))
-    return float(max(given, 0.0)), noise.variance
+    return mean_if_not_negative(noise.rho, noise.spread), noise.variance
+
+
+def mean_if_not_negative(value: float, sigma: float) -> float:
+    r"""Mean of what was found as value +- sigma, given that it is not below nothing.
+
+    Of a normal distribution that is cut off at zero:
+
+        value + sigma phi(z) / Phi(z),    z = value / sigma
+
+    Args:
+        value: As found, of either sign.
+        sigma: Its standard deviation, above nothing.
+    """
+    z = value / sigma
+    return max(value + sigma * float(np.exp(-(z**2) / 2 - log_ndtr(z)) / np.sqrt(2 * np.pi)), 0.0)
 
 
 def _repeat_variance(data: Measurements, fitted: Fit) -> float | None:
@@ -233,8 +249,8 @@ def _warmth(model: ArmModel, data: Measurements, fitted: Fit) -> Array:
     return np.asarray(np.linalg.norm(model.pose(data, fitted.p)[0] - model.pose(cold, fitted.p)[0], axis=1))
 
 
-def _missing(forecasts: list[_Forecast], warmth: Array) -> float:
-    """kappa, LEAST_MISSING or more; from poses of which all coordinates were measured."""
+def _missing(forecasts: list[_Forecast], warmth: Array) -> float | None:
+    """kappa, from poses of which all coordinates were measured; None without any."""
     product = square = 0.0
     for forecast in forecasts:
         for m in np.unique(forecast.pose[forecast.measured.all(axis=1)]):
@@ -243,7 +259,7 @@ def _missing(forecasts: list[_Forecast], warmth: Array) -> float:
             variance = 2 * float((covariance**2).sum()) / 9
             product += excess * warmth[m] ** 2 / variance
             square += warmth[m] ** 4 / variance
-    return max(float(np.sqrt(max(product / square, 0.0))) if square > 0 else 0.0, LEAST_MISSING)
+    return float(np.sqrt(mean_if_not_negative(product / square, square**-0.5))) if square > 0 else None
 
 
 def _score(forecast: _Forecast, missing: Array) -> float:

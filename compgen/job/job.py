@@ -65,6 +65,11 @@ class Cell:
         """How the robot warms: as its heat says, or as a draw changes it."""
         return self.heat if self.heat_change is None else DisturbedHeat(self.heat, self.warmth, self.heat_change)
 
+    @property
+    def missing(self) -> float:
+        """kappa: of the thermal error, what the physics leaves out: as its warm-up showed, else as the file has it."""
+        return self.warmth.missing if self.fit.missing is None else self.fit.missing
+
 
 @dataclass(frozen=True, slots=True)
 class Tool:

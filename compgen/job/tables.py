@@ -197,9 +197,6 @@ class IdentifiedTable(Table):
     """Place of each sphere, in its artefact's frame or in World, and of each socket of a ballbar."""
 
 
-LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
-
-
 @dataclass(frozen=True, slots=True)
 class FitLimits:
     """What an identification says that its fit cannot do."""

@@ -194,10 +194,18 @@ def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[
 
 
 def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
-    """The coefficient of expansion and the profiles, where the file gives intervals and nobody identified them."""
+    r"""The coefficient of expansion and the profiles, where the file gives intervals and nobody measured them.
+
+    A warm-up that was measured is foretold with the file's own coefficient and profiles. What these are off by, f of
+    the thermal error e, is in every forecast, and in the share kappa that forecasts miss, alike along any direction:
+
+        |f e|^2 / 3 = kappa^2 |e|^2        so |f e| = sqrt(3) kappa |e|, within the half-width 2 kappa |e|
+
+    No pose tells an expansion from other physics that is missing. It counts there, and not here once more.
+    """
     warmth, quantities = cell.warmth, []
     for k, source in enumerate(parameters.sources):
-        if not isinstance(source, Expanding) or _is_identified(cell, source) or warmth.expansion is None:
+        if not isinstance(source, Expanding) or _is_warm_measured(cell, source) or warmth.expansion is None:
             continue
         rows = {n: parameters.at(k, e.field, e.index) for n, e in source.expansions().items()}
         unit = np.zeros(len(parameters.entries))
@@ -220,7 +228,8 @@ def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> lis
         known = next((known for known in cell.known if known.source is source), None)
         if known is None or (known.sigma and source.NAME in together):
             continue
-        if not known.sigma and isinstance(source, Expanding) and cell.warmth.expansion is not None:
+        is_interval = cell.warmth.expansion is not None or cell.fit.missing is not None
+        if not known.sigma and isinstance(source, Expanding) and is_interval:
             continue
         shown = {(entry.field, entry.index) for entry in source.entries_to_fit(everything)}
         for i, entry in enumerate(parameters.entries):
@@ -293,8 +302,9 @@ def _of_tool(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Qua
     return quantities
 
 
-def _is_identified(cell: Cell, source: Source) -> bool:
-    return any(bool(known.sigma) for known in cell.known if known.source is source)
+def _is_warm_measured(cell: Cell, source: Source) -> bool:
+    """Whether a source was identified, or what it is off by is in what the forecasts of a warm-up missed."""
+    return cell.fit.missing is not None or any(bool(known.sigma) for known in cell.known if known.source is source)
 
 
 def _name(parameters: SourceParameters, i: int) -> str:

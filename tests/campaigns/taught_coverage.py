@@ -7,9 +7,9 @@ python tests/campaigns/taught_coverage.py --keep FOLDER            identified ro
 The arms are those of ``flown_arms.py`` without reversal runs: play that is run through over a width that nobody
 measured (linearly on two arms of three), bends, a column, growths of their own. Each is touched warm, after 3 h, in one
 of three ways: six spheres on the edge three times, four twice, nine within the part four times. Along the shipped
-circle and spiral, cold and after 5 h by a log, the true place of the tool on the true part is compared with the
-predicted one on the taught part: that is what a corrected program leaves. The band is the one that ``cgen predict``
-shows. What the robot file says of its sensors and of the air is drawn: all warm sensors of an arm are off by one
+circle and spiral, cold and after 5 h by a log, the joints that correct the path are driven: the true place of the tool
+on the true part is compared with the predicted one on the taught part. The band is the one of these joints, without the
+start window. What the robot file says of its sensors and of the air is drawn: all warm sensors of an arm are off by one
 amount, on the day it teaches and on the day it works, and a cold arm is as warm as its air.
 
 Ratio: half width of the band (k = 2) over that of the errors (95 % quantile of |error|), a coordinate, rms over jobs.
@@ -32,11 +32,14 @@ from wider_arm import NODES  # noqa: E402
 from compgen.core.exceptions import InputError  # noqa: E402
 from compgen.core.files import POSTERIOR  # noqa: E402
 from compgen.core.units import UM  # noqa: E402
+from compgen.job.motion_plan import plan_motion  # noqa: E402
 from compgen.pipelines.files.path_file import load_job  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements  # noqa: E402
 from compgen.pipelines.measure.teach_frame import frame_text, teach_frame  # noqa: E402
-from compgen.pipelines.planned.generate import predict  # noqa: E402
+from compgen.pipelines.planned.generate import find_correction  # noqa: E402
+from compgen.pipelines.planned.job_results import plan_of  # noqa: E402
+from compgen.pipelines.uncertainty.band_columns import band_along  # noqa: E402
 
 WITHIN = np.array([[x, y, 0.02 * ((x > 0) + (y > 0))] for x in (-0.45, 0, 0.45) for y in (-0.45, 0, 0.45)])
 TOUCHED = {"6 x 3, edge": (flown_arms.SPHERES, 3), "4 x 2, edge": (flown_arms.SPHERES[:4], 2), "9 x 4": (WITHIN, 4)}
@@ -93,12 +96,14 @@ def trial(seed, kept=None):
 
 def judged(job, arm, place, frame, state, air, rng):
     """Errors on the part against the band, a coordinate each, alone and with the repeatability of one run."""
-    planned = predict(job, quiet)
-    path, band, clock = planned.path, planned.band_of_plan(), FLOWN_AT * 3600 + planned.trajectory.time
+    plan = plan_of(job, plan_motion(job.plan, job.cell, job.feed, quiet, pages=False))
+    planned, problem, solution, _ = find_correction(plan, quiet)
+    path, theta, motion = planned.path, solution.theta, problem.direction_state
+    band, clock = band_along(planned.driven(theta, motion)), FLOWN_AT * 3600 + planned.trajectory.time
     rise = arm.rises(clock) if state == "5 h" else np.full((len(clock), len(NODES)), air)
-    side = arm.sides(planned.theta, rng.uniform(-1, 1, 6))
-    true, _ = arm.tool_pose(planned.theta, rise, side, PROBE + PROBE_ERROR)
-    predicted = planned.model.actual_pose(planned.theta, planned.rise, planned.motion).position
+    side = arm.sides(theta, rng.uniform(-1, 1, 6))
+    true, _ = arm.tool_pose(theta, rise, side, PROBE + PROBE_ERROR)
+    predicted = planned.model.actual_pose(theta, planned.rise, motion).position
     error = (place.inverse().act(true) - frame.inverse().act(predicted)) @ frame.rotation.T
     error = error[path.contact] / UM
     run = error + rng.normal(0, REPEATABILITY / UM, error.shape)

@@ -15,6 +15,7 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.quantities import combined
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
+from compgen.job.tables import FitLimits
 from compgen.job.uncertainty import amounts, changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import predict
@@ -120,6 +121,20 @@ def test_the_band_of_one_expansion_is_its_share_of_the_thermal_error(plain):
     error = np.linalg.norm(plain.model.error(plain.theta, plain.rise, plain.path.target, plain.motion)[:, :3], axis=1)
     assert_allclose(band.radius, 1.959964 * 0.1 * error, rtol=2e-3)
     assert [share.source for share in band.budget] == ["cte"]
+
+
+@pytest.mark.parametrize("expansion", [(-0.1, 0.3), None], ids=["an interval", "priors"])
+def test_a_warm_up_that_was_measured_counts_in_place_of_the_expansion_that_was_assumed(plain, expansion):
+    """By hand: 3 % of the thermal error along any direction, and nothing of cte and profiles beside it."""
+    job = plain.job
+    warmth = replace(job.cell.warmth, law=0.0, sensors=0.0, air=0.0, feed=0.0, expansion=expansion)
+    assumed = replace(plain, job=replace(job, cell=replace(job.cell, warmth=warmth)))
+    measured = replace(plain, job=replace(job, cell=replace(job.cell, warmth=warmth, fit=FitLimits(missing=0.03))))
+    band = band_along(measured)
+    error = np.linalg.norm(plain.model.error(plain.theta, plain.rise, plain.path.target, plain.motion)[:, :3], axis=1)
+    assert_allclose(band.radius, np.sqrt(chi2.ppf(0.95, 3)) * 0.03 * error, rtol=2e-3)
+    assert [share.source for share in band.budget] == ["thermal physics missing"]
+    assert len(band_along(assumed).budget) > 1
 
 
 def test_nothing_unknown_is_no_band(plain):

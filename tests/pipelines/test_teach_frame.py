@@ -235,6 +235,24 @@ def test_the_frame_is_where_the_part_stands_within_what_it_says(cell):
     assert 'through = "model"' in lines
 
 
+def test_what_touches_of_a_sphere_share_is_noise_of_theirs_less_the_fit_noise_of_the_arm(cell, record):
+    """12 touches of a sphere share all of the fit noise tau: c s^2 - 12 tau^2, and never below s^2."""
+
+    def noise_um(fit_noise_um):
+        text = re.sub("fit_noise_um = .*", f"fit_noise_um = {fit_noise_um}", (cell / "mine.toml").read_text())
+        (cell / "smooth.toml").write_text(text)
+        taught(cell, robot="smooth.toml", name="by_smooth.toml")
+        touches = tomllib.loads((cell / "by_smooth.toml").read_text())["frame"]["taught"]["touches"]
+        (noise,) = {t["noise_um"] for t in touches}
+        return noise
+
+    alone, together = record["noise_um"], noise_um(0)
+    assert together > 1.05 * alone
+    half = (together**2 - alone**2) / 2
+    assert noise_um(np.sqrt(half / ORIENTATIONS)) == pytest.approx(np.sqrt(alone**2 + half), abs=0.02)
+    assert noise_um(40) == alone
+
+
 def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, record):
     nominal = taught(cell, "--nominal", name="pendant.toml")
     assert "frame.hot" in {f["code"] for f in nominal["findings"]}

@@ -32,7 +32,7 @@ from compgen.job.job import Job
 from compgen.job.motion_plan import COARSE
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
-from compgen.pipelines.anchor.touching import Touched, innovation_of, missing_of, smooth, thermal_shift, touched
+from compgen.pipelines.anchor.touching import Touched, innovation_of, smooth, thermal_shift, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of, with_open_world
 from compgen.planning import toolpath
 from compgen.robot import inverse_kinematics, joint_path
@@ -141,7 +141,7 @@ def compare(job: Job, artefact: Artefact, touches: Touches, frame: Pose, path: P
     """
     forecast = forecast_now(job, touches)
     seen = touched(artefact, touches, frame, forecast)
-    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(seen.thermal))
+    unknowns = unknowns_of(job, forecast, path.middle, path.radius, forecast.cell.missing * rms(seen.thermal))
     innovation = innovation_of(seen, forecast, unknowns)
     columns = _path_columns(job, forecast, unknowns, seen, innovation, path)
     if seen.taught is None and job.cell.posterior is not None:
@@ -190,7 +190,7 @@ def _path_columns(
 ) -> PathColumns:
     taught = None if seen.taught is None else TaughtPlaces(seen.touches.theta, seen.probe, seen.taught)
     G, N = columns_along(job, forecast, unknowns, path, taught)
-    kappa, K, noise = missing_of(forecast), len(forecast.rise), forecast.cell.fit.noise
+    kappa, K, noise = forecast.cell.missing, len(forecast.rise), forecast.cell.fit.noise
     warm = kappa * thermal_shift(forecast, path.theta, job.tool.pose)[1]
     alike = smooth(path.position, seen.actual)[:, innovation.touch]
     shared = noise**2 if seen.taught is None else 0.0

@@ -29,7 +29,7 @@ from compgen.job.part_frame import PartFrame
 from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, columns_along, compare, estimate
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
-from compgen.pipelines.anchor.touching import ALIKE, SEARCHED, missing_of, smooth, taught_rises, thermal_shift
+from compgen.pipelines.anchor.touching import ALIKE, SEARCHED, smooth, taught_rises, thermal_shift
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.program.frames import load_frames
 
@@ -73,7 +73,7 @@ def touch_model(
     forecast = forecast_now(job, touches)
     _, thermal = thermal_shift(forecast, ways.theta[:, 2], probe.centre)
     along, warm = thermal_shift(forecast, path.theta, job.tool.pose)
-    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(thermal))
+    unknowns = unknowns_of(job, forecast, path.middle, path.radius, forecast.cell.missing * rms(thermal))
     theta, K = ways.theta[:, 2], len(ways.target)
     rise = np.broadcast_to(forecast.rise, (K, len(forecast.rise)))
     motion = DirectionState(probed_motion(job.robot, forecast.cell.sources, touches, SEARCHED), np.zeros((K, 3)))
@@ -145,7 +145,7 @@ def _field(
 
     Of what no source models of the cold arm, touches share ``shared`` [m] with the path: none where the robot taught.
     """
-    kappa, noise = missing_of(forecast), forecast.cell.fit.noise
+    kappa, noise = forecast.cell.missing, forecast.cell.fit.noise
     count = np.bincount(ways.target, minlength=len(targets.name))
     at_targets = kappa * np.bincount(ways.target, thermal, len(targets.name)) / np.maximum(count, 1)
     alike = smooth(targets.place, targets.place)

@@ -146,7 +146,7 @@ def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Inno
     noise = cell.fit.noise if seen.taught is None else 0.0
     e, n = seen.along, seen.touch
     play = np.einsum("ri,rij->rj", e, D[n])
-    size = missing_of(forecast) * seen.thermal
+    size = forecast.cell.missing * seen.thermal
     field = smooth(seen.actual, seen.actual) * (np.outer(size, size) + noise**2)
     return Innovation(
         y=seen.y,
@@ -159,12 +159,6 @@ def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Inno
         field=field[np.ix_(n, n)] * (e @ e.T) + np.where(n[:, None] == n, 1.0, ALIKE) * (play @ play.T),
         sigma=seen.sigma,
     )
-
-
-def missing_of(forecast: Forecast) -> float:
-    """kappa: the share of the thermal error that the physics leaves out."""
-    cell = forecast.cell
-    return cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, 0.05)
 
 
 def thermal_shift(forecast: Forecast, theta: Array, tool: Pose) -> tuple[Array, Array]:

@@ -17,18 +17,20 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_vector, to_wpr
-from compgen.core.units import DEG, MDEG, MM, PERCENT, UM
+from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM
-from compgen.job.tables import LEAST_MISSING
+from compgen.job.tables import fit_limits_of
 from compgen.pipelines.files.robot_file import Arm
 from compgen.robot.robot import Robot
 from compgen.thermal.filled_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference
+
+MISSING = 0.05  # of the thermal error, that the model of an arm leaves out whose warm-up nobody measured
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -81,13 +83,14 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
         data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
-    sources = [fixed_source(k.source) for k in arm.known]
+    sources, limits = [fixed_source(k.source) for k in arm.known], fit_limits_of(arm.identified)
     model = build_model(arm.robot, [], len(arm.nodes))
     fitted = pendant = fit_frame(artefact, touches, model, data, [])
     if not nominal:
         model = build_model(arm.robot, sources, len(arm.nodes))
-        missing = 0.0 if arm.identified is None else (arm.identified.thermal_missing_percent or 0.0) * PERCENT
-        fitted = fit_frame(artefact, touches, model, data, _variants(data), max(missing, LEAST_MISSING))
+        fitted = fit_frame(
+            artefact, touches, model, data, _variants(data), MISSING if limits.missing is None else limits.missing
+        )
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
@@ -99,7 +102,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         robot_file=robot_file,
         rise=rise,
         touches=touches,
-        for_band={} if nominal else _for_the_band(arm.robot, artefact, touches, data, fitted),
+        for_band={} if nominal else _for_the_band(arm.robot, artefact, touches, data, fitted, limits.noise),
         pendant=None if nominal else pendant,
         findings=(*findings, *read_findings(touches.notes)),
     )
@@ -204,15 +207,22 @@ def frame_text(taught: TaughtFrame) -> str:
 
 
 def _for_the_band(
-    robot: Robot, artefact: Artefact, touches: Touches, data: Measurements, fit: FrameFit
+    robot: Robot, artefact: Artefact, touches: Touches, data: Measurements, fit: FrameFit, smooth: float
 ) -> dict[str, Any]:
-    """What tells a band what the frame took up: the probe, and the touches that count.
+    r"""What tells a band what the frame took up: the probe, and the touches that count.
 
-    What n touches of a sphere share, its place by sigma, counts as n sigma^2 in each: their mean errs by as much.
+    What n touches of a sphere share, its place by sigma, counts as n sigma^2 in each: their mean errs by as much. They
+    share the arm's fit noise tau (``smooth``) [m] as well, a field that the band has already, less what the frame took
+    up of it. No touch tells one from the other, so of what touches of a sphere were seen to share, c times their noise
+    s^2 in all, only the rest is noise of theirs:
+
+        s^2 + max((c - 1) s^2 - n tau^2, 0) + n sigma^2
     """
     pendant, counted = robot.to_pendant(data.theta) / DEG, np.flatnonzero(~fit.outlier)
     together = np.bincount(touches.target[counted], minlength=len(artefact.sigma))[touches.target]
-    noise = np.sqrt((fit.noise * data.sigma) ** 2 * fit.shared + together * artefact.sigma[touches.target] ** 2)
+    own = (fit.noise * data.sigma) ** 2
+    alike = np.maximum(own * (fit.shared - 1) - together * smooth**2, 0.0)
+    noise = np.sqrt(own + alike + together * artefact.sigma[touches.target] ** 2)
     return {
         "probe_mm": _listed(fit.probe / MM, 4),
         "touches": [

@@ -24,7 +24,7 @@ from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
-from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, least_missing, scatter_along, taken_at
+from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, scatter_along, taken_at
 from compgen.thermal import NodeModel
 from compgen.thermal.history import History
 from compgen.thermal.uncertainty import (
@@ -141,7 +141,7 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         models=tuple(models),
         build_up_cycle=_build_up(job, live),
         undirected=tuple((name, rms(size)) for name, size in scatter.items()),
-        missing=least_missing(job.cell),
+        missing=job.cell.missing,
         taken=taken_at(uncertainty, at, job.tool.pose),
         scale=job.cell.fit.scale,
         feed=job.feed,

@@ -16,7 +16,6 @@ from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
-from compgen.job.tables import LEAST_MISSING
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.history import History
@@ -206,7 +205,7 @@ def columns_at(
         mean=np.array([q.mean for q in quantities]),
         deviation=np.array([q.deviation for q in quantities]),
         source=tuple(q.source or "" for q in quantities),
-        undirected={MISSING: least_missing(cell) * warm, **scatter},
+        undirected={MISSING: cell.missing * warm, **scatter},
         hidden=_hidden(cell, history, places.time, B),
     )
 
@@ -247,11 +246,6 @@ def _hidden(cell: Cell, history: History, time: Array, B: Array) -> Array:
         rise = missed_rise(cell.warmth, cell.heat, history, replace(none, start=start), time)
         most = np.maximum(most, row_norms(np.einsum("mik,mk->mi", B, rise)))
     return most
-
-
-def least_missing(cell: Cell) -> float:
-    """Of the thermal error, what the physics of the model leaves out: as the file or its identification says."""
-    return cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, LEAST_MISSING)
 
 
 def by_source(uncertainty: JobUncertainty) -> list[Quantity]:
