@@ -122,10 +122,8 @@ def states_at(
     states = {0: np.asarray(start)}
     edges = np.unique(np.append(which, np.arange(0, last + 1, ROWS)))
     for a, b in zip(edges.tolist(), edges[1:].tolist(), strict=False):  # weights from the end of a stretch backwards
-        decay = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
-        states[b] = states[a] * decay[0] + (
-            goals[a:b] * -np.expm1(-np.diff(time[a : b + 1])[:, None] * rate) * decay[1:]
-        ).sum(axis=0)
+        decay = np.exp((time[a : b + 1] - time[b])[:, None] * rate)
+        states[b] = states[a] * decay[0] + np.einsum("nv,nv->v", goals[a:b], np.diff(decay, axis=0))
     chosen = np.array([states[n] for n in which.tolist()])
     if air is not None:
         chosen += heat.ambient * air.response(rate, clock, clock + time[which])

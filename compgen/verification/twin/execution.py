@@ -182,6 +182,11 @@ class PreparedProgram:
             rise = rise + self._air_rise(time)
         return rise, self.twin.growth(rise)
 
+    def rises_at(self, rows: IntArray) -> Array:
+        """Rises at some of the positions, (M,) rising numbers, to (M, K) [K]."""
+        rise = self.rise[rows]
+        return rise if self.air.is_still else rise + self._air_rise(self.time[rows])
+
     def _air_rise(self, time: Array) -> Array:
         """What the air adds: the exact response on a grid of seconds, a straight line between, (M, K) [K]."""
         heat = self.twin.heat

@@ -49,7 +49,7 @@ class WrittenPath:
 
     def places(self, segment: IntArray, fraction: Array) -> Array:
         """Places (M, 3) [m] at fractions (M,) of segments (M,)."""
-        if self.sweep.angle.any():
+        if self.program.via.any():
             return self.sweep.places(self.program.position, segment, fraction)
         return np.asarray(self.program.position[segment] + fraction[:, None] * self.sweep.straight[segment])
 
@@ -58,7 +58,7 @@ class WrittenPath:
         sweep, k = self.sweep, segment
         part = (fraction * sweep.angle[k])[:, None]
         ahead = sweep.straight[k]
-        if sweep.angle.any():
+        if self.program.via.any():
             ahead = ahead + np.cos(part) * sweep.along[k] + np.sin(part) * sweep.inwards[k]
         return np.asarray(ahead / np.maximum(row_norms(ahead), 1e-12)[:, None])
 
