@@ -66,7 +66,7 @@ def _states_at_goal_changes(rate: Array, state: Array, time: Array, goals: Array
     states = np.empty((len(time), len(state)))
     states[0] = state
     first = 0
-    decay = np.concatenate([[0.0], np.cumsum(exponent.max(axis=1))])
+    decay = np.max(rate) * (time - time[0])
     while first < len(goals):
         last = max(first + 1, int(np.searchsorted(decay, decay[first] + MAX_DECAY, side="right")) - 1)
         summed = np.negative(exponent[first:last])
