@@ -79,8 +79,10 @@ def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretc
     own_place = _places(job, prepared, rows, prepared.rises_at(rows))
     other_place = _places(other, prepared, rows, _rises(other, prepared, rows, stretch))
     moved, arc = other_place - own_place, deviation.arc[prepared.first_samples()[rows]]
-    between = np.array([np.interp(deviation.arc, arc, column) for column in moved.T]).T
-    error = row_norms(deviation.error + between)
+    square = np.zeros(len(deviation.arc))
+    for own, column in zip(deviation.error.T, moved.T, strict=True):  # one after the other, for a program is long
+        square += (own + np.interp(deviation.arc, arc, column)) ** 2
+    error = np.sqrt(square)
     cold = np.zeros((len(rows), len(job.heat.names)))
     thermal = own_place - _places(job, prepared, rows, cold)
     return ModelForm(
