@@ -134,7 +134,8 @@ def _weights(motion: JointMotion, sampled: IntArray, weight: Array) -> Array:
     number = _between(motion, sampled, np.arange(len(sampled), dtype=float)[:, None])[:, 0]
     before = number.astype(np.int64)
     share, P = weight * (number - before), len(sampled)
-    return np.bincount(before, weight - share, P) + np.bincount(before + 1, share, P + 1)[:P]
+    after = np.bincount(before + 1, share, P + 1)[:P]
+    return np.asarray(np.bincount(before, weight - share, P) + after, dtype=np.float64)
 
 
 def _copper_loss(robot: Robot, drives: Drives, motion: JointMotion, speed: Array, acceleration: Array) -> Array:

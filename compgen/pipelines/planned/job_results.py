@@ -43,7 +43,7 @@ class DenseCorrection:
     correction: Array  # (N, 6) [m] and [rad]
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True, weakref_slot=True)
 class Planned:
     """The job before any correction."""
 
