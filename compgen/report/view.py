@@ -94,7 +94,8 @@ def close_together(places: Array) -> BoolArray:
 
 def _side(places: Array) -> tuple[Array, Array, Array]:
     """Right, up and towards the eye, from where the places spread most over the picture."""
-    spread = np.cov((places - places.mean(axis=0)).T, bias=True)
+    centred = places - places.mean(axis=0)
+    spread = centred.T @ centred / len(places)
     best, chosen = -1.0, None
     for elevation in np.deg2rad(ELEVATIONS):
         for azimuth in np.deg2rad(AZIMUTHS):
