@@ -81,15 +81,8 @@ def moving_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Array:
     return friction + _between(motion, sampled, copper)
 
 
-def held_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Array:
-    """Heat of each drive while the arm stands still in the poses of a motion's segments, (N - 1, 6) [W]."""
-    sampled = _sampled(motion)
-    at_rest = np.zeros((len(sampled), 6))
-    return _between(motion, sampled, _copper_loss(robot, drives, motion, at_rest, at_rest))
-
-
 def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> MeanLosses:
-    """Means over the motion's time."""
+    """Means over the motion's time, moving and standing still in its poses."""
     step = np.diff(motion.time) + 1e-12
     friction, sampled, copper = _losses(robot, drives, motion)
     at_rest = np.zeros((len(sampled), 6))
