@@ -32,9 +32,7 @@ def apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
 
 
 def _apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
-    pendant, turning = robot.to_pendant(theta), np.array(robot.controller.turn_joints) - 1
-    if not turns.any() and np.abs(pendant[:, turning]).max(initial=0.0) < np.pi and legal_turns(robot, theta) is theta:
-        return theta  # as mostly
+    pendant = robot.to_pendant(theta)
     for column, joint in enumerate(robot.controller.turn_joints):
         a, n = pendant[:, joint - 1], turns[:, column]
         # into [-180, 180) for n > 0 and (-180, 180] for the others, then n whole turns
@@ -45,7 +43,7 @@ def _apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
             angle = np.where(n == 0, angle, np.where(n > 0, up, down)) + 2 * np.pi * n
         pendant[:, joint - 1] = angle
     named = robot.to_theta(pendant)
-    free = np.setdiff1d(np.arange(6), turning)
+    free = np.setdiff1d(np.arange(6), np.array(robot.controller.turn_joints) - 1)
     named[:, free] = legal_turns(robot, named)[:, free]  # CONFIG has no turns for the others: the legal one is meant
     return named
 
