@@ -31,7 +31,7 @@ def quiet(stage: str, share: float) -> None:
 
 def overrides_of(points: int) -> list[str]:
     """What makes the optic's spiral about so many waypoints long."""
-    return [f"path.stepover_mm={2.065e6 / points:.6g}", "process.chord_um=0.2"]
+    return [f"path.stepover_mm={1.609e6 / points:.6g}", "process.chord_um=0.2"]
 
 
 def job_of(points: int, robot: str | None = None) -> Job:

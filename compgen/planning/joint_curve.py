@@ -131,8 +131,10 @@ def _windows(spacing: Array, ends: IntArray) -> tuple[IntArray, IntArray]:
     begin, degree = interval.copy(), np.ones_like(interval)
     for d in sorted(DEGREES[:-1]):
         start = np.clip(interval - d // 2, first, np.maximum(last - d, first))
-        size = np.lib.stride_tricks.sliding_window_view(np.append(spacing, np.full(d - 1, spacing[-1])), d)[start]
-        fits = (last - first >= d) & (size.max(axis=1) <= UNEVEN * size.min(axis=1))
+        padded = np.append(spacing, np.full(d - 1, spacing[-1]))
+        windows = [padded[k : k + len(spacing)] for k in range(d)]
+        even = np.maximum.reduce(windows) <= UNEVEN * np.minimum.reduce(windows)
+        fits = (last - first >= d) & even[start]
         begin, degree = np.where(fits, start, begin), np.where(fits, d, degree)
     return begin, degree
 

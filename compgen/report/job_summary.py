@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.commands import Command
+from compgen.core.evaluation import kept_with
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, MS, UM
 from compgen.core.version import __version__
@@ -31,6 +32,7 @@ from compgen.verification.written_motion import WrittenMotion
 SCHEMA = 1
 
 
+@kept_with("planned")  # screen, report.json and page say it
 def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
     """Everything a job found, in plain types."""
     job, band = planned.job, band_of(planned, corrected)

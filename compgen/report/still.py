@@ -9,7 +9,7 @@ from html import escape, unescape
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes
+from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes, dot, numbered, row_norms
 from compgen.report.view import View, middle_tick, ticks
 
 Pixels = Callable[[Array], Array]  # places (N, 3) to their pixels (N, 2)
@@ -182,39 +182,42 @@ def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> list[str]:
     colour = highest[piece]
     parts = []
     starts = np.flatnonzero(np.concatenate([[True], (np.diff(colour) != 0) | (drawn[1:] != drawn[:-1])]))
-    for first, beyond in zip(starts, [*starts[1:], len(flat)], strict=True):
-        if not drawn[first]:
-            continue
-        last = beyond + 1 if beyond < len(flat) and drawn[beyond] else beyond  # up to the next piece
-        points = flat[first:last]
+    last = np.append(starts[1:], len(flat))
+    last -= ~np.append(drawn, False)[last]  # up to the next piece
+    starts, last = starts[drawn[starts]], last[drawn[starts]]
+    keep = _simplified(flat, starts, last)
+    for first, end in zip(starts, last + 1, strict=True):
+        points = flat[first:end]
         shade = colours[colour[first]]
         if len(points) == 1:
             parts.append(f'<circle cx="{points[0, 0]:.1f}" cy="{points[0, 1]:.1f}" r="3" fill="{shade}"/>')
         else:
-            line = _line(points[_simplified(points)])
+            line = _line(points[keep[first:end]])
             parts.append(f'<path d="{line}" stroke="{shade}" stroke-width="2.2" stroke-linecap="round" fill="none"/>')
     return parts
 
 
-def _simplified(points: Array) -> IntArray:
-    """Rows of a line's points that it cannot do without, by Douglas and Peucker."""
-    keep = {0, len(points) - 1}
-    open_ways = [(0, len(points) - 1)]
-    while open_ways:
-        a, b = open_ways.pop()
-        if b - a < 2:
-            continue
-        chord, inner = points[b] - points[a], points[a + 1 : b] - points[a]
-        length = float(np.hypot(*chord))
-        if length > 0:
-            along = np.clip(inner @ chord / length**2, 0.0, 1.0)
-            inner = inner - along[:, None] * chord
-        distance = np.hypot(inner[:, 0], inner[:, 1])
-        k = int(np.argmax(distance))
-        if distance[k] > CHORD:
-            keep.add(a + 1 + k)
-            open_ways += [(a, a + 1 + k), (a + 1 + k, b)]
-    return np.array(sorted(keep))
+def _simplified(points: Array, first: IntArray, last: IntArray) -> BoolArray:
+    """Which points (N,) lines from first to last rows (L,) cannot do without, by Douglas and Peucker, all at once."""
+    keep = np.zeros(len(points), dtype=bool)
+    keep[first] = keep[last] = True
+    while True:
+        is_open = last - first >= 2
+        first, last = first[is_open], last[is_open]
+        if not len(first):
+            return keep
+        way, number = numbered(last - first - 1)
+        row = first[way] + 1 + number
+        chord, inner = points[last] - points[first], points[row] - points[first[way]]
+        square = dot(chord, chord)
+        along = np.clip(dot(inner, chord[way]) / np.where(square > 0, square, 1.0)[way], 0.0, 1.0)
+        distance = row_norms(inner - along[:, None] * chord[way])
+        farthest = np.maximum.reduceat(distance, np.flatnonzero(number == 0))
+        largest = np.flatnonzero(distance == farthest[way])
+        middle = row[largest[np.unique(way[largest], return_index=True)[1]]]
+        far = farthest > CHORD
+        keep[middle[far]] = True
+        first, last = np.concatenate([first[far], middle[far]]), np.concatenate([middle[far], last[far]])
 
 
 def _line(points: Array) -> str:

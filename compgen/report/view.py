@@ -54,7 +54,7 @@ class View:
     def shows(self, places: Array) -> BoolArray:
         """Which places lie in the box, (N,)."""
         slack = 1e-7 * self.size.max()
-        return np.asarray(((places >= self.low - slack) & (places <= self.high + slack)).all(axis=1))
+        return _within(places, self.low - slack, self.high + slack)
 
 
 def view_of(places: Array, part: BoolArray) -> View:
@@ -67,14 +67,21 @@ def view_of(places: Array, part: BoolArray) -> View:
     core = places[part] if part.any() else places
     low, high = column_extremes(core)
     reach = NEAR * max(float((high - low).max()), SMALLEST)
-    near = ((places >= low - reach) & (places <= high + reach)).all(axis=1)
-    low, high = column_extremes(np.vstack([core, places[near]]))
+    low, high = column_extremes(places[_within(places, low - reach, high + reach)])
     longest = max(float((high - low).max()), SMALLEST)
     half = np.maximum(1.04 * (high - low), THIN * longest) / 2
     half[np.argmax(half)] = max(half.max(), longest / 2)
     middle = (low + high) / 2
     right, up, eye = _side(core)
     return View(middle - half, middle + half, right, up, eye)
+
+
+def _within(places: Array, low: Array, high: Array) -> BoolArray:
+    """Which places (N, 3) lie in a box, (N,): column by column, for a path has many."""
+    inside = np.ones(len(places), dtype=bool)
+    for column, least, most in zip(places.T, low, high, strict=True):
+        inside &= (column >= least) & (column <= most)
+    return inside
 
 
 def close_together(places: Array) -> BoolArray:
@@ -87,7 +94,8 @@ def close_together(places: Array) -> BoolArray:
 
 def _side(places: Array) -> tuple[Array, Array, Array]:
     """Right, up and towards the eye, from where the places spread most over the picture."""
-    spread = np.cov((places - places.mean(axis=0)).T, bias=True)
+    centred = places - places.mean(axis=0)
+    spread = centred.T @ centred / len(places)
     best, chosen = -1.0, None
     for elevation in np.deg2rad(ELEVATIONS):
         for azimuth in np.deg2rad(AZIMUTHS):

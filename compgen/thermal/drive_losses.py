@@ -77,34 +77,38 @@ def moving_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Array:
         drives: Losses and masses.
         motion: N waypoints.
     """
-    step = np.diff(motion.time)[:, None]
-    speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
-    time = (motion.time[1:] + motion.time[:-1]) / 2
-    acceleration = np.zeros_like(speed)
-    if len(time) > 1:
-        between = np.diff(time)[:, None]
-        change = np.divide(np.diff(speed, axis=0), between, out=np.zeros((len(between), 6)), where=between > 0)
-        acceleration[:-1] += change / 2
-        acceleration[1:] += change / 2
-    # a stop's ramp lies between two waypoints: its mean is what counts, not the jump of the chord's speed
-    limit, share = robot.acceleration, np.abs(speed) / drives.rated_speed
-    friction = drives.rated_power * (drives.coulomb * share + drives.viscous * share**2)
-    sampled = _sampled(motion)
-    bounded = np.clip(acceleration[sampled], -limit, limit)
-    return _copper_loss(robot, drives, motion, speed[sampled], bounded) + friction
-
-
-def held_losses(robot: Robot, drives: Drives, motion: JointMotion) -> Array:
-    """Heat of each drive while the arm stands still in the poses of a motion's segments, (N - 1, 6) [W]."""
-    at_rest = np.zeros((len(_sampled(motion)), 6))
-    return _copper_loss(robot, drives, motion, at_rest, at_rest)
+    friction, sampled, copper = _losses(robot, drives, motion)
+    return friction + _between(motion, sampled, copper)
 
 
 def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> MeanLosses:
-    """Means over the motion's time."""
+    """Means over the motion's time, moving and standing still in its poses."""
     step = np.diff(motion.time) + 1e-12
-    losses = (of(robot, drives, motion) for of in (moving_losses, held_losses))
-    return MeanLosses(*(tuple(np.average(loss, axis=0, weights=step).tolist()) for loss in losses))
+    friction, sampled, copper = _losses(robot, drives, motion)
+    at_rest = np.zeros((len(sampled), 6))
+    held = _copper_loss(robot, drives, motion, at_rest, at_rest)
+    weight = _weights(motion, sampled, step)
+    moving = step @ friction + weight @ copper
+    return MeanLosses(*(tuple((total / step.sum()).tolist()) for total in (moving, weight @ held)))
+
+
+def _losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, IntArray, Array]:
+    """Friction on every segment (N - 1, 6) [W], the sampled segments (P,), and the copper loss there, (P, 6) [W]."""
+    step = np.diff(motion.time)[:, None]
+    speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
+    share = np.abs(speed) / drives.rated_speed
+    friction = drives.rated_power * (drives.coulomb * share + drives.viscous * share**2)
+    sampled, time = _sampled(motion), (motion.time[1:] + motion.time[:-1]) / 2
+    acceleration = np.zeros((len(sampled), 6))
+    for first in (sampled - 1, sampled):  # half of the change from the segment before, and to the one after
+        rows = np.flatnonzero((first >= 0) & (first < len(time) - 1))
+        k = first[rows]
+        between = (time[k + 1] - time[k])[:, None]
+        change = speed[k + 1] - speed[k]
+        acceleration[rows] += np.divide(change, between, out=np.zeros_like(change), where=between > 0) / 2
+    # a stop's ramp lies between two waypoints: its mean is what counts, not the jump of the chord's speed
+    bounded = np.clip(acceleration, -robot.acceleration, robot.acceleration)
+    return friction, sampled, _copper_loss(robot, drives, motion, speed[sampled], bounded)
 
 
 def _sampled(motion: JointMotion) -> IntArray:
@@ -112,11 +116,25 @@ def _sampled(motion: JointMotion) -> IntArray:
     return np.unique(np.linspace(0, len(motion.time) - 2, SAMPLES).astype(int))
 
 
+def _between(motion: JointMotion, sampled: IntArray, loss: Array) -> Array:
+    """Losses of sampled segments (P, 6) on all, (N - 1, 6)."""
+    time = (motion.time[1:] + motion.time[:-1]) / 2
+    return np.array([np.interp(time, time[sampled], column) for column in loss.T]).T
+
+
+def _weights(motion: JointMotion, sampled: IntArray, weight: Array) -> Array:
+    """Weights (P,) of sampled segments with which their sum is that of ``_between`` with weights (N - 1,)."""
+    number = _between(motion, sampled, np.arange(len(sampled), dtype=float)[:, None])[:, 0]
+    before = number.astype(np.int64)
+    share, P = weight * (number - before), len(sampled)
+    after = np.bincount(before + 1, share, P + 1)[:P]
+    return np.asarray(np.bincount(before, weight - share, P) + after, dtype=np.float64)
+
+
 def _copper_loss(robot: Robot, drives: Drives, motion: JointMotion, speed: Array, acceleration: Array) -> Array:
-    """Of each drive's torque on every segment (N - 1, 6) [W], with the speeds and accelerations of the sampled ones."""
-    sampled, time = _sampled(motion), (motion.time[1:] + motion.time[:-1]) / 2
+    """Of each drive's torque on the sampled segments, with their speeds and accelerations, (P, 6) [W]."""
+    sampled = _sampled(motion)
     middle = (motion.theta[sampled + 1] + motion.theta[sampled]) / 2
     torque = joint_torques(robot, drives, middle, speed, acceleration)
     rated = drives.rated_power / drives.rated_speed
-    loss = drives.rated_power * drives.holding * (torque / rated) ** 2
-    return np.array([np.interp(time, time[sampled], column) for column in loss.T]).T
+    return np.asarray(drives.rated_power * drives.holding * (torque / rated) ** 2)

@@ -86,9 +86,8 @@ def rises_during(
     while first < len(time) - 1:
         reach = np.searchsorted(time, time[first] + MAX_SPAN / rate.max(), side="right") - 1
         last = int(min(max(reach, first + 1), first + ROWS, len(time) - 1))
-        x = np.minimum((time[first : last + 1] - time[first])[:, None] * rate, 2 * MAX_SPAN)
-        gain = goals[first:last] * np.exp(x[:-1]) * np.expm1(np.diff(x, axis=0))
-        path = np.exp(-x[1:]) * (z + np.cumsum(gain, axis=0))
+        growth = np.exp(np.minimum((time[first : last + 1] - time[first])[:, None] * rate, 2 * MAX_SPAN))
+        path = (z + np.cumsum(goals[first:last] * np.diff(growth, axis=0), axis=0)) / growth[1:]
         rises[first + 1 : last + 1], z, first = path @ heat.outputs.T, path[-1], last
     if air is not None:
         _add_air(rises, heat, air, clock, time)
@@ -122,10 +121,8 @@ def states_at(
     states = {0: np.asarray(start)}
     edges = np.unique(np.append(which, np.arange(0, last + 1, ROWS)))
     for a, b in zip(edges.tolist(), edges[1:].tolist(), strict=False):  # weights from the end of a stretch backwards
-        decay = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
-        states[b] = states[a] * decay[0] + (
-            goals[a:b] * -np.expm1(-np.diff(time[a : b + 1])[:, None] * rate) * decay[1:]
-        ).sum(axis=0)
+        decay = np.exp((time[a : b + 1] - time[b])[:, None] * rate)
+        states[b] = states[a] * decay[0] + np.einsum("nv,nv->v", goals[a:b], np.diff(decay, axis=0))
     chosen = np.array([states[n] for n in which.tolist()])
     if air is not None:
         chosen += heat.ambient * air.response(rate, clock, clock + time[which])

@@ -141,7 +141,7 @@ class NetworkModel:
     def steady_states(self, motion: JointMotion) -> Array:
         """State that each segment of a program leads to, by its joint speeds and torques, (N - 1, V)."""
         losses, heated = moving_losses(self.robot, self.drives, motion), self.volumes.power.any(axis=1)
-        return np.asarray(losses @ self.volumes.power[heated].T @ self.to_volumes[heated] / self.rate)
+        return np.asarray(losses @ self.volumes.power[heated].T @ (self.to_volumes[heated] / self.rate))
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a body, from volume to volume, (M,) [m] to (M,) [K]; zero where the network has none."""

@@ -76,11 +76,12 @@ class NodeModel:
         amplitude = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
         if state == "off":
             return np.zeros((len(feed), len(amplitude)))
-        feeds = np.unique(np.asarray(feed))  # a power for each speed, not for each segment
-        motion = (feeds[:, None] / self.reference_feed) ** self.exponent
-        moving = share * motion if state == "moving" else np.zeros_like(motion)
-        rises = amplitude * (self.idle + (1 - self.idle) * moving)
-        return np.asarray(rises.take(np.searchsorted(feeds, feed), axis=0))
+        rises = (np.asarray(feed)[:, None] / self.reference_feed) ** self.exponent
+        rises *= share if state == "moving" else 0.0
+        rises *= 1 - self.idle  # in place, for a program is long
+        rises += self.idle
+        rises *= amplitude
+        return np.asarray(rises)
 
     def steady_state(self, duty: Duty) -> Array:
         """A of a duty, (K,) [K]."""

@@ -17,11 +17,14 @@ and S is a straight line between them.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from scipy.special import gammaincinv
 
 from compgen.core.arrays import Array, BoolArray, IntArray, owns, rms
+from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.error_model.rigid_share import rigid_share
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import percentile99
@@ -75,36 +78,38 @@ class Band:
     def half_widths(self, path: ToolPath, rows: slice = slice(None)) -> Array:
         """k = 2 at some waypoints: along World x, y, z, feed, cross and normal, (n, 6) [m]."""
         first, last, _ = rows.indices(len(path.arc))
-        arc = path.arc[first:last]
+        arc, number, place = path.arc[first:last], np.arange(first, last), path.target.position
         near = slice(max(np.searchsorted(self.rows, first) - 1, 0), np.searchsorted(self.rows, last) + 1)
         knots = path.arc[self.rows[near]]
-        xx, xy, xz, yy, yz, zz = (np.interp(arc, knots, column) for column in self.moment[near].T)
-        variances = [xx, yy, zz]
-        for d in travel_directions(path, first, last):
-            x, y, z = d.T
-            variances.append(x * x * xx + y * y * yy + z * z * zz + 2 * (x * y * xy + x * z * xz + y * z * yz))
-        return np.asarray(COVERAGE * np.sqrt(np.maximum(np.column_stack(variances), 0.0)))
+        moment = np.column_stack([np.interp(arc, knots, column) for column in self.moment[near].T])
+        before, after = np.maximum(number - 1, 0), np.minimum(number + 1, len(path.arc) - 1)
+        (variances,) = evaluate(
+            _build_variances(), IndexedRows(place, before), IndexedRows(place, after),
+            path.target.rotation_rows[first:last], moment,
+        )  # fmt: skip
+        return np.asarray(COVERAGE * np.sqrt(np.maximum(variances, 0.0)))
 
 
-def travel_directions(path: ToolPath, first: int, last: int) -> tuple[Array, Array, Array]:
-    """Feed, cross and normal at some waypoints, (n, 3) each, from the chords beside them.
+@lru_cache(maxsize=1)
+def _build_variances() -> Any:
+    """(places before and after (3 each) [m], rotation (9, row by row), moment (6)) -> variances (6) [m^2].
 
-    As the deviation has them: cross = t x z, feed = z x cross, normal = -z, with the tool's axis z and the way t.
-    Where the path runs along the axis, and where it turns back, feed is the tool's x.
+    Along World x, y and z, and along feed, cross and normal as the deviation has them: cross = t x z, feed = z x cross,
+    normal = -z, with the tool's axis z and the way t. Where the path runs along the axis, and where it turns back, feed
+    is the tool's x.
     """
-    begin, end = max(first - 1, 0), min(last + 1, len(path.arc))
-    place = path.target.position[begin:end]
-    ahead = np.empty((last - first, 3))
-    ahead[:] = place[np.arange(first, last) + 1 - begin - (np.arange(first, last) == len(path.arc) - 1)]
-    ahead -= place[np.maximum(np.arange(first, last) - 1, 0) - begin]
-    rotation = path.target.rotation[first:last]
-    axis = rotation[:, :, 2]
-    side = np.cross(ahead, axis)
-    length, way = (np.linalg.norm(v, axis=1) for v in (side, ahead))
-    along = length <= ALONG * way
-    side[along], length[along] = np.cross(rotation[along, :, 0], axis[along]), 1.0
-    side /= np.where(length > 0, length, 1.0)[:, None]
-    return np.cross(axis, side), side, -axis
+    before, after, rows, moment = (ca.SX.sym(name, k) for name, k in (("p", 3), ("q", 3), ("r", 9), ("s", 6)))
+    rotation, way = ca.reshape(rows, 3, 3).T, after - before
+    axis = rotation[:, 2]
+    side = ca.cross(way, axis)
+    along = ca.norm_2(side) <= ALONG * ca.norm_2(way)
+    side = ca.if_else(along, ca.cross(rotation[:, 0], axis), side)
+    length = ca.norm_2(side)
+    side = side / ca.if_else(length > 0, length, 1.0)
+    xx, xy, xz, yy, yz, zz = ca.vertsplit(moment)
+    S = ca.blockcat([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    across = [ca.dot(d, S @ d) for d in (ca.cross(axis, side), side, -axis)]
+    return ca.Function("variances", [before, after, rows, moment], [ca.cse(ca.vertcat(xx, yy, zz, *across))])
 
 
 def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: float = 1.0) -> Band:

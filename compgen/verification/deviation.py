@@ -78,12 +78,10 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
         arc[rows], error[rows], components = _compare(path, execution)
         feed[rows], cross[rows], normal[rows], angle[rows] = components.T
     weight = sample_lengths(arc)
-    extents = {"total": extent_of(row_norms(error), weight, arc)}
-    for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle), strict=True):
-        extents[name] = extent_of(np.abs(values), weight, arc)
+    sizes = dict(zip(COMPONENTS, (row_norms(error), feed, cross, normal, angle), strict=True))
+    extents = {name: extent_of(np.abs(values), weight, arc) for name, values in sizes.items()}
     touched = extents
     if touching.any() and not touching.all():
-        sizes = {"total": row_norms(error), "feed": feed, "cross": cross, "normal": normal, "axis_angle": angle}
         part = weight[touching], arc[touching]
         touched = {name: extent_of(np.abs(values[touching]), *part) for name, values in sizes.items()}
     return Deviation(

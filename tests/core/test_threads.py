@@ -2,12 +2,13 @@
 
 import pickle
 import threading
+import weakref
 
 import numpy as np
 import pytest
 
 from compgen.core import evaluation
-from compgen.core.evaluation import BLOCK, map_blocks, parallel_for, run_in_background, stop_background
+from compgen.core.evaluation import BLOCK, failed, map_blocks, parallel_for, run_in_background, stop_background
 from compgen.core.evaluation.threads import MAX_ROWS_PER_CALL, MIN_BACKGROUND_ROWS, Cancelled
 
 
@@ -70,5 +71,19 @@ def test_what_a_task_raises_is_raised_where_its_result_is_wanted(two_workers, ro
         raise ValueError("no")
 
     task = run_in_background(fail, rows)
+    with pytest.raises(ValueError, match="no"):
+        task.result()
+
+
+def test_a_task_that_nobody_asks_for_keeps_nothing_of_its_caller():
+    class Large:
+        pass
+
+    def caller():
+        large = Large()
+        return failed(ValueError("no")), weakref.ref(large)
+
+    task, large = caller()
+    assert large() is None
     with pytest.raises(ValueError, match="no"):
         task.result()

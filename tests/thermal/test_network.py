@@ -19,7 +19,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
-from compgen.thermal.drive_losses import held_losses, joint_torques, moving_losses
+from compgen.thermal.drive_losses import joint_torques, mean_losses, moving_losses
 from compgen.thermal.model import extrapolations
 from compgen.thermal.network import Body, Housing, assemble_volumes, modal_form
 
@@ -223,12 +223,35 @@ def test_losses_are_power_times_shares(warm, heat):
     theta = np.zeros((50, 6)) + warm.robot.pendant_zero
     theta[:, 0] = 0.3 * time_
     motion = JointMotion(time_, theta, np.ones(49))
-    moving, held = (of(warm.robot, weightless, motion) for of in (moving_losses, held_losses))
+    moving, held = moving_losses(warm.robot, weightless, motion), mean_losses(warm.robot, weightless, motion).held
     share = 0.3 / warm.robot.speed[0]
     expected = 4300 * (heat.drives.coulomb * share + heat.drives.viscous * share**2)
     assert_allclose(moving[:, 0], expected, rtol=1e-9)
     assert_allclose(moving[:, 1:], 0, atol=1e-12)
     assert_allclose(held, 0, atol=1e-12)
+
+
+def test_mean_losses_of_a_long_program_are_the_means_over_its_time(warm, heat):
+    rng = np.random.default_rng(5)
+    time_ = np.cumsum(rng.uniform(0.01, 0.1, 5001))  # more segments than torques are worked out on
+    theta = np.cumsum(rng.normal(0.0, 1e-3, (5001, 6)), axis=0) + warm.robot.pendant_zero
+    motion = JointMotion(time_, theta, np.ones(5000))
+    losses = moving_losses(warm.robot, heat.drives, motion)
+    assert np.ptp(losses[:, 1]) > 1.0  # W: they vary
+    mean = np.diff(time_) @ losses / (time_[-1] - time_[0])
+    assert_allclose(mean_losses(warm.robot, heat.drives, motion).moving, mean, rtol=1e-9)
+
+
+def test_standing_in_a_programs_poses_costs_what_holds_them(warm, heat):
+    rng = np.random.default_rng(6)
+    time_ = np.cumsum(rng.uniform(0.01, 0.1, 41))
+    theta = np.cumsum(rng.normal(0.0, 0.05, (41, 6)), axis=0) + warm.robot.pendant_zero
+    still, d = np.zeros((40, 6)), heat.drives
+    torque = joint_torques(warm.robot, d, (theta[1:] + theta[:-1]) / 2, still, still)
+    loss = d.holding * torque**2 * d.rated_speed**2 / d.rated_power
+    held = mean_losses(warm.robot, d, JointMotion(time_, theta, np.ones(40))).held
+    assert held[1] > 1.0  # W
+    assert_allclose(held, np.diff(time_) @ loss / (time_[-1] - time_[0]), rtol=1e-9)
 
 
 def test_mean_of_a_program_warms_like_the_program(warm, heat):

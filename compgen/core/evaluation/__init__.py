@@ -23,6 +23,7 @@ from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instru
 from compgen.core.evaluation.lifetime import kept_with
 from compgen.core.evaluation.threads import (
     Background,
+    failed,
     map_blocks,
     map_rows,
     parallel_for,
@@ -41,6 +42,7 @@ __all__ = [
     "configure",
     "configured",
     "evaluate",
+    "failed",
     "find_compiler",
     "kept_with",
     "map_blocks",

@@ -132,10 +132,14 @@ class Background(Generic[T]):
         try:
             self._future.set_result(task())
         except (Exception, Cancelled) as exception:  # noqa: BLE001  raised again where the result is asked for
-            self._future.set_exception(exception)
+            self.fail(exception)
         finally:
             vars(_this_thread).clear()
             vars(_this_thread).update(before)
+
+    def fail(self, exception: BaseException) -> None:
+        """End with an exception."""
+        self._future.set_exception(exception)
 
     def start(self, task: Callable[[], T]) -> None:
         """Run the task on a thread of its own: a daemon, an interrupted command does not wait for it."""
@@ -159,6 +163,13 @@ _running: dict[threading.Thread, threading.Event] = {}  # those that have ended 
 def _done(result: T) -> Background[T]:
     task: Background[T] = Background()
     task.run(lambda: result)
+    return task
+
+
+def failed(exception: Exception) -> Background[Any]:
+    """A task in place of one that nobody asks for; never raised before, its exception keeps no caller's arrays."""
+    task: Background[Any] = Background()
+    task.fail(exception)
     return task
 
 

@@ -151,7 +151,7 @@ def generate(
     late = late_start(job, window)
     band = band_along(driven, late)
     program = compose_program(job, commanded, solution.theta, trajectory, path, date, window)[0]
-    delivered = _delivered(planned, solution, program)
+    delivered = _delivered(planned, solution, program, window)
     del program, commanded
     planned.deviation()
     prepared = prepared_for(job, delivered.program)
@@ -370,14 +370,14 @@ def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
     return windows(job, planned.model, course, first, state)
 
 
-def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
-    """The program's files: pages when they are needed and possible."""
+def _delivered(planned: Planned, solution: Solution, program: Program, window: float) -> Delivery:
+    """The program's files: pages when they are needed and possible; the start may be delayed by ``window`` [s]."""
     if planned.page_stops is None or planned.page_stops.obstacle:
         return delivery.deliver_file(program)
 
     def starts_at(first: IntArray) -> list[PageStart]:
         windows = start_windows(planned, solution.theta, first)
-        windows[0] = start_window(planned, solution.theta)
+        windows[0] = window
         time, rise = planned.trajectory.time[first], planned.rise[first]
         if planned.job.ensemble is not None:
             rise[0] = planned.job.start_rise()  # from which the start window counts

@@ -7,7 +7,7 @@ import numpy as np
 from compgen.compensation.problem import Solution
 from compgen.core.arrays import Array, IntArray
 from compgen.core.codes import Code, Level
-from compgen.core.evaluation import Background, run_in_background
+from compgen.core.evaluation import Background, failed
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
@@ -43,7 +43,7 @@ class DenseCorrection:
     correction: Array  # (N, 6) [m] and [rad]
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True, weakref_slot=True)
 class Planned:
     """The job before any correction."""
 
@@ -142,15 +142,10 @@ def plan_of(job: Job, plan: MotionPlan) -> Planned:
         motion=direction_states(reversal_widths(job.sources), plan.theta, plan.path.target.position),
         trajectory=plan.trajectory,
         rise=planned_rises(job, plan.joint_motion),
-        twin_result=run_in_background(_not_flown, 1),
+        twin_result=failed(InputError("the plan of a whole job is not flown; resume it from a page on")),
         findings=(),
         rows=np.arange(len(plan.theta)),
     )
-
-
-def _not_flown() -> tuple[Deviation, WrittenMotion]:
-    """In place of a flight that nobody asks for."""
-    raise InputError("the plan of a whole job is not flown; resume it from a page on")
 
 
 def solution_at(solution: Solution, rows: IntArray) -> Solution:

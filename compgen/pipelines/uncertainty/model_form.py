@@ -76,12 +76,13 @@ def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretc
     if other is None:
         return None
     rows = np.unique(np.linspace(0, len(prepared.time) - 1, POSITIONS).astype(int))
-    own_place, other_place = (
-        _places(each, prepared, rows, _rises(each, prepared, rows, stretch)) for each in (job, other)
-    )
+    own_place = _places(job, prepared, rows, prepared.rises_at(rows))
+    other_place = _places(other, prepared, rows, _rises(other, prepared, rows, stretch))
     moved, arc = other_place - own_place, deviation.arc[prepared.first_samples()[rows]]
-    between = np.array([np.interp(deviation.arc, arc, column) for column in moved.T]).T
-    error = row_norms(deviation.error + between)
+    square = np.zeros(len(deviation.arc))
+    for own, column in zip(deviation.error.T, moved.T, strict=True):  # one after the other, for a program is long
+        square += (own + np.interp(deviation.arc, arc, column)) ** 2
+    error = np.sqrt(square)
     cold = np.zeros((len(rows), len(job.heat.names)))
     thermal = own_place - _places(job, prepared, rows, cold)
     return ModelForm(

@@ -118,18 +118,16 @@ def _limit_ratios(robot: Robot, joints: JointCurve, partition: Partition) -> Arr
     within = np.repeat(joints.arc[:-1], 2)  # knots, and the middles between them
     within[1::2] = (joints.arc[:-1] + joints.arc[1:]) / 2
     run = np.repeat(np.arange(R), 2 * knots)
-    before = joints.interval_before(partition.end, partition.run)
-    ratios = joints.limit_ratios(
-        robot,
-        np.concatenate([within, partition.begin, partition.end]),
-        np.concatenate([np.arange(len(within)) // 2, joints.interval(partition.begin, partition.run), before]),
-    )
-    inner, begin, end = np.split(ratios, [len(within), len(within) + B])
+    begin = joints.limit_ratios(robot, partition.begin, joints.interval(partition.begin, partition.run))
+    end = joints.limit_ratios(robot, partition.end, joints.interval_before(partition.end, partition.run))
     most = np.maximum(begin, end)
     last = np.append(partition.first[1:], B) - 1
     owner = np.clip(joint_curve.last_before(partition.begin, within), partition.first[run], last[run])
-    starts = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
-    most[owner[starts]] = np.maximum(most[owner[starts]], np.maximum.reduceat(inner, starts, axis=0))
+    for rows in joint_curve.chunks(len(within)):
+        inner = joints.limit_ratios(robot, within[rows], np.arange(rows.start, rows.start + len(owner[rows])) // 2)
+        starts = np.flatnonzero(np.diff(owner[rows], prepend=-1))
+        block = owner[rows][starts]
+        most[block] = np.maximum(most[block], np.maximum.reduceat(inner, starts, axis=0))
     return most
 
 

@@ -54,8 +54,9 @@ def sweeps(program: Program) -> Sweeps:
     p, via = program.position, np.flatnonzero(program.via)
     straight = np.diff(p, axis=0)
     length, angle = norm(straight), np.zeros(len(straight))
-    along, inwards = np.zeros_like(straight), np.zeros_like(straight)
+    along = inwards = np.broadcast_to(0.0, straight.shape)  # takes no memory, for a program of lines is long
     if len(via):
+        along, inwards = np.zeros_like(straight), np.zeros_like(straight)
         chord, to_via = p[via + 1] - p[via - 1], p[via] - p[via - 1]
         L = norm(chord)
         x_axis = chord / L[:, None]
@@ -98,7 +99,8 @@ def as_chords(program: Program, sweep: Sweeps) -> Chords:
     """A program by chords; CONFIG's turns on an arc are those of its positions, which are all the same."""
     S = len(sweep.length)
     if not program.via.any():
-        return Chords(program, sweep.length, np.arange(S + 1), np.arange(S), np.zeros(S))
+        number = np.arange(S + 1)
+        return Chords(program, sweep.length, number, number[:-1], np.broadcast_to(0.0, S))
     pieces = np.where(sweep.angle > 0, np.maximum(np.ceil(sweep.length / CHORD_LENGTH), 1), 1).astype(np.int64)
     rows = np.concatenate([[0], np.cumsum(pieces)])
     segment = np.repeat(np.arange(S), pieces)

@@ -182,6 +182,11 @@ class PreparedProgram:
             rise = rise + self._air_rise(time)
         return rise, self.twin.growth(rise)
 
+    def rises_at(self, rows: IntArray) -> Array:
+        """Rises at some of the positions, (M,) rising numbers, to (M, K) [K]."""
+        rise = self.rise[rows]
+        return rise if self.air.is_still else rise + self._air_rise(self.time[rows])
+
     def _air_rise(self, time: Array) -> Array:
         """What the air adds: the exact response on a grid of seconds, a straight line between, (M, K) [K]."""
         heat = self.twin.heat
@@ -305,8 +310,13 @@ def _thermal_fields(
     """The fields of a prepared program that heat decides, from its motion, whose rows are its positions."""
     heat = twin.heat
     state = state_after_duties(heat, duties, initial_state(heat, air))
-    states = mode_states(heat.rate, state, motion.time, heat.steady_states(motion))[rows]
-    return {"rise": states @ heat.outputs.T, "air": air or still_air(), "start_time": sum(d.duration for d in duties)}
+    states = mode_states(heat.rate, state, motion.time, heat.steady_states(motion))
+    at_positions = states if len(rows) == len(states) else states[rows]
+    return {
+        "rise": at_positions @ heat.outputs.T,
+        "air": air or still_air(),
+        "start_time": sum(d.duration for d in duties),
+    }
 
 
 def _joints_of_chords(twin: Twin, chords: Chords) -> Array:

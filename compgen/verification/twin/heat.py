@@ -2,8 +2,8 @@ r"""The twin's own heat: each first-order mode through the segments of a program
 
     state_{n+1} = goal_n + (state_n - goal_n) k_n,      k_n = exp(-rate (t_{n+1} - t_n))
 
-While the goal stays the same the segments are one exponential. From goal to goal it is a sum, once divided by the
-product of all k so far; a stretch as long as that product stays a number is summed in one go.
+That is a sum, once divided by the product of all k so far; a stretch as long as that product stays a number is summed
+in one go.
 """
 
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.evaluation import BLOCK, parallel_for
+from compgen.core.evaluation import BLOCK
 from compgen.thermal import Duty, ThermalModel
 
 MAX_DECAY = 200.0  # time constants over which a mode is summed in one go
@@ -37,50 +37,19 @@ def mode_states(rate: Array, state: Array, time: Array, goals: Array) -> Array:
     Returns:
         (N, S).
     """
-    if not len(goals):
-        return state[None]
-    begins = np.flatnonzero(np.concatenate([[True], (goals[1:] != goals[:-1]).any(axis=1)]))
-    edges = np.append(begins, len(goals))
-    changes = goals if len(begins) == len(goals) else goals[begins]
-    edge_states = _states_at_goal_changes(rate, state, time[edges], changes)
-    if len(edges) == len(time):
-        return edge_states
-    run = np.repeat(np.arange(len(begins)), np.diff(edges))
-    states = np.empty((len(time), len(state)))
-    states[-1] = edge_states[-1]
-
-    def fill(first: int, last: int) -> None:
-        for begin in range(first, last, BLOCK):
-            end = min(last, begin + BLOCK)
-            k, goal = run[begin:end], goals[begin:end]
-            since = (time[begin:end] - time[edges[k]])[:, None]
-            states[begin:end] = goal + (edge_states[k] - goal) * np.exp(-since * rate)
-
-    parallel_for(len(goals), fill)
-    return states
-
-
-def _states_at_goal_changes(rate: Array, state: Array, time: Array, goals: Array) -> Array:
-    """States where the goal changes, (E,) [s] to (E, S)."""
-    exponent = np.diff(time)[:, None] * rate
     states = np.empty((len(time), len(state)))
     states[0] = state
+    decay = np.max(rate) * (time - time[0])
     first = 0
-    decay = np.concatenate([[0.0], np.cumsum(exponent.max(axis=1))])
     while first < len(goals):
-        last = max(first + 1, int(np.searchsorted(decay, decay[first] + MAX_DECAY, side="right")) - 1)
-        summed = np.negative(exponent[first:last])
-        np.negative(np.expm1(summed, out=summed), out=summed)
-        summed *= goals[first:last]  # what each segment gains; in place, for a program is long
-        kept = np.cumsum(exponent[first:last], axis=0, out=exponent[first:last])
-        np.exp(np.negative(kept, out=kept), out=kept)
+        reach = int(np.searchsorted(decay, decay[first] + MAX_DECAY, side="right")) - 1
+        last = min(max(first + 1, reach), first + BLOCK)  # what is at hand stays in cache
+        exponent = np.diff(time[first : last + 1])[:, None] * rate
+        gained = -np.expm1(-exponent) * goals[first:last]
+        kept = np.exp(-np.cumsum(exponent, axis=0))
         # the end of a long single segment may keep nothing: then only its own goal counts
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            summed /= kept
-            np.cumsum(summed, axis=0, out=summed)
-            summed += states[first]
-            summed *= kept
-        np.copyto(summed, goals[first:last], where=~np.isfinite(summed))
-        states[first + 1 : last + 1] = summed
+            summed = (states[first] + np.cumsum(gained / kept, axis=0)) * kept
+        states[first + 1 : last + 1] = np.where(np.isfinite(summed), summed, goals[first:last])
         first = last
     return states

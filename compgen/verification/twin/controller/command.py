@@ -49,7 +49,7 @@ class WrittenPath:
 
     def places(self, segment: IntArray, fraction: Array) -> Array:
         """Places (M, 3) [m] at fractions (M,) of segments (M,)."""
-        if self.sweep.angle.any():
+        if self.program.via.any():
             return self.sweep.places(self.program.position, segment, fraction)
         return np.asarray(self.program.position[segment] + fraction[:, None] * self.sweep.straight[segment])
 
@@ -58,7 +58,7 @@ class WrittenPath:
         sweep, k = self.sweep, segment
         part = (fraction * sweep.angle[k])[:, None]
         ahead = sweep.straight[k]
-        if sweep.angle.any():
+        if self.program.via.any():
             ahead = ahead + np.cos(part) * sweep.along[k] + np.sin(part) * sweep.inwards[k]
         return np.asarray(ahead / np.maximum(row_norms(ahead), 1e-12)[:, None])
 
@@ -216,7 +216,9 @@ def command_at(path: WrittenPath, arcs: Array, number: Array, time: Array, step:
 
 def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
     """How much of its statements' time C (M,) a run of duration D (M,) [s] has done at times (M,) since it began."""
-    ramp = np.clip(duration - at_speed, 0.0, duration / 2)
+    inside, ramp = np.clip(time, 0.0, duration), np.clip(duration - at_speed, 0.0, duration / 2)
+    if not ramp.any():
+        return np.asarray(inside)
     rate = np.where(duration > ramp, at_speed / np.maximum(duration - ramp, 1e-300), 1.0)
     safe = np.maximum(ramp, 1e-300)
 
@@ -225,7 +227,6 @@ def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
         u = np.clip(since / safe, 0.0, 1.0)
         return np.where(since < ramp, ramp * u**3 * (1 - u / 2), since - ramp / 2)
 
-    inside = np.clip(time, 0.0, duration)
     rising = run_up(inside)
     falling = at_speed / np.maximum(rate, 1e-300) - run_up(duration - inside)
     return np.asarray(np.clip(rate * np.where(inside < duration / 2, rising, falling), 0.0, at_speed))

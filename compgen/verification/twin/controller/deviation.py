@@ -14,11 +14,14 @@ arm.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
-from compgen.core.evaluation import evaluate, kept_with
+from compgen.core.evaluation import IndexedRows, evaluate, kept_with
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.motion import ControllerMotion
@@ -102,13 +105,55 @@ def motion_deviation(
         if turning and not in_joints:
             way_turned = smooth(_between(turned, command.segment, command.fraction), step, motion)
             turn[rows] = cubic(way_turned, at) - _between(turned, segment, fraction)
-        d = cubic(position, at) - path.places(segment, fraction)
-        ahead = path.directions(segment, fraction)
-        along[rows] = np.einsum("ij,ij->i", d, ahead)
-        across[rows] = d - along[rows, None] * ahead
+        across[rows], along[rows] = _beside(path, position, at, segment, fraction)
     lag = moments(known).delay * override * float(path.program.speed.max())
     turns = np.abs(turn).max(initial=0.0) > TURNING
     return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turns else None, lag)
+
+
+def _beside(path: WrittenPath, position: Array, at: Array, segment: IntArray, fraction: Array) -> tuple[Array, Array]:
+    """How far smoothed places (M, 3), by ``cubic`` at their numbers (K,), are across and along from places of the path.
+
+    Args:
+        path: The program.
+        position: The smoothed places [m].
+        at: Their numbers.
+        segment: Of the places, (K,).
+        fraction: Of it, (K,).
+    """
+    k = np.clip(at.astype(np.int64), 0, len(position) - 2)
+    padded = np.concatenate([position[:1], position, position[-1:]])
+    around = np.lib.stride_tricks.sliding_window_view(padded.ravel(), 12)[::3]
+    has_arcs, way = bool(path.program.via.any()), IndexedRows(path.sweep.straight, segment)
+    if has_arcs:
+        begin, end = int(segment[0]), int(segment[-1]) + 1
+        way = IndexedRows(path.sweep.rows(begin, end), segment - begin)
+    across, along = evaluate(
+        _build_beside(arcs=has_arcs), IndexedRows(around, k), (at - k)[:, None],
+        IndexedRows(path.program.position, segment), way, fraction[:, None],
+    )  # fmt: skip
+    return across, along[:, 0]
+
+
+@lru_cache(maxsize=2)
+def _build_beside(*, arcs: bool) -> Any:
+    """(four smoothed places (12), how far between the middle two; a segment's start (3) and straight (3), with ``arcs``
+    also angle (1), along (3) and inwards (3), and a fraction of it) -> across (3), along (1).
+    """
+    sizes = {"around": 12, "u": 1, "start": 3, "way": 10 if arcs else 3, "fraction": 1}
+    symbols = [ca.SX.sym(name, size) for name, size in sizes.items()]
+    around, u, start, way, fraction = symbols
+    before, begin, end, after = ca.vertsplit(around, 3)
+    m, n = (end - before) / 2, (after - begin) / 2
+    smoothed = begin + u * (m + u * (3 * (end - begin) - 2 * m - n + u * (m + n - 2 * (end - begin))))
+    place, ahead = start + fraction * way[:3], way[:3]
+    if arcs:
+        part = fraction * way[3]
+        place = place + ca.sin(part) * way[4:7] + 2 * ca.sin(part / 2) ** 2 * way[7:10]
+        ahead = ahead + ca.cos(part) * way[4:7] + ca.sin(part) * way[7:10]
+    ahead = ahead / ca.fmax(ca.norm_2(ahead), 1e-12)
+    along = ca.dot(smoothed - place, ahead)
+    return ca.Function("beside", symbols, ca.cse([smoothed - place - along * ahead, along]))
 
 
 def most_in_blocks(robot: Robot, path: WrittenPath, motion: ControllerMotion, override: float = 1.0) -> Array:

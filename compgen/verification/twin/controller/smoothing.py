@@ -54,16 +54,16 @@ def moving_mean(rows: Array, n: float) -> Array:
         return rows
     m, M = int(n), len(rows)
     share, bent = n - m, n / (12 * n - 12) if n >= 2 else 0.0
+    # by trapezoids, less what the rows bend by at both ends: weights of the rows around the first, and up to the last
+    before, after = share**2 / 2 - bent * share, bent * (1 - share)
+    first, last = [before, 0.5 + share - before - after, after], [bent, -0.5 - bent]
     mean = np.empty_like(rows)
     x = np.zeros(m + 3 + M)
-    now, at, after = slice(m + 3, None), slice(3, 3 + M), slice(4, 4 + M)
     for column, out in zip(rows.T, mean.T, strict=True):
-        x[now] = column - column[0]
-        gap = np.diff(x, prepend=0.0, append=x[-1])
-        total = np.cumsum(x) - x / 2  # by trapezoids
-        first = total[at] - share * x[at] + (share**2 / 2) * gap[at]
-        first -= bent * ((1 - share) * gap[after] + share * gap[at])
-        out[:] = (total[now] - bent * gap[:-1][now] - first) / n + column[0]
+        x[m + 3 :] = column - column[0]
+        total = np.cumsum(x)
+        ends = np.correlate(x[2 : 4 + M], first, "valid") + np.correlate(x[m + 2 :], last, "valid")
+        out[:] = (total[m + 3 :] - total[3 : 3 + M] + ends) / n + column[0]
     return mean
 
 
