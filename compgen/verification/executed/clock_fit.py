@@ -199,8 +199,10 @@ def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: 
     inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0)
     for a, b in stands:
         inside[a : b + 1] = False
-    sure = inside & (ramps <= RAMPS * alone[of] if len(alone) else inside[begins])[index]
-    return np.asarray(sure if sure.sum() > FEW * inside.sum() else inside)
+    if not len(alone):
+        return np.asarray(inside)
+    sure, some = (inside & (ramps <= share * alone[of])[index] for share in (RAMPS, 1.0))
+    return np.asarray(sure if sure.sum() > FEW * inside.sum() else some)
 
 
 def _assessed(

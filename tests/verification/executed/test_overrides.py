@@ -81,3 +81,11 @@ def test_a_change_of_override_is_seen_where_each_half_rounds_otherwise(tmp_path,
     assert [s.override for s in run.clock.stretches] == [0.6, 1.0]
     assert run.clock.stretches[1].begin == pytest.approx(1.0 + 100 * 23 * PERIOD, abs=0.3)
     assert run.clock.took == pytest.approx(run.clock.expected, rel=2e-3)
+
+
+def test_a_run_that_is_all_ramp_tells_no_override(tmp_path, counting):
+    """Strokes of 20 mm take 0.104 s at 200 mm/s, and the means 0.208: the written speed is never reached."""
+    points = np.array([(1300.0 - 20 * (k % 2), 0.0, 100.0) for k in range(13)])
+    run = judged(tmp_path, counting, points, 200, [True] * 13)
+    assert not run.clock.stretches
+    assert "executed.no_clock" in {f.code for f in run.findings}
