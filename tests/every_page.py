@@ -1,5 +1,6 @@
 """A page of every command that writes one, made once for all tests that look at pages."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import executed_logs as logs
@@ -54,8 +55,9 @@ def _logged(folder: Path) -> list[object]:
     if not program.exists():
         program.write_bytes(text)
         course = course_of_text(text, load_robot("m710ic50"), default_frames())
+        whole_periods = replace(course, cruise=course.counted_clock())
         time, places, turn, _ = logs.log_rows(
-            course, logs.Run(ramp=0.25, means=(0.2, 0.1)), logs.Logger(noise=2e-6, offset=50.0, jitter=1e-3)
+            whole_periods, logs.Run(ramp=0, means=(0.2, 0.16)), logs.Logger(noise=2e-6, offset=50.0, jitter=1e-3)
         )
         (folder / "log.csv").write_text(logs.csv(time, places, turn))
     return [program.name, "--log", "log.csv"]

@@ -101,7 +101,14 @@ def _times(run: ExecutedRun) -> dict[str, Any]:
     clock, late = run.clock, run.clock.late[np.isfinite(run.clock.late)]
     return {
         "override": [
-            {"from_s": s.begin, "to_s": s.end, "percent": 100 * s.override, "rate": s.rate, "rate_sigma": s.sigma}
+            {
+                "from_s": s.begin,
+                "to_s": s.end,
+                "percent": 100 * s.override,
+                "words": s.words,
+                "rate": s.rate,
+                "rate_sigma": s.sigma,
+            }
             for s in clock.stretches
         ],
         "time": {
@@ -162,7 +169,7 @@ def executed_html(
         data=summary,
         bound=bound,
         is_judged=is_judged,
-        overrides=", then ".join(f"{s['percent']:.0f} %" for s in summary["override"]) or "not known",
+        overrides=", then ".join(s["words"] for s in summary["override"]) or "not known",
         rows=[
             [LABELS[name], *(fixed(d[key]) for key in ("max_um", "p99_um", "rms_um")), d["at"]]
             for name, d in summary["deviation"].items()

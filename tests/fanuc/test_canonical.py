@@ -15,8 +15,10 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical import reader
+from compgen.pipelines.files.program_course import course_of_text
 from compgen.program.configuration import config_letters
 from compgen.program.digits import pose_numbers, printed_poses
+from compgen.program.frames import default_frames
 from compgen.program.program import Program, program_name
 from compgen.program.speeds import parse_speed, speed_text
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
@@ -136,6 +138,17 @@ def test_motions_of_several_accs_are_refused():
         assert old in text
         with pytest.raises(InputError, match="differ in their ACC"):
             ls.interpret(text.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("word", [b"CNT50", b"CNT0", b"CNT99", b"cnt75"])
+def test_a_slower_corner_is_no_canonical_text_and_keeps_its_words_in_the_course(word, robot):
+    """CNT n < 100 waits behind its corner: a record that knows stops and CNT100 alone cannot say so."""
+    text = ls.compose(replace(demo(), utool=0)).replace(b"CNT100", word, 1)
+    assert word in text
+    with pytest.raises(InputError, match="FINE or CNT100"):
+        ls.interpret(text)
+    kept = course_of_text(text, robot, default_frames()).kept
+    assert kept.tolist() == [0, int(word[3:]) / 100, 0]
 
 
 @settings(max_examples=150, deadline=None)

@@ -129,7 +129,7 @@ def _lines(summary: dict[str, Any]) -> list[str]:
     """What the command prints."""
     log, time, covered = summary["log"], summary["time"], summary["covered"]
     off = "" if time["off_percent"] is None else f" ({time['off_percent']:+.2f} %)"
-    overrides = ", then ".join(f"{s['percent']:.0f} %" for s in summary["override"]) or "not known"
+    overrides = ", then ".join(s["words"] for s in summary["override"]) or "not known"
     lines = [
         f"{summary['name']}: {log['rows']} rows every {log['period_ms']:.3g} ms, {100 * covered['share']:.1f} % of the "
         f"path ({covered['from']} to {covered['to']})",

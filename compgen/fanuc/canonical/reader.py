@@ -31,7 +31,7 @@ from compgen.program.speeds import parse_speed
 from compgen.robot.inverse_kinematics import Posture
 
 _CONSTANT_SPEED = re.compile(r"(?:\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min)")
-_FINE_OR_CNT = re.compile(r"FINE|CNT\s*\d+", re.IGNORECASE)
+_FINE_OR_FULL = re.compile(r"FINE|CNT\s*0*100", re.IGNORECASE)
 
 
 def interpret(data: bytes) -> Program:
@@ -124,13 +124,13 @@ def _common_acc(listing: LsProgram) -> int | None:
     rows = zip(m.letter, m.target, m.disabled.tolist(), m.speed, m.termination, m.options, strict=True)
     for i, (letter, targets, disabled, speed, termination, options) in enumerate(rows):
         unit, acc = _CONSTANT_SPEED.fullmatch(speed), ACC_OR_NOTHING.fullmatch(options)
-        plain = _FINE_OR_CNT.fullmatch(termination) and not disabled
+        plain = _FINE_OR_FULL.fullmatch(termination) and not disabled
         plain = plain and all(target[:2] == "P[" and ":" not in target for target in targets)
         count = {"J": 1, "L": 1, "C": 2}.get(letter)
         if not (unit and acc and plain) or len(targets) != count or (letter == "J") != (unit[1] == PERCENT):
             raise InputError(
                 f"program: line {m.line[i]}: '{listing.motion_text(i):.80}' is not a motion this reader knows: C has a "
-                "via and an end, J and L an end; a constant speed, FINE or CNT, and no option but ACC"
+                "via and an end, J and L an end; a constant speed, FINE or CNT100, and no option but ACC"
             )
         accs.add(acc[1])
     if len(accs) > 1:

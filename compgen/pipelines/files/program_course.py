@@ -113,10 +113,10 @@ def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Program
         "theta": theta,
     }
     numbers = program.uframe, program.utool
-    return _course(nodes, pose.rotation, via, frame, tool, numbers, robot, counted=robot.controller.rounds_up_to_period)
+    return _course(nodes, pose.rotation, via, frame, tool, numbers, robot)
 
 
-def _course(  # noqa: PLR0913 - what a course is made of
+def _course(
     nodes: dict[str, Any],
     rotation: Array,
     via: BoolArray,
@@ -124,8 +124,6 @@ def _course(  # noqa: PLR0913 - what a course is made of
     tool: Pose,
     numbers: tuple[int, int],
     robot: Robot,
-    *,
-    counted: bool = False,
 ) -> ProgramCourse:
     """A course of positions, with nodes on its arcs; an orientation there is that of the nearest position."""
     number, position = divided(nodes["position"], via)
@@ -147,7 +145,7 @@ def _course(  # noqa: PLR0913 - what a course is made of
         tool=tool,
         numbers=numbers,
         period=robot.controller.period,
-        counted=counted,
+        counted=robot.controller.rounds_up_to_period,
     )
 
 

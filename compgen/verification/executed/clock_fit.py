@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, norm, owns
-from compgen.core.units import PERCENT
 from compgen.verification.executed.course import ProgramCourse
-from compgen.verification.executed.rates import SAME_RATE, Stretch, Windows, badness, stretches_of, window_rates
+from compgen.verification.executed.overrides import timed_log
+from compgen.verification.executed.rates import SAME_RATE, Stretch, Windows, window_rates
 
 RAMP_TIME = 0.7  # [s] at both ends of a run that are left out, if its ramps take no more
 SETTLING = 0.3  # [s] beside a ramp, until a smoothed motion is steady
@@ -29,13 +29,8 @@ STAND_BIN = 0.04  # s
 BEYOND = 0.25  # [s] that a stop costs more than planned, from where the robot is taken to have stood
 NEAR_STOP = 1e-3  # [m] from a stop, where the robot stands at it
 AT_REST = 2e-5  # [m] from the first stop, while the robot still stands there
-PLAIN = 1e-3  # how near a rate is to whole percent where nothing but the override slows a program
-PRICE = 2.0  # that whole periods must explain rates better by, to be believed
 CORNER = 0.35  # [s] on each side of a corner, in which it is cut and the way looks slow
 STRAIGHT = 0.9995  # chord over way about a row, from which there is none
-MOST = 0.75  # of rates, below which those lie that corners slow down
-NEARER = 1 / 3  # of how far most rates are from whole percent, that whole periods leave
-SLOW_CLOCK = 1e-3  # that a log's clock may be off by
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +83,15 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     inside = _cruising(time, run, stands, *_planned_runs(course, edges))
     straight = inside & _is_straight(course, arc)
     inside = straight if straight.sum() > FEW * inside.sum() else inside
-    windows = window_rates(time, course.at(course.cruise, arc), run, inside)
-    counted = course.counted_clock(_override_in_whole_periods(course, windows, time, arc))
-    others = window_rates(time, course.at(counted, arc), run, inside)
-    rounded = _takes_whole_periods(windows, others)
-    clock = counted if rounded else course.cruise
-    stretches, _ = stretches_of(others if rounded else windows)
+
+    def rates(clock: Array) -> Windows:
+        return window_rates(time, course.at(clock, arc), run, inside)
+
+    def place(moment: Array) -> Array:
+        return np.interp(moment, time, arc)
+
+    log = timed_log(course, rates, place)
+    clock, stretches, rounded = log.clock, log.stretches, log.clock is not course.cruise
     if not stretches:
         return ClockFit(
             stretches=(),
@@ -136,38 +134,6 @@ def _is_straight(course: ProgramCourse, arc: Array) -> BoolArray:
     clock = course.at(course.cruise, arc)
     low, high = (np.interp(clock + side, course.cruise, course.arc) for side in (-CORNER, CORNER))
     return np.asarray(norm(course.place(high) - course.place(low)) >= STRAIGHT * (high - low))
-
-
-def _override_in_whole_periods(course: ProgramCourse, windows: Windows, time: Array, arc: Array) -> float:
-    """The highest override, in whole percent, at which statements in whole periods are no faster than most of a log.
-
-    Lines that last 2.5 periods take 3 at 100 % and at 84 %: nothing but the highest is believed to be set.
-    """
-    if not len(windows.rate):
-        return 1.0
-    begins, ends = np.interp(windows.begin, time, arc), np.interp(windows.end, time, arc)
-    low, high = 0, 101
-    while high - low > 1:
-        percent = (low + high + 1) // 2
-        clock = course.counted_clock(percent * PERCENT) / (percent * PERCENT)
-        lasts = course.at(clock, ends) - course.at(clock, begins)
-        slower = float(np.quantile(lasts / (windows.end - windows.begin), MOST)) >= 1 - SLOW_CLOCK
-        low, high = (percent, high) if slower else (low, percent)
-    return max(low, 1) * PERCENT
-
-
-def _takes_whole_periods(written: Windows, counted: Windows) -> bool:
-    """Whether lines that take whole interpolation periods explain the rates better than written speeds do.
-
-    Where all lines are equally long both are as even: then the one whose rates are a plain percentage is believed.
-    """
-    if not len(written.rate) or not len(counted.rate):
-        return False
-    one, other = stretches_of(written), stretches_of(counted)
-    if badness(*other) < badness(*one) - PRICE:
-        return True
-    off, other_off = (float(np.median(np.abs(r - np.round(np.median(r), 2)))) for r in (written.rate, counted.rate))
-    return off > PLAIN and other_off < NEARER * off and other[1] < 2 * one[1] + PLAIN
 
 
 def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
@@ -233,8 +199,10 @@ def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: 
     inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0)
     for a, b in stands:
         inside[a : b + 1] = False
-    sure = inside & (ramps <= RAMPS * alone[of] if len(alone) else inside[begins])[index]
-    return np.asarray(sure if sure.sum() > FEW * inside.sum() else inside)
+    if not len(alone):
+        return np.asarray(inside)
+    sure, some = (inside & (ramps <= share * alone[of])[index] for share in (RAMPS, 1.0))
+    return np.asarray(sure if sure.sum() > FEW * inside.sum() else some)
 
 
 def _assessed(

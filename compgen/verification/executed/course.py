@@ -71,8 +71,8 @@ class ProgramCourse:
         """What a clock of the nodes shows at arc lengths, (M,) [s]."""
         return np.interp(arc, self.arc, clock)
 
-    def counted_clock(self, override: float = 1.0) -> Array:
-        """The clock of statements in whole periods, times the override that they are driven at, (N,) [s]."""
+    def counted_clock(self, override: float | Array = 1.0) -> Array:
+        """The clock of statements in whole periods, times their override: one, or each way's (N - 1,), (N,) [s]."""
         duration = np.diff(self.cruise)
         whole = np.bincount(self.statement, duration)[self.statement] / override
         counted = np.ceil(whole / self.period - SAME_PERIOD) * self.period

@@ -202,11 +202,11 @@ def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
         yield Finding(Level.WARNING, Code.EXECUTED_PERIODS, message)
     first, *later = clock.stretches
     if later:
-        turns = [f"{100 * s.override:.0f} % from {s.begin:.2f} s" for s in later]
-        message = f"the override changed midway: {100 * first.override:.0f} % at first, {_named(turns, 'changes')}"
+        turns = [f"{s.words} from {s.begin:.2f} s" for s in later]
+        message = f"the override changed midway: {first.words} at first, {_named(turns, 'changes')}"
         yield Finding(Level.OUTSIDE, Code.EXECUTED_OVERRIDE_CHANGED, message)
     elif first.override != 1:
-        message = f"it ran at {100 * first.override:.0f} % override, its speeds are written for 100 %"
+        message = f"it ran at an override of {first.words}, its speeds are written for 100 %"
         yield Finding(Level.WARNING, Code.EXECUTED_OVERRIDE, message)
 
 

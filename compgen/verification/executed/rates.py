@@ -29,6 +29,13 @@ class Stretch:
     end: float  # [s]
     rate: float  # of the written speed, by the log's clock
     sigma: float  # of the rate
+    alike: tuple[int, int] = (0, 0)  # [%] lowest and highest override that drive the same, where several do
+
+    @property
+    def words(self) -> str:
+        """The override, and which others it cannot be told from."""
+        low, high = self.alike
+        return f"{100 * self.override:.0f} %" + (f" ({low} to {high} % drive these lines alike)" if low < high else "")
 
     @property
     def override(self) -> float:

@@ -10,7 +10,8 @@ long the robot stands. The log may begin anywhere on the course: every place nea
 that it can be followed from for longest is taken.
 
 From the marks every row has an expected arc length. It is moved along the course until the row lies square to it,
-s <- s + (p - q(s)) . t(s), and of the ways about there the one with the nearest point is taken.
+s <- s + (p - q(s)) . t(s), and of the ways about there the one with the nearest point is taken, no farther along than a
+corner is cut: another pass over the same line may be the next way but one.
 """
 
 from collections.abc import Iterator
@@ -29,6 +30,7 @@ SLACK = 0.1  # of the step between two marks: chords are shorter than arcs
 STARTS = 24  # places that a log is followed from
 TRIAL = 150  # marks by which starts are compared first
 PROGRESS = 0.05  # of a square metre off the expected place, against one off the course
+SAME_PLACE = 5e-5  # [m] more off the course: starts between which only the order tells, so the earliest comes first
 MOVED = 8  # times the noise: what moves a row by less is noise
 BACK = 3e-4  # [m] that a mark may lie behind the one before: the log's noise
 AHEAD = 20e-3  # [m] that a mark may be ahead of where it is expected: a corner is cut short
@@ -120,9 +122,10 @@ def follow(course: ProgramCourse, position: Array, travelled: Array, gate: float
     starts = follower.places(first)
     if len(starts) > 1:
         trials = [follower.run(first, start, min(first + TRIAL, len(row))) for start in starts]
-        scores = [(-int(on.sum()), float(np.minimum(d, gate).sum())) for _, d, on in trials]
-        best = sorted(range(len(starts)), key=lambda i: (scores[i][0] + 2 > min(s[0] for s in scores), scores[i][1]))
-        starts = starts[best[: max(1, STARTS // 6)]]
+        count = np.array([on.sum() for _, _, on in trials])
+        away = np.array([np.minimum(d, gate).mean() for _, d, _ in trials])
+        alike = (count > count.max() - 2) & (away <= away[count > count.max() - 2].min() + SAME_PLACE)
+        starts = starts[np.lexsort((np.where(alike, starts, away), ~alike))[: max(1, STARTS // 6)]]
     runs = [follower.run(first, start, len(row)) for start in starts]
     counts = [(int(on.sum()), -float(np.minimum(d, gate).sum())) for _, d, on in runs]
     arc, distance, on = runs[max(range(len(runs)), key=lambda i: counts[i])]
@@ -275,9 +278,10 @@ def nearest(
         share = np.clip(dot(points - start, t), 0.0, length[way])
         off = points - (start + share[:, None] * t)
         squared = dot(off, off)
-        nearer = squared < best - TIE
+        place = arc_at[way] + share
+        nearer = (squared < best - TIE) & ((neighbour == 0) | (np.abs(place - arc) <= AHEAD))
         best[nearer] = squared[nearer]
-        best_arc[nearer] = arc_at[way[nearer]] + share[nearer]
+        best_arc[nearer] = place[nearer]
         best_way[nearer], best_off[nearer] = way[nearer], off[nearer]
     return best_arc, best_way, best_off
 

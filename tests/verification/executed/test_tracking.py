@@ -137,3 +137,28 @@ def test_nodes_on_an_arc_lie_on_its_circle_and_close_enough():
     assert_allclose(
         np.interp([0.5, 1.5], number, np.degrees(np.arctan2(places[:, 1], places[:, 0]))), [30, 115], atol=0.1
     )
+
+
+@pytest.mark.parametrize("passes", [8, 21])
+@pytest.mark.parametrize("noise", [1e-6, 2e-5, 1e-4])
+def test_passes_to_and_fro_over_one_line_are_paired_in_order(passes, noise):
+    """Each place is passed in both directions, and what digits leave may lie nearer to another pass.
+
+    Nearer to a tip than the gate the two sides of this one reversal may be taken for each other.
+    """
+    path = course([(0.4 * (k % 2), 0.0, 0.0) for k in range(passes + 1)])
+    arc = np.linspace(0, path.length, 1000 * passes + 1)
+    for seed in range(4):
+        track, projection = laid(path, arc, noise, seed)
+        assert track.on.all()
+        at_tip = np.abs(arc - 0.4 * np.round(arc / 0.4)) < 5e-3
+        assert (np.abs(projection.arc - arc) < np.where(at_tip, 1e-2, 6 * noise + 1e-4)).all()
+
+
+def test_a_row_beyond_a_reversal_is_not_of_an_earlier_pass():
+    """Strokes of other lengths: behind the tip of a short one the next way but one passes the very place."""
+    path = course([(x, 0.0, 0.0) for x in (1.3, 0.9, 1.2, 1.0, 1.3, 1.1, 1.25, 0.9)])
+    arc = np.linspace(0, path.length, 8000)
+    for seed in range(4):
+        _, projection = laid(path, arc, 2e-5, seed)
+        assert np.abs(projection.arc - arc).max() < 4e-4
