@@ -11,10 +11,8 @@ Then the same command runs to its end.
 """
 
 import errno
-import importlib
 import json
 import os
-import pkgutil
 import random
 import re
 import resource
@@ -37,9 +35,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
 import mutants  # noqa: E402
 import seed_journal  # noqa: E402
 from ls_text import cartesian, program  # noqa: E402
-from shipped import quiet  # noqa: E402
+from shipped import load_everything, quiet  # noqa: E402
 
-import compgen  # noqa: E402
 from compgen import __main__ as command_line  # noqa: E402
 from compgen.cli.output_files import study_files  # noqa: E402
 from compgen.identification.identify import identify  # noqa: E402
@@ -305,15 +302,6 @@ def faults_of_words(stop: Stop, end: End, killed: bool) -> list[str]:
     if end.code == code and (len(lines) != 1 or len(lines[0]) > 300):
         return [f"exit {end.code}, and says {end.error[:300]!r}"]
     return []
-
-
-def load_everything() -> None:
-    """Import the library here, once: each forked run would do it again."""
-    for module in pkgutil.walk_packages(compgen.__path__, "compgen."):
-        if not module.name.endswith("__main__"):
-            importlib.import_module(module.name)
-    for name in ("casadi", "pinocchio", "ruckig", "plotly.graph_objects", "plotly.offline", "scipy.interpolate"):
-        importlib.import_module(name)
 
 
 def remember_fits() -> None:
