@@ -17,10 +17,11 @@ from shipped import ROOT
 
 HANGS_S = 900  # a run that hangs, on however busy a machine
 SERVER = """
-import json, os, signal, socket, sys
+import gc, json, os, signal, socket, sys
 sys.path[:0] = {path}
 import compgen.cli.blas_threads, shipped
 shipped.load_everything()
+gc.freeze()
 with socket.socket(fileno={number}) as calls:
     while True:
         request, streams, *_ = socket.recv_fds(calls, 2**20, 3)
