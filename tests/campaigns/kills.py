@@ -51,6 +51,7 @@ WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 SIGNALS = {"SIGKILL": signal.SIGKILL, "SIGTERM": signal.SIGTERM, "SIGINT": signal.SIGINT}
 DISKS = {"no space": errno.ENOSPC, "no permission": errno.EACCES, "broken disk": errno.EIO}
 SITUATIONS = ("new", "own", "foreign")
+COPIES = "copies"  # of what a run has on the disk at each of its steps: what it would leave if it were killed there
 FOREIGN = {"mine.txt": b"mine", "deep/er.txt": b"deep"}
 HANGS_S = 900
 
@@ -107,7 +108,7 @@ def made_inputs(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Stop:
-    """What comes, and when: at a step of writing, after bytes of a file, or after seconds."""
+    """What comes, and when: at a step of writing, after bytes of a file, or after seconds; COPIES changes nothing."""
 
     what: str = ""
     step: int = 0
@@ -197,6 +198,9 @@ def _watch(world: str, book: int, stop: Stop) -> None:
         count += 1
         if not stop.size:
             write(book, f"{event}\n".encode())
+        if stop.what == COPIES:
+            for path in Path(world).glob("*out*"):
+                shutil.copytree(path, Path(world, COPIES, str(count), path.name), symlinks=True)
         if count == stop.step:
             if stop.what in DISKS:
                 raise OSError(DISKS[stop.what], os.strerror(DISKS[stop.what]))
