@@ -1,4 +1,5 @@
 import itertools
+import os
 import signal
 from collections import defaultdict
 from dataclasses import replace
@@ -15,6 +16,8 @@ from compgen.pipelines.files.path_file import load_job
 
 settings.register_profile("same every time", derandomize=True, deadline=None)  # a busy machine is no fault
 settings.load_profile("same every time")
+
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each process that tests start would compile compgen anew
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell's background hands on, and tests send it
     signal.signal(signal.SIGINT, signal.default_int_handler)

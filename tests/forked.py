@@ -21,7 +21,8 @@ import gc, json, os, signal, socket, sys
 sys.path[:0] = {path}
 import compgen.cli.blas_threads, shipped
 shipped.load_everything()
-gc.freeze()
+gc.freeze()  # else the end of a fork takes apart all that is here
+sys.dont_write_bytecode = True
 with socket.socket(fileno={number}) as calls:
     while True:
         request, streams, *_ = socket.recv_fds(calls, 2**20, 3)
