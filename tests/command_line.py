@@ -10,11 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 from shipped import ROOT
-from typer.core import TyperGroup
-from typer.main import get_command
 
 from compgen.cli import main
-from compgen.cli.app import app
+from compgen.cli.app import command_group
 from compgen.core import evaluation
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
@@ -38,9 +36,7 @@ def run(*arguments, cwd=ROOT):
 
 def typed_commands():
     """What can be typed behind ``cgen``, by its name."""
-    group = get_command(app)
-    assert isinstance(group, TyperGroup)
-    return group.commands
+    return command_group().commands
 
 
 def terminal_output(start):

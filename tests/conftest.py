@@ -1,23 +1,23 @@
 import itertools
-import pkgutil
+import os
 import signal
 from collections import defaultdict
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 from browser import chromium
 from hypothesis import settings
-from shipped import path_file
+from shipped import load_everything, path_file
 
-import compgen
-import compgen.cli.blas_threads  # one thread a matrix product, as under the command; before numpy
+import compgen.cli.blas_threads  # noqa: F401  one thread a matrix product, as under the command; before numpy
 from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 
 settings.register_profile("same every time", derandomize=True, deadline=None)  # a busy machine is no fault
 settings.load_profile("same every time")
+
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each process that tests start would compile compgen anew
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell's background hands on, and tests send it
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -26,9 +26,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell's background
 def pytest_configure(config):
     """Load all in a worker: property tests draw from what is loaded, and which worker runs what is chance."""
     if hasattr(config, "workerinput"):
-        for module in pkgutil.walk_packages(compgen.__path__, "compgen."):
-            if not module.name.endswith("__main__"):
-                import_module(module.name)
+        load_everything()
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -5,12 +5,11 @@ import signal
 import subprocess
 import sys
 
+from forked import HANGS_S, code_of, run_forked
 from shipped import ROOT
 
-HANGS_S = 900  # a run that hangs, on however busy a machine
 SIGNALLED = """
 import os, signal, sys
-sys.path.insert(0, {root!r})
 left = {nth}
 def watch(event, args):
     global left
@@ -19,23 +18,21 @@ def watch(event, args):
         if left == 0:
             os.kill(os.getpid(), {number})
 sys.addaudithook(watch)
-sys.argv = ["cgen", *{arguments!r}]
-from compgen.__main__ import main
-main()
 """
 
 
 def script(arguments, at=None, number=signal.SIGINT):
     """Python that runs the command line and sends itself a signal at the nth audit event with a word in it."""
     event, word, nth = at or ("never", "", 1)
-    return SIGNALLED.format(
-        root=str(ROOT), event=event, word=word, nth=nth, number=int(number), arguments=list(map(str, arguments))
-    )
+    return SIGNALLED.format(event=event, word=word, nth=nth, number=int(number)) + code_of(arguments)
 
 
 def run_stopped(arguments, at=None, number=signal.SIGINT, **environment):
-    """Run it in a process of its own."""
+    """Run it in a process of its own, which imports for itself where that is the moment."""
+    code = script(arguments, at, number)
+    if at is None or at[0] != "import":
+        return run_forked(code, **environment)
     return subprocess.run(
-        [sys.executable, "-c", script(arguments, at, number)], capture_output=True, text=True, check=False,
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False,
         timeout=HANGS_S, cwd=ROOT, env={**os.environ, **environment},
     )  # fmt: skip

@@ -5,8 +5,9 @@ Commands import what they work with when they are called: the help, the version 
 
 import sys
 from collections.abc import Callable
+from functools import cache
 from inspect import getdoc
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 import typer.core
@@ -122,10 +123,15 @@ for title, commands in SECTIONS.items():
         _add(name, command)
 
 
+@cache
+def command_group() -> SectionedHelp:
+    """The application with its commands as the parser has them; laying them out takes as long as a small command."""
+    return cast(SectionedHelp, typer.main.get_command(app))
+
+
 def options_of_commands() -> dict[str, set[str]]:
     """The options of each command, by its name."""
-    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     return {
         name: {word for p in command.params for word in (*p.opts, *p.secondary_opts) if word.startswith("-")}
-        for name, command in commands.items()
+        for name, command in command_group().commands.items()
     }

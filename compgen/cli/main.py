@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 import compgen.cli.blas_threads  # noqa: F401  (before numpy is loaded)
-from compgen.cli.app import app, options_of_commands
+from compgen.cli.app import command_group, options_of_commands
 from compgen.cli.screen.messages import UNWRAPPED, print_error, print_refusal, reason_of
 from compgen.cli.screen.streams import let_readers_leave
 from compgen.core import interrupts
@@ -41,7 +41,7 @@ def _exit_code() -> int:
     try:
         width = None if sys.stdout.isatty() else UNWRAPPED
         arguments = _with_help(sys.argv[1:] or ["--help"])
-        code = app(arguments, prog_name="cgen", standalone_mode=False, terminal_width=width) or 0
+        code = command_group()(arguments, prog_name="cgen", standalone_mode=False, terminal_width=width) or 0
         sys.stdout.flush()
         return int(code)
     except (KeyboardInterrupt, typer.Abort):

@@ -33,10 +33,10 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
                 array = array.astype(float, copy=False)
         except (ValueError, TypeError):
             raise ShapeError(f"{type(owner).__name__}.{name}: no array of numbers of shape {shape}; give one") from None
-        expected = tuple(
-            lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, array.shape, strict=False)
-        )
-        if len(shape) != array.ndim or expected != array.shape:
+        fits = len(shape) == array.ndim
+        for length, n in zip(shape, array.shape, strict=False):
+            fits &= n == (lengths.setdefault(length, n) if isinstance(length, str) else length)
+        if not fits:
             raise ShapeError(f"{type(owner).__name__}.{name}: shape {array.shape}, expected {shape}")
         array.flags.writeable = False
         object.__setattr__(owner, name, array)

@@ -9,6 +9,7 @@ particular solution is c + s (t - t_a) - s / rate, for the wave a Re[H exp(i w (
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -106,6 +107,7 @@ def _on_ramp(rate: Array, level: float, slope: float, offset: Array, elapsed: Ar
     return np.asarray(level + slope * t - slope / rate + offset * np.exp(-rate * t))
 
 
+@cache
 def still_air() -> Ambient:
     """Air that stays at the reference temperature."""
     return Ambient(np.zeros(1), np.zeros(1))

@@ -11,10 +11,8 @@ Then the same command runs to its end.
 """
 
 import errno
-import importlib
 import json
 import os
-import pkgutil
 import random
 import re
 import resource
@@ -37,9 +35,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
 import mutants  # noqa: E402
 import seed_journal  # noqa: E402
 from ls_text import cartesian, program  # noqa: E402
-from shipped import quiet  # noqa: E402
+from shipped import load_everything, quiet  # noqa: E402
 
-import compgen  # noqa: E402
 from compgen import __main__ as command_line  # noqa: E402
 from compgen.cli.output_files import study_files  # noqa: E402
 from compgen.identification.identify import identify  # noqa: E402
@@ -54,6 +51,7 @@ WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 SIGNALS = {"SIGKILL": signal.SIGKILL, "SIGTERM": signal.SIGTERM, "SIGINT": signal.SIGINT}
 DISKS = {"no space": errno.ENOSPC, "no permission": errno.EACCES, "broken disk": errno.EIO}
 SITUATIONS = ("new", "own", "foreign")
+COPIES = "copies"  # of what a run has on the disk at each of its steps: what it would leave if it were killed there
 FOREIGN = {"mine.txt": b"mine", "deep/er.txt": b"deep"}
 HANGS_S = 900
 
@@ -110,7 +108,7 @@ def made_inputs(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Stop:
-    """What comes, and when: at a step of writing, after bytes of a file, or after seconds."""
+    """What comes, and when: at a step of writing, after bytes of a file, or after seconds; COPIES changes nothing."""
 
     what: str = ""
     step: int = 0
@@ -200,6 +198,9 @@ def _watch(world: str, book: int, stop: Stop) -> None:
         count += 1
         if not stop.size:
             write(book, f"{event}\n".encode())
+        if stop.what == COPIES:
+            for path in Path(world).glob("*out*"):
+                shutil.copytree(path, Path(world, COPIES, str(count), path.name), symlinks=True)
         if count == stop.step:
             if stop.what in DISKS:
                 raise OSError(DISKS[stop.what], os.strerror(DISKS[stop.what]))
@@ -305,15 +306,6 @@ def faults_of_words(stop: Stop, end: End, killed: bool) -> list[str]:
     if end.code == code and (len(lines) != 1 or len(lines[0]) > 300):
         return [f"exit {end.code}, and says {end.error[:300]!r}"]
     return []
-
-
-def load_everything() -> None:
-    """Import the library here, once: each forked run would do it again."""
-    for module in pkgutil.walk_packages(compgen.__path__, "compgen."):
-        if not module.name.endswith("__main__"):
-            importlib.import_module(module.name)
-    for name in ("casadi", "pinocchio", "ruckig", "plotly.graph_objects", "plotly.offline", "scipy.interpolate"):
-        importlib.import_module(name)
 
 
 def remember_fits() -> None:

@@ -8,6 +8,7 @@ import sys
 import pytest
 from calls import CALLS, LINE, prepare
 from command_line import ENVIRONMENT, run, terminal_output
+from forked import code_of, run_forked
 
 TWICE = {"init", "resume"}  # which say what they have found done
 
@@ -44,10 +45,7 @@ def test_a_title_wider_than_its_table_is_one_line(folder):
 def test_a_reader_that_leaves_at_once_changes_nothing(folder, name):
     reading, writing = os.pipe()
     os.close(reading)
-    command = [sys.executable, "-m", "compgen", *CALLS[name]]
-    done = subprocess.run(
-        command, cwd=folder, env=ENVIRONMENT, stdout=writing, stderr=subprocess.PIPE, text=True, check=False
-    )
+    done = run_forked(code_of(CALLS[name]), cwd=folder, stdout=writing)
     os.close(writing)
     assert (done.returncode, done.stderr) == (0, "")
 
@@ -90,10 +88,7 @@ def test_a_terminal_without_colours_gets_none(folder, variables):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is full")
 @pytest.mark.parametrize("more", [(), ("paths/line_z.toml",), ("--json",)])
 def test_an_output_that_is_full_is_refused(folder, more):
-    command = [sys.executable, "-m", "compgen", "check", LINE, *more]
     with open("/dev/full", "wb") as full:
-        done = subprocess.run(
-            command, cwd=folder, env=ENVIRONMENT, stdout=full, stderr=subprocess.PIPE, text=True, check=False
-        )
+        done = run_forked(code_of(["check", LINE, *more]), cwd=folder, stdout=full.fileno())
     assert done.returncode == 2
     assert done.stderr == "cgen: output: cannot be written: No space left on device; see where it goes\n"

@@ -11,6 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from forked import run_forked
 from shipped import ROOT
 
 from compgen.cli.output_files import publish
@@ -242,7 +243,7 @@ def test_killed_at_every_step_no_program_stands_beside_a_report_of_another(tmp_p
         if foreign:
             (out / "mine").write_text("mine")
         code = KILLED.format(root=str(ROOT), step=step, out=str(out), programs=PROGRAMS, reports=REPORTS, ours=OURS)
-        killed = subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
+        killed = run_forked(code).returncode == -signal.SIGKILL
         files = {n: c for n, c in content(out).items() if n in OURS}
         if foreign:
             assert (out / "mine").read_text() == "mine"

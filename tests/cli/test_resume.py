@@ -33,6 +33,11 @@ def contents(folder):
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
+def on_disk(world):
+    """What is in a folder and beside it, whatever the names of what is half done."""
+    return sorted(p.read_bytes() for place in world.glob("*out*") for p in place.rglob("*") if p.is_file())
+
+
 def changed(before, after):
     return {name for name in {*before, *after} if before.get(name) != after.get(name)}
 
@@ -171,7 +176,10 @@ def test_what_is_no_duration_is_refused(text):
 
 @pytest.mark.parametrize("beside", [{}, {"mine.csv": b"mine"}, {"deep/er.txt": b"deep"}])
 def test_killed_at_any_step_the_old_pages_stand_or_the_new_and_the_next_call_ends_it(made, tmp_path, beside):
-    """Each step of writing by its number; beside a folder of others the next call brings a killed one to its end."""
+    """Each step of writing by its number; beside a folder of others the next call brings a killed one to its end.
+
+    One run is copied at all of its steps. One more is killed half way: it leaves what was copied there.
+    """
     inputs = made.parent.parent / "inputs"
     if not inputs.exists():
         inputs.mkdir()
@@ -190,7 +198,7 @@ def test_killed_at_any_step_the_old_pages_stand_or_the_new_and_the_next_call_end
 
     place = world("whole")
     old = contents(place / "out")
-    whole = kills.run(line, place, kills.Stop())
+    whole = kills.run(line, place, kills.Stop(kills.COPIES))
     assert whole.code == 0, whole.error
     new = contents(place / "out")
     assert len(changed(old, new)) > 3
@@ -198,16 +206,18 @@ def test_killed_at_any_step_the_old_pages_stand_or_the_new_and_the_next_call_end
         assert new[file] == data
     steps = len(whole.steps)
     assert steps > 5
+    assert kills.run(line, world("killed"), kills.Stop("SIGKILL", steps // 2)).code == -9
+    left, copied = (on_disk(tmp_path / name) for name in ("killed", f"whole/{kills.COPIES}/{steps // 2}"))
+    assert left == copied
     ends = set()
     for step in range(1, steps + 1):
-        place = world("killed")
-        end = kills.run(line, place, kills.Stop("SIGKILL", step))
-        assert end.code == -9
+        place = tmp_path / "whole" / kills.COPIES / str(step)
         replace_together.finish_replacing(place / "out")
         after = {n: c for n, c in contents(place / "out").items() if not n.startswith(".compgen-")}
         assert after in (old, new), f"step {step} of {steps}, {whole.steps[step - 1]}: {sorted(changed(old, after))}"
         ends.add(after == new)
     assert ends == {True, False}
+    shutil.copytree(inputs, place / "in")
     assert kills.run(line, place, kills.Stop()).code == 0
     assert contents(place / "out") == new
     assert [p.name for p in place.iterdir() if p.name not in ("in", "out", "stderr")] == []

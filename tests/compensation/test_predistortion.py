@@ -28,6 +28,7 @@ MODELS = pytest.mark.parametrize("motion", [TWO_MEANS, LAG], ids=["two means", "
 IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
 IN_FILE = ["robot.motion.moving_average_ms=[200, 100]", IDENTIFIED]
 PERIOD = 0.008
+FAR = 0.02  # m
 ENABLED = [*IN_FILE, "robot.motion.enabled=true"]
 
 
@@ -55,8 +56,12 @@ def flown(position, speed, fine, means, period=None):
 
 
 def off_path(drawn, path):
-    """Distance of places (M, 3) from the nearest of a path's lines beside its nearest point, (M,)."""
-    nearest, off = cKDTree(path).query(drawn)[1], np.full(len(drawn), np.inf)
+    """Distance of places (M, 3) from the nearest of a path's lines beside its nearest point, (M,).
+
+    Of a place further than ``FAR`` it is that from the path's end: from all points of an arc it would be searched.
+    """
+    nearest, off = cKDTree(path).query(drawn, distance_upper_bound=FAR)[1], np.full(len(drawn), np.inf)
+    nearest = np.minimum(nearest, len(path) - 1)
     for k in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(path) - 2)):
         line = path[k + 1] - path[k]
         share = np.clip(((drawn - path[k]) * line).sum(axis=1) / np.maximum((line**2).sum(axis=1), 1e-18), 0, 1)

@@ -3,13 +3,13 @@
 import os
 import re
 import resource
-import signal
 import subprocess
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from forked import code_of, run_forked
 from ls_text import cartesian, program
 from problems import problem_of
 from shipped import ROOT, path_file, quiet
@@ -143,10 +143,12 @@ def test_waypoints_next_to_each_other_change_nothing_elsewhere(spiral, apart):
     assert np.abs(found.correction - free[rows])[:, :3].max() < SAME
 
 
-def no_room():
-    """What a full disk says: a file may not grow."""
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))
+#: what a full disk says: a file may not grow
+NO_ROOM = """
+import resource, signal
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))
+"""
 
 
 @pytest.mark.parametrize(
@@ -179,11 +181,7 @@ def test_a_full_disk_is_told_in_one_line_and_nothing_is_left_or_lost(tmp_path, c
     if "junit" in command and not older:
         out.parent.mkdir()
         before[out.parent] = True
-    call = [sys.executable, "-m", "compgen", *command.format(out=out, folder=tmp_path).split()]
-    surroundings = {**os.environ, "CC": "no-compiler"}
-    done = subprocess.run(
-        call, cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=no_room, env=surroundings
-    )
+    done = run_forked(NO_ROOM + code_of(command.format(out=out, folder=tmp_path).split()), CC="no-compiler")
     assert (done.returncode, done.stdout) == (2, "")
     told = [line for line in done.stderr.splitlines() if "note: no C compiler" not in line]
     assert len(told) == 1

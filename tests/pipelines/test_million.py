@@ -1,16 +1,13 @@
 """Long programs: what holds at a thousand waypoints holds at a million, and what is refused is refused at once."""
 
-import resource
-import signal
-import subprocess
-import sys
 import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from forked import code_of, run_forked
 from numpy.testing import assert_allclose
-from shipped import ROOT, path_file, quiet
+from shipped import path_file, quiet
 from toolpaths import laid
 
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
@@ -48,9 +45,8 @@ def test_a_million_with_one_out_of_reach_is_named_within_seconds():
 
 
 def test_nothing_is_written_when_a_long_path_leaves_the_reach(tmp_path):
-    call = [sys.executable, "-m", "compgen", "generate", path_file("optic_spiral"), "-o", str(tmp_path / "out"), "-q"]
-    call += ["--set", "path.x_mm=1600", "--set", "path.stepover_mm=40"]
-    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
+    call = ["generate", path_file("optic_spiral"), "-o", tmp_path / "out", "-q", "--set", "path.x_mm=1600"]
+    done = run_forked(code_of([*call, "--set", "path.stepover_mm=40"]))
     assert done.returncode == 3
     assert done.stderr.count("\n") == 1
     assert "waypoint" in done.stderr
@@ -59,13 +55,12 @@ def test_nothing_is_written_when_a_long_path_leaves_the_reach(tmp_path):
 
 def test_a_full_disk_leaves_nothing(tmp_path):
     """A limit on the size of a file stands for the disk that is full."""
-    call = [sys.executable, "-m", "compgen", "generate", path_file("line_y"), "-o", str(tmp_path / "out"), "-q"]
-
-    def limit_files():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
-
-    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=limit_files)
+    limit = """
+import resource, signal
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+"""
+    done = run_forked(limit + code_of(["generate", path_file("line_y"), "-o", tmp_path / "out", "-q"]))
     assert done.returncode == 2
     assert "cannot be written" in done.stderr
     assert not list(tmp_path.iterdir())

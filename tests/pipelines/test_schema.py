@@ -2,13 +2,12 @@
 
 import copy
 import json
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import jsonschema
 import pytest
+from forked import code_of, run_forked
 
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
@@ -185,9 +184,7 @@ def test_what_the_reader_refuses_the_schema_refuses_too(kind, key, value):
 
 def test_the_command_prints_and_writes_what_is_shipped(tmp_path):
     def run(*words):
-        return subprocess.run(
-            [sys.executable, "-m", "compgen", "schema", *words], cwd=ROOT, capture_output=True, text=True, check=False
-        )
+        return run_forked(code_of(["schema", *words]))
 
     for kind, file in SCHEMA_FILES.items():
         assert run(kind).stdout == (ROOT / file).read_text()

@@ -60,14 +60,19 @@ def run(instructions: Instructions, rows: Sequence[Rows], outputs: Sequence[Arra
             last = min(first + BLOCK, stop)
             columns = [_columns(r, first, last) for r in rows]
             for operation, inputs, target in instructions.steps:
-                if operation == ca.OP_INPUT:
+                operate = OPERATIONS.get(operation)
+                if operate is not None and len(inputs) == 2:  # what comes most often first: few rows take no longer
+                    work[target] = operate(work[inputs[0]], work[inputs[1]])
+                elif operate is not None:
+                    work[target] = operate(work[inputs[0]])
+                elif operation == ca.OP_INPUT:
                     work[target] = columns[inputs[0]][inputs[1]]
                 elif operation == ca.OP_OUTPUT:
                     outputs[target[0]][first:last, target[1]] = work[inputs]
                 elif operation == ca.OP_CONST:
                     work[target] = inputs
                 else:
-                    work[target] = OPERATIONS[operation](*(work[i] for i in inputs))
+                    raise KeyError(operation)
 
 
 def _columns(rows: Rows, first: int, last: int) -> Array:

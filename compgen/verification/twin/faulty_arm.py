@@ -119,7 +119,7 @@ class FaultyArm:
         model, data = self.model.copy(), self.model.createData()
         rotation, position = np.empty((len(angles), 3, 3)), np.empty((len(angles), 3))
         for m, q in enumerate(angles):
-            placed = [_se3(_rows(placement, [m])[0]) for placement in placements]
+            placed = [_se3(placement, m) for placement in placements]
             for i, placement in enumerate(placed[:6], 1):
                 model.jointPlacements[i] = placement
             pin.forwardKinematics(model, data, q)
@@ -184,7 +184,7 @@ class FaultyArm:
         data = model.createData()
         for m, q in enumerate(theta - self.robot.pendant_zero):
             pin.forwardKinematics(model, data, q)
-            tcp = data.oMi[6] * self.flange * _se3(_rows(tool, [m])[0])
+            tcp = data.oMi[6] * self.flange * _se3(tool, m)
             position[m] = tcp.translation
             J = pin.computeJointJacobian(model, data, q, 6)  # of joint 6 in its own axes
             tcp_in_wrist = data.oMi[6].actInv(tcp)
@@ -264,8 +264,10 @@ def _constant(placement: pin.SE3) -> Pose:
     return Pose(np.array(placement.translation)[None], np.array(placement.rotation)[None])
 
 
-def _se3(placement: Pose) -> pin.SE3:
-    return pin.SE3(placement.rotation, placement.position)
+def _se3(placement: Pose, sample: int) -> pin.SE3:
+    """A sample of what is given once for all or sample by sample; an object for pinocchio alone."""
+    row = sample if len(placement) > 1 else 0
+    return pin.SE3(placement.rotation[row], placement.position[row])
 
 
 def _compose(first: Pose, second: Pose) -> Pose:
