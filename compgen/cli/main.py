@@ -1,8 +1,8 @@
 """Run the command line: every refusal is one line and an exit code, a wrong call one that names what is near."""
 
-import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 from typing import Any
 
@@ -61,11 +61,9 @@ def _with_help(arguments: list[str]) -> list[str]:
 
 
 def _exit(code: int) -> None:
-    """Exit without Python flushing a stream that is gone."""
-    try:
+    """Exit, also where the output is gone."""
+    with suppress(OSError):
         sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)
 
 

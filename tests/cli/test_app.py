@@ -24,7 +24,8 @@ COMMANDS = (
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """
-import json, sys
+import json, os, sys
+os._exit = sys.exit
 sys.argv[:] = ["cgen", *{arguments!r}]
 from compgen.__main__ import main
 try:

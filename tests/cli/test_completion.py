@@ -13,7 +13,8 @@ from shipped import ROOT
 #: libraries that a key press must not wait for
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 ASKED = """
-import json, sys
+import json, os, sys
+os._exit = sys.exit
 sys.argv[:] = ["cgen"]
 from compgen.__main__ import main
 try:
