@@ -56,6 +56,7 @@ def test_rises_and_time_constants_are_those_of_the_arm(cell):
     assert np.abs(np.log(fitted.law.tau / cell.heat.tau / LAG)).max() < 0.45
     off = np.abs(fitted.law.reference_rise - ratio.mean() * GAIN * cell.heat.reference_rise)
     assert (off < 2 * fitted.sigma).all()
+    assert (fitted.sigma > np.hypot(0.49, 0.05 * fitted.law.reference_rise)).all()  # another program heats otherwise
     assert (fitted.sigma < 0.09 * fitted.law.reference_rise + 0.5).all()
 
 
@@ -104,7 +105,7 @@ def test_a_node_that_was_not_shown_rises_as_before(cell):
     assert fitted.law.reference_rise[3:].tolist() == cell.heat.reference_rise[3:].tolist()
     shared = np.log(fitted.law.tau / cell.heat.tau)
     assert shared[3] == pytest.approx(shared[4])
-    assert shared[:3].min() <= shared[3] <= 0.0  # the lag that all nodes of this arm share
+    assert shared[:3].min() <= shared[3] < -0.2  # the lag that all nodes of this arm share
     assert sum(believed(cell, fitted, day(0, 5.0, zero=2.0, names=names)) for names in (seen, NODES)) == 2
 
 
