@@ -191,8 +191,8 @@ class Code(StrEnum):
         "Check the sensor's contact.", NOTE)
     LOG_MODELLED = ("log.modelled", "identification", "A part has no sensor: its rise is modelled from the others.",
         "Nothing; a sensor there would tell more.", NOTE)
-    LOG_FITTED = ("log.fitted", "identification", "The rise of a part without a sensor was fitted to the poses.",
-        "Nothing; a sensor there would tell more.", NOTE)
+    LOG_FITTED = ("log.fitted", "identification", "How parts of the arm warm was fitted to the log, or to the poses.",
+        "Nothing; a sensor on each part would tell more.", NOTE)
     MOTION_SHORT = ("motion.short", "identification", "The log has too few steady stretches to hold some out.",
         "Log a longer run.", REFUSED)
     MOTION_HELD_OUT = ("motion.held_out", "identification", "The fit is no better than the plain program.",

@@ -22,10 +22,10 @@ from compgen.error_model.uncertain_sources import UncertainSource, source_table
 from compgen.identification.fit import Fit
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot
+from compgen.thermal.law_fit import PLAUSIBLE
 
 PER_DEGREE = 1000  # steps to which the box is widened
 _MEND = "give each source a table [sources.<name>] of its own"
-PLAUSIBLE = 3.0  # sigmas of their priors, beyond which a node's rise and time constant are not believed
 LEAST = 0.1  # share that the measurements determine, below which the file's value stays
 
 
@@ -244,13 +244,22 @@ def sensorless_nodes(model: ArmModel, fitted: Fit, names: Sequence[str]) -> list
 
 def with_sensorless_nodes(text: str, nodes: Sequence[SensorlessNode]) -> str:
     """A robot file with ``rise_K`` and ``tau_h`` of these nodes as fitted; the others stay."""
-    document: Any = tomlkit.parse(text)
     known = {node.name: node for node in nodes if node.is_known}
-    for table in document.get("thermal", {}).get("node", []):
-        node = known.get(str(table["name"]))
-        if node is not None:
-            table["rise_K"], table["tau_h"] = node.written(float(table["rise_K"]), float(table["tau_h"]))
-    return str(tomlkit.dumps(document)) if known else text
+    tables = tomllib.loads(text)["thermal"]["node"] if known else []
+    values = {t["name"]: known[t["name"]].written(t["rise_K"], t["tau_h"]) for t in tables if t["name"] in known}
+    return text_with_nodes(text, {n: {"rise_K": rise, "tau_h": tau} for n, (rise, tau) in values.items()})
+
+
+def text_with_nodes(text: str, values: Mapping[str, Mapping[str, float]]) -> str:
+    """A robot file's text with values of its ``[[thermal.node]]``, by their names; the others stay."""
+    document: Any = tomlkit.parse(text)
+    for table in document["thermal"]["node"] if values else ():
+        for key, value in values.get(str(table["name"]), {}).items():
+            if key in table:
+                table[key] = value
+            else:
+                _append(table, key, _item(value))
+    return str(tomlkit.dumps(document))
 
 
 def sensorless_findings(nodes: Sequence[SensorlessNode], *, is_written: bool) -> list[Finding]:

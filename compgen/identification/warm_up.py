@@ -69,7 +69,7 @@ def with_temperatures(
     findings = [
         *read_findings(log.notes),
         *_lukewarm(log, reference),
-        *_swapped(log, rises, heat),
+        *swapped_sensors(log, rises, heat),
         *_gaps(log, data.time),
     ]
     if filled.loose:
@@ -177,7 +177,7 @@ def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
     return [Finding(Level.WARNING, Code.LOG_WARM, message)]
 
 
-def _swapped(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> Iterator[Finding]:
+def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> Iterator[Finding]:
     """Pairs of sensors whose rises stand in the opposite proportion to the robot file's; air warmer than the arm."""
     highest = {n: float(np.nanquantile(v, 0.95)) for n, v in rises.readings.items()}
     expected = {n: float(heat.reference_rise[heat.names.index(n)]) for n in highest}

@@ -162,9 +162,9 @@ def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
     warmth, zero, log_end = cell.warmth, nothing.heat, open_log_end(cell)
     K = len(cell.heat.names)
     quantities = []
-    if warmth.law:
-        for name, unit in zip(cell.heat.names, np.eye(K), strict=True):
-            heat = replace(zero, rise=warmth.law * unit)
+    if (law := warmth.of_nodes(warmth.law)).any():
+        for name, rise in zip(cell.heat.names, np.diag(law), strict=True):
+            heat = replace(zero, rise=rise)
             quantities.append(Quantity(f"law of {name}", "temperature law", replace(nothing, heat=heat)))
     if warmth.sensors:
         shift = np.full(K, warmth.sensors)

@@ -1,7 +1,8 @@
 r"""Whether the readings of a temperature log contradict each other, the heat model, or what the robot has done.
 
 What is honest has the covariance S of ``log_prior``. A lie is a known course h of unknown size d: a sensor that is off
-from some moment on, or runs away from it, or all of them. By generalised least squares (Aitken 1935)
+from some moment on, or runs away from it, or all of them; or one that shows another part, whose course is that of its
+law. By generalised least squares (Aitken 1935)
 
     d = h^T S^-1 y / h^T S^-1 h,    z = d / sqrt(1 / h^T S^-1 h + FLOOR^2)
 
@@ -105,7 +106,7 @@ def _likeliest(
         z = y / np.sqrt(np.diag(prior.covariance))
         k = int(np.argmax(np.abs(z)))
         return _Lie(float(z[k]), float(y[k]), 0, float(medians.time[k]))
-    sensors, H, last = _courses(medians, len(log.readings))
+    sensors, H, last = _with_other_parts(prior, *_courses(medians, len(log.readings)))
     weight, sigma = _weighed(prior, H)
     size = weight.T @ y
     z = size / sigma
@@ -155,6 +156,15 @@ def _courses(medians: Medians, sensors: int) -> tuple[Array, Array, Array]:
                 courses.append(h)
                 last.append(times[-1])
     return np.array(which), np.array(courses, dtype=float).T, np.array(last)
+
+
+def _with_other_parts(prior: LogPrior, sensors: Array, H: Array, last: Array) -> tuple[Array, Array, Array]:
+    """Lies as ``_courses`` has them, and those of sensors that show another part: more of what the law may miss."""
+    by_law = prior.spread[:, -2 * len(prior.mean_at_end) :]
+    by_law = by_law[:, by_law.any(axis=0)]
+    end = len(by_law) - 1 - np.argmax(by_law[::-1] != 0, axis=0)
+    H = np.hstack([H, by_law / by_law[end, np.arange(len(end))]])
+    return np.append(sensors, prior.medians.which[end]), H, np.append(last, prior.medians.time[end])
 
 
 def _value_at(log: TemperatureLog, name: str, time: float) -> float:

@@ -14,10 +14,10 @@ with a column of Phi for each of
 - the air: a robot that was in balance with other air (``NIGHT``, and half of the way from the air of the plan to that
   of the log), air at the arm other than at its sensor (``DRAUGHT``);
 
-of Psi for the law: each node by itself, ``thermal.uncertainty.law_K`` and ``LAW`` of its rise, in proportion to the
-warmth; of Omega for the sensors: the offset ``sensors_K`` that all share, and half of it each; and in R the scatter of
-the readings, what their last digit hides, and ``MISFIT`` of the law from stretch to stretch. Sizes without a source are
-[assumed].
+of Psi for the law: each node by itself, ``thermal.uncertainty.law_K`` and ``LAW`` of its rise, or its own ``law_K``
+where a warm-up told it, in proportion to the warmth; of Omega for the sensors: the offset ``sensors_K`` that all share,
+and half of it each; and in R the scatter of the readings, what their last digit hides, and ``MISFIT`` of the law from
+stretch to stretch. Sizes without a source are [assumed].
 """
 
 from dataclasses import dataclass
@@ -107,7 +107,7 @@ def prior_of(
         expected: By the history of the robot; None: it is not known.
     """
     names, K = list(log.readings), len(heat.names)
-    medians = _medians(log, _edges(log.time))
+    medians = medians_of(log)
     n = len(medians.value)
     sensed = np.array([heat.names.index(names[k]) for k in medians.which.astype(int)])
     rows = np.append(sensed, np.arange(K))  # of the readings, then of all rises at the end
@@ -116,7 +116,8 @@ def prior_of(
     level = _level(medians, heat, sensed, log)
     mean, Phi = _law(log, heat, warmth, grid, level, expected)
     known_to = warmth.law if heat.law is not None else max(warmth.law, LEFT_OUT)
-    by_law = np.eye(K)[rows] * np.hypot(known_to, LAW * np.abs(heat.reference_rise)) * level
+    of_class = np.hypot(known_to, LAW * np.abs(heat.reference_rise))
+    by_law = np.eye(K)[rows] * warmth.of_nodes(of_class) * level
     spread = np.hstack([Phi[place, rows], by_law, by_law * -np.expm1(-time[:, None] / warmth.lag)])
     sensors = np.hstack([np.full((n, 1), warmth.sensors), EACH * warmth.sensors * np.eye(K)[sensed]])
     covariance = spread[:n] @ spread[:n].T + sensors @ sensors.T + np.diag(medians.sigma**2)
@@ -197,8 +198,9 @@ def _edges(time: Array) -> Array:
     return np.unique(np.concatenate([np.linspace(time[0], time[-1], count + 1)[1:], recent]))
 
 
-def _medians(log: TemperatureLog, edges: Array) -> Medians:
-    rows = []
+def medians_of(log: TemperatureLog) -> Medians:
+    """Medians of a log's stretches, with what their readings scatter by."""
+    rows, edges = [], _edges(log.time)
     for k, values in enumerate(log.readings.values()):
         valid = np.isfinite(values)
         t, v = log.time[valid], values[valid]

@@ -114,11 +114,9 @@ def filter_of(
         night: By which the whole arm may be warmer than planned, as its air is [K].
         air: By which the air may be warmer than planned from then on [K].
     """
-    K = len(warmth.lag)
-    law = steady_miss(warmth, np.full(K, warmth.law))
-    return RiseFilter(
-        lag=warmth.lag, law=law, start=np.full(K, np.hypot(warmth.law, start)), sensors=sensors, night=night, air=air
-    )
+    known_to = warmth.of_nodes(warmth.law)
+    law = steady_miss(warmth, known_to)
+    return RiseFilter(lag=warmth.lag, law=law, start=np.hypot(known_to, start), sensors=sensors, night=night, air=air)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

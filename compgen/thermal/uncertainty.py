@@ -45,9 +45,15 @@ class ThermalUncertainty:
     idle: float  # of the build-up while standing with the servo on
     expansion: Interval | None = None  # true over the file's coefficient, less one; None: the sources' priors
     growth: Mapping[str, Interval] = field(default_factory=dict)  # of a length by another profile, less one
+    own: Array | None = None  # (K,) [K] in place of ``law``, of nodes fitted to a warm-up; nan: of the others
     is_assumed: bool = False  # the file says nothing
     start: Array | None = None  # (K, K) [K] F, covariance F F^T of the rises that a log ends with; None: no log
     hidden: Array | None = None  # (L, K) [K] by which a sensor may shift those rises and not be contradicted
+
+    def of_nodes(self, others: Array | float) -> Array:
+        """How well each node's rise is known by the law, (K,) [K]: its own, else as others are."""
+        rest = np.full(len(self.lag), others)
+        return rest if self.own is None else np.where(np.isnan(self.own), rest, self.own)
 
     def begun(self, covariance: Array, hidden: Array) -> "ThermalUncertainty":
         """With what a log leaves open of the rises that it ends with, (K, K) [K^2], and what it hides, (L, K) [K]."""

@@ -32,6 +32,7 @@ from compgen.core.pose import Pose  # noqa: E402
 from compgen.identification.identify import identify  # noqa: E402
 from compgen.identification.model import SymbolicSource, build_model  # noqa: E402
 from compgen.pipelines.files.robot_file import arm_of, load_arm  # noqa: E402
+from compgen.pipelines.measure.fitted_law import with_law_of  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
 from compgen.robot.joint_path import follow_branch  # noqa: E402
@@ -162,6 +163,7 @@ def run(seed, sensors=NODES, robot=None):
         nominal = load_arm(robot or robot_file(folder))
         site = Site(seed, nominal.robot)
         cold, warm, log = campaign_files(site, seed, folder, sensors)
+        nominal = with_law_of(nominal, log, "start") if sensors else nominal
         files = MeasurementFiles(poses=[cold], warm_up=[warm], log=log if sensors else None)
         data, _ = read_measurements(nominal, files, force=False)
         start = time.perf_counter()

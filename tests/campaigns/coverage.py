@@ -34,6 +34,7 @@ from compgen.error_model.direction_memory import DirectionState  # noqa: E402
 from compgen.error_model.model import build_error_model  # noqa: E402
 from compgen.job.uncertainty import JobUncertainty, quantities_of_cell  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm, load_cell  # noqa: E402
+from compgen.pipelines.measure.fitted_law import with_law_of  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements  # noqa: E402
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
@@ -68,6 +69,7 @@ def run(seed):
         nominal = load_arm(robot_file(folder))
         site = Site(seed, nominal.robot)
         cold, warm, log = campaign_files(site, seed, folder, NODES)
+        nominal = with_law_of(nominal, log, "start")
         data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), force=False)
         result = identify_arm(nominal, data, True)
         text, posterior = identified_texts(nominal, result, [cold, warm, log], f"mine{POSTERIOR}")

@@ -36,6 +36,7 @@ from compgen.core.rotations import from_wpr, rotation_matrix  # noqa: E402
 from compgen.core.units import DEG, MM, UM  # noqa: E402
 from compgen.pipelines.files.path_file import load_job  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.measure.fitted_law import with_law_of  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
 from compgen.pipelines.measure.teach_frame import frame_text, teach_frame  # noqa: E402
 from compgen.pipelines.planned.generate import generate  # noqa: E402
@@ -211,6 +212,7 @@ def trial(seed, runs=RUNS, folder=None):
     site.arm = arm = TrueArm(seed)
     rng = np.random.default_rng([seed, 31])
     cold, warm, log = arms.campaign_files(site, seed, folder, NODES)
+    nominal = with_law_of(nominal, log, "start")
     files = MeasurementFiles(poses=[cold, reversals_file(site, folder, rng)], warm_up=[warm], log=log)
     data, _ = read_measurements(nominal, files, force=False)
     result = arms.identify_arm(nominal, data, True)

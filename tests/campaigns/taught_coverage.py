@@ -35,6 +35,7 @@ from compgen.core.units import UM  # noqa: E402
 from compgen.job.motion_plan import plan_motion  # noqa: E402
 from compgen.pipelines.files.path_file import load_job  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
+from compgen.pipelines.measure.fitted_law import with_law_of  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_texts, read_measurements  # noqa: E402
 from compgen.pipelines.measure.teach_frame import frame_text, teach_frame  # noqa: E402
 from compgen.pipelines.planned.generate import find_correction  # noqa: E402
@@ -52,6 +53,7 @@ def robot_of(site, seed, folder):
     if not (folder / "mine.toml").exists():
         nominal = load_arm(arms.robot_file(folder))
         cold, warm, log = arms.campaign_files(site, seed, folder, NODES)
+        nominal = with_law_of(nominal, log, "start")
         data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), force=False)
         result = arms.identify_arm(nominal, data, True)
         text, posterior = identified_texts(nominal, result, [cold, warm, log], f"mine{POSTERIOR}")

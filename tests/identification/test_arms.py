@@ -18,6 +18,7 @@ from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import active_in_groups
 from compgen.identification.warm_up import CLOCK_SHIFTS
 from compgen.pipelines.files.robot_file import arm_of, load_arm
+from compgen.pipelines.measure.fitted_law import with_law_of
 from compgen.pipelines.measure.identification_files import MeasurementFiles, identified_robot_text, read_measurements
 from compgen.robot.kinematics import flange_pose
 
@@ -31,6 +32,7 @@ def identified(tmp_path_factory):
     nominal = load_arm(robot_file(folder))
     site = Site(SEED, nominal.robot)
     cold, warm, log = campaign_files(site, SEED, folder, NODES)
+    nominal = with_law_of(nominal, log, "start")
     data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), force=False)
     result = identify_arm(nominal, data, True)
     text = identified_robot_text(nominal, result, [cold, warm, log])

@@ -151,7 +151,7 @@ def identify(
     from compgen.pipelines.measure import identification_files as pipeline
 
     files = measured.files(warm_up, lines)
-    arm = pipeline.arm_to_identify(robot)
+    arm = pipeline.arm_to_identify(robot, files.log, measured.reference)
     default = Path("outputs") / "identify" / f"{arm.robot.name}.toml"
     target = robot_file_place(output, default, Command.IDENTIFY, IDENTIFIED, page, date)
     with show_progress(quiet=screen.is_silent) as progress:

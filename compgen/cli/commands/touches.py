@@ -137,7 +137,8 @@ def teach_frame(
     """
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure import teach_frame as teaching
-    from compgen.pipelines.measure.identification_files import artefact_of_touches, rise_reference
+    from compgen.pipelines.measure.fitted_law import rise_reference
+    from compgen.pipelines.measure.identification_files import artefact_of_touches
     from compgen.program.frames import default_frames, load_frames
 
     touches = opt.given("--touches", touches, "the CSV of touches")

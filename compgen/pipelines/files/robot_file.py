@@ -76,6 +76,7 @@ class Arm:
     robot: Robot
     nodes: tuple[str, ...]  # of the heat model; none without one
     heat: ArmHeat | None
+    warmth: ThermalUncertainty  # how well that is known
     sensors: Mapping[str, str]  # part_<n> of a temperature log to the name of a rise
     known: tuple[UncertainSource, ...]
     identified: IdentifiedTable | None
@@ -108,7 +109,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     """
     facts = check(RobotFile, data, where)
     robot = _nominal(facts, where)
-    heat, _, growth, _ = _warmth(facts, robot, where)
+    heat, _, growth, warmth = _warmth(facts, robot, where)
     nodes = heat.names if facts.thermal else ()
     arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
     return Arm(
@@ -117,6 +118,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
         robot=robot,
         nodes=nodes,
         heat=heat if facts.thermal else None,
+        warmth=warmth,
         sensors=facts.thermal.sensors if facts.thermal else {},
         known=read_sources(facts.sources, arm, where),
         identified=facts.identified,

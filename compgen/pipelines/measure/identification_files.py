@@ -41,8 +41,8 @@ from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.job.tables import IdentifiedTable
 from compgen.pipelines.files.robot_file import Arm, arm_of, load_arm
 from compgen.pipelines.files.schema import SCHEMA_FILES, robot_schema
+from compgen.pipelines.measure.fitted_law import rise_reference, with_law_of
 from compgen.program.frames import default_frames, load_frames
-from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 #: of an arm whose robot file gives no masses
 WITHOUT_LOADS = (
@@ -59,12 +59,24 @@ NETWORK_LOADS = (
 MASSES = ("link_kg", "link_centre_mm", "payload_kg", "payload_centre_mm")
 
 
-def arm_to_identify(name: str) -> Arm:
-    """A robot with the masses by which it sags: its own, else those of its thermal network, written out in its text.
+def arm_to_identify(name: str, log: str | None = None, reference: str = "start") -> Arm:
+    """A robot with the masses by which it sags, and the law by which it warms, written out in its text.
+
+    Its masses are its own, else those of its thermal network; its law is fitted to the log of its warm-up.
+
+    Args:
+        name: Of the robot, or its file.
+        log: Temperatures.
+        reference: What rises in it count from.
 
     Raises:
-        InputError: Unknown, or anything wrong in its file.
+        InputError: Unknown, or anything wrong in a file.
     """
+    arm = _arm_with_masses(name)
+    return arm if log is None else with_law_of(arm, log, reference)
+
+
+def _arm_with_masses(name: str) -> Arm:
     arm = load_arm(name)
     network = tomllib.loads(arm.text).get("thermal", {}).get("network")
     if arm.facts.loads.have_weight or not network:
@@ -173,21 +185,6 @@ def _read_touches(arm: Arm, files: MeasurementFiles, *, lenient: bool, frames_kn
         rows = read_touches(file, arm.robot, artefact, uframes)
         parts.append(touch_rows(rows, artefact, arm.robot, len(arm.nodes), force=lenient, frames_known=frames_known))
     return parts
-
-
-def rise_reference(text: str) -> Reference:
-    """What rises count from, as an option says it."""
-    if text in ("start", "ambient"):
-        return "start" if text == "start" else "ambient"
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not COLDEST <= value <= HOTTEST:
-        raise InputError(
-            f"--reference {quote_cell(text, 'as given')}: must be start, ambient, or {COLDEST:g} to {HOTTEST:g} degC"
-        )
-    return value
 
 
 def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:

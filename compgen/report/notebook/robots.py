@@ -150,7 +150,13 @@ def identify(
     )
     if not (files.poses or files.warm_up or files.distances or files.touches):
         raise InputError("--poses: missing; give at least one CSV of measured poses, or --distances, or --touches")
-    identified = _identified(arm_to_identify(name), files, _reference(reference), progress_of(progress), force=force)
+    identified = _identified(
+        arm_to_identify(name, log, _reference(reference)),
+        files,
+        _reference(reference),
+        progress_of(progress),
+        force=force,
+    )
     logger.info("%r", identified)
     log_findings(identified.name, identified.result.findings)
     return identified

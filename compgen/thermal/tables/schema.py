@@ -199,6 +199,8 @@ class NodeTable(Table):
     """Exponent of the feed in the steady rise."""
     tau_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
     """Time constant."""
+    law_K: Kelvins | None = None
+    """Error of its rise by a law that was fitted to this arm, in place of thermal.uncertainty.law_K."""
 
 
 class StateTable(Table):

@@ -62,6 +62,7 @@ def uncertainty_of(
         idle=thermal.idle_fraction,
         expansion=expansion,
         growth=growth,
+        own=None if is_network else np.array([np.nan if n.law_K is None else n.law_K for n in thermal.node]),
         is_assumed=not table.model_dump(exclude={"provenance"}, exclude_defaults=True),
     )
 
