@@ -25,7 +25,7 @@ ACCEPTED = MotionEvidence(
 TWO_MEANS = ControllerMotion(moving_averages=(0.2, 0.1), enabled=True, evidence=ACCEPTED)
 LAG = ControllerMotion(first_orders=(0.05,), enabled=True, evidence=ACCEPTED)
 MODELS = pytest.mark.parametrize("motion", [TWO_MEANS, LAG], ids=["two means", "first order"])
-IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted", runs_began="both"}'
 IN_FILE = ["robot.motion.moving_average_ms=[200, 100]", IDENTIFIED]
 PERIOD = 0.008
 ENABLED = [*IN_FILE, "robot.motion.enabled=true"]

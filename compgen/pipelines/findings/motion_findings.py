@@ -29,7 +29,7 @@ from compgen.job.bounds import Bounds
 from compgen.job.job import Job
 from compgen.planning.tables import MAX_LEAD
 from compgen.planning.toolpath import ToolPath
-from compgen.robot.motion import ControllerMotion, MotionVerdict
+from compgen.robot.motion import ControllerMotion, MotionEvidence, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
 from compgen.verification.motion_effect import HALF, MotionEffect
 from compgen.verification.twin.controller.smoothing import moments, settling_time
@@ -86,14 +86,15 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         left = "" if at_half is None else f": there {_um(at_half)} um are left on the part"
         message = (
             f"the program is made for 100 % override: it is commanded up to {size} um off its path against {WHAT} "
-            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}; it "
-            "holds where the logged runs began as this program's do, with a line longer or shorter than the means"
+            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}"
         )
         return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
     message = (
         f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}; it "
         f"is part of the errors, and not commanded against: {_why_not(effect.motion)}"
     )
+    if effect.motion.unlogged:
+        return [Finding(Level.WARNING if effect.motion.enabled else level, Code.MOTION_RUNS, message)]
     return [Finding(level, Code.MOTION_KNOWN, message)]
 
 
@@ -101,6 +102,8 @@ def _why_not(motion: ControllerMotion) -> str:
     """Why nothing is commanded against a known motion, with the mend."""
     if motion.evidence is None:
         why = "its numbers are not from a log: run cgen identify-motion, then set motion.enabled = true"
+    elif motion.unlogged:
+        why = _unlogged(motion.evidence)
     elif motion.evidence.verdict is MotionVerdict.FORETELLS:
         why = "its [motion.identified] foretells and no more: log another run for cgen identify-motion"
     elif not motion.evidence.accepted:
@@ -108,6 +111,14 @@ def _why_not(motion: ControllerMotion) -> str:
     else:
         why = "motion.enabled is false"
     return why
+
+
+def _unlogged(evidence: MotionEvidence) -> str:
+    """That runs began otherwise in the log, or that the file does not say how, with the mend."""
+    if not evidence.runs_began:
+        return "[motion.identified] has no runs_began: run cgen identify-motion again with its log"
+    other = "long" if RunBeginning.SHORT in evidence.runs_began else "short"
+    return f"its runs begin with a {other} line, and no logged one did: log the program of cgen plan-motion-log"
 
 
 def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bounds) -> list[Finding]:
@@ -127,7 +138,10 @@ def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bound
         f"{WHAT} as [motion] has it ({motion_words(effect.motion)}) leads the tool up to {_um(effect.largest)} um off "
         f"the written path ({_place(effect)}), beside the error after correction; nothing is commanded against it"
     )
-    return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_KNOWN, message)]
+    level, evidence = Level.WARNING if beyond else Level.NOTE, effect.motion.evidence
+    if effect.motion.unlogged and evidence is not None:
+        return [Finding(level, Code.MOTION_RUNS, f"{message}; {_unlogged(evidence)}")]
+    return [Finding(level, Code.MOTION_KNOWN, message)]
 
 
 def _place(effect: MotionEffect) -> str:
@@ -162,12 +176,13 @@ def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tupl
     if effect is None:
         return tuple(replace(row, size=None, origin=NOT_LOOKED_AT) if row.what == WHAT else row for row in unknown)
     evidence = effect.motion.evidence
-    if effect.known and evidence is not None and evidence.accepted:
+    if effect.known and evidence is not None and evidence.accepted and not effect.motion.unlogged:
         return tuple(row for row in unknown if row.what != WHAT)
     if effect.expected is not None:
         origin, size = BASIS[effect.expected.evidence], (effect.lowest, effect.highest)
     else:
-        origin = f"computed for this path: {motion_words(effect.motion)}, as [motion] has it"
+        otherwise = " of runs that begin otherwise" if effect.motion.unlogged else ""
+        origin = f"computed for this path: {motion_words(effect.motion)}, as [motion] has it{otherwise}"
         size = 0.0, effect.largest
     expected = None if effect.known else effect.largest
     return tuple(

@@ -14,6 +14,7 @@ arm.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
@@ -23,7 +24,14 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
-from compgen.verification.twin.controller.command import Command, CommandClock, WrittenPath, command_at, command_clock
+from compgen.verification.twin.controller.command import (
+    Command,
+    CommandClock,
+    WrittenPath,
+    command_at,
+    command_clock,
+    first_statements,
+)
 from compgen.verification.twin.controller.smoothing import coarser, moments, settling_time, smooth
 from compgen.verification.twin.nominal_arm import LENGTHS, build_grown_pose
 
@@ -67,7 +75,9 @@ def motion_deviation(
     places_only: bool = False,
     blocks: BoolArray | None = None,
 ) -> MotionDeviation | None:
-    """Where the controller's motion leads the tool; None where nothing is smoothed or nothing is known of it.
+    """Where the controller's motion leads the tool, in each run by the windows that it has.
+
+    None where nothing is smoothed or nothing is known of it; a run of a single segment has no bend.
 
     Args:
         robot: With its motion and interpolation period.
@@ -82,6 +92,40 @@ def motion_deviation(
     known = robot.motion
     if known is None or not known.is_smooth:
         return None
+
+    def flown(motion: ControllerMotion) -> MotionDeviation:
+        return _led_by(
+            motion, replace(robot, motion=motion), tool, path, (counts, blocks), override, places_only=places_only
+        )
+
+    usual = flown(known.in_run(0.0))
+    long, segments = first_statements(robot, path, override) > known.long, np.diff(np.flatnonzero(path.program.fine))
+    if not known.after_long or not (long & (segments > 1)).any():
+        return usual
+    other = flown(known.in_run(inf))
+    places = np.repeat(np.repeat(long, segments), counts)
+    places = np.append(places, places[-1])
+    turn = [np.zeros_like(led.across) if led.turn is None else led.turn for led in (usual, other)]
+    return MotionDeviation(
+        frozen(np.where(places[:, None], other.across, usual.across)),
+        frozen(np.where(places, other.along, usual.along)),
+        None if usual.turn is None and other.turn is None else frozen(np.where(places[:, None], turn[1], turn[0])),
+        max(usual.lag, other.lag),
+    )
+
+
+def _led_by(
+    known: ControllerMotion,
+    robot: Robot,
+    tool: Pose,
+    path: WrittenPath,
+    places: tuple[IntArray, BoolArray | None],
+    override: float,
+    *,
+    places_only: bool,
+) -> MotionDeviation:
+    """By one motion, the robot's, in all runs; of how many places of each segment, in which blocks of time."""
+    counts, blocks = places
     motion = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
     step, arc = _step(robot, path, motion), path.arcs()
     turned = np.zeros((0, 3)) if places_only else path.turned()
