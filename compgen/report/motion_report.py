@@ -37,6 +37,8 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             "space": motion.space,
             "moving_average_ms": [t / MS for t in motion.moving_averages],
             "first_order_ms": [t / MS for t in motion.first_orders],
+            "after_long_ms": [t / MS for t in motion.after_long],
+            "runs_began": sorted(identified.runs_began),
             "interval_ms": (identified.intervals / MS).tolist(),
             "sigma_ms": (identified.sigma / MS).tolist(),
             "whole_periods": run.clock.rounded,
@@ -91,11 +93,14 @@ def _speeds(stretch: SpeedStretch) -> dict[str, Any]:
 def motion_sentences(summary: dict[str, Any]) -> list[str]:
     """The result in a few sentences."""
     motion, held = summary["motion"], summary["held_out"]
-    times = [*motion["moving_average_ms"], *motion["first_order_ms"]]
-    words = ", ".join(
+    times = [*motion["moving_average_ms"], *motion["first_order_ms"], *motion["after_long_ms"]]
+    each = [
         f"{time:.1f} ms ({low:.1f} to {high:.1f})"
         for time, (low, high) in zip(times, motion["interval_ms"], strict=False)
-    )
+    ]
+    after_long = len(motion["after_long_ms"])
+    words = ", ".join(each[: len(each) - after_long])
+    words += f"; in runs that begin with a long line {', '.join(each[-after_long:])}" if after_long else ""
     low, high = motion["sigma_ms"]
     return [
         f"{motion['kind']}{f': {words}' if words else ''}; sigma {low:.2f} to {high:.2f} ms (95 %)",

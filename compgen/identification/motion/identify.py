@@ -31,7 +31,7 @@ from compgen.identification.motion.fit import (
 )
 from compgen.identification.motion.speeds import SpeedStretch
 from compgen.identification.motion.windows import BEFORE_STOP, Window, keeps_law, residuals, retimed, windows_of
-from compgen.robot.motion import ControllerMotion, MotionVerdict
+from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 
@@ -54,6 +54,7 @@ DRAWS = 400  # of the fitted numbers, for intervals of the times
 LEAST_BLOCKS = 6
 SCANNED = np.geomspace(3e-3, 0.3, 24)  # [s] sigma of a moving mean, tried where none is seen
 BLIND = 0.02  # [s] sigma: a log that leaves more possible has not looked
+SURELY_LONG = 1.5  # of the smoothing that was fitted to runs of both beginnings: it is longer than the one of each
 KNOWN = 0.1  # of a time, or one interpolation period: how well it must be known, 95 %
 
 
@@ -77,11 +78,12 @@ class IdentifiedMotion:
     slowed: float  # share of the rows that are left out, where the motion was slowed down
     findings: tuple[Finding, ...]
     speeds: tuple[SpeedStretch, ...] = ()  # at a corner and at a stop
+    runs_began: frozenset[RunBeginning] = frozenset()  # of those whose bends it explains
 
     @property
     def limit(self) -> float:
         """What blocks held out may leave for programs to be commanded against it [m]."""
-        return max(LEFT * (self.plain - self.held_out), NOISE_MULTIPLE * self.noise + FLOOR)
+        return limit_of(self.plain, self.held_out, self.noise)
 
     @property
     def verdict(self) -> MotionVerdict:
@@ -90,6 +92,11 @@ class IdentifiedMotion:
         if Level.REFUSED in levels:
             return MotionVerdict.REJECTED
         return MotionVerdict.FORETELLS if Level.WARNING in levels else MotionVerdict.COMMANDABLE
+
+
+def limit_of(plain: float, left: float, noise: float) -> float:
+    """What a controller may leave of what the plain program leaves, to be commanded against [m]."""
+    return max(LEFT * (plain - left), NOISE_MULTIPLE * noise + FLOOR)
 
 
 def identify(
@@ -108,7 +115,7 @@ def identify(
         noise: Of the log's positions, of one coordinate [m].
         progress: Called with the share done.
     """
-    whole = np.concatenate([w.block for w in windows])
+    _, whole = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
     kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool))
     kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]
@@ -170,11 +177,34 @@ def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
 
 
 def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose) -> ControllerMotion:
-    """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time."""
-    block = np.concatenate([w.block for w in windows])
-    clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
-    clear = clear if clear.any() else np.ones_like(clear)
-    return fit_kind(FIRST, lambda motion: residuals(windows, robot, tool, motion), clear, block).motion
+    """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time.
+
+    Two for runs that begin short and two for those that begin long, where these explain the log a lot better.
+    """
+
+    def fit(some: Sequence[Window]) -> ControllerMotion:
+        block = np.concatenate([w.block for w in some])
+        clear = np.concatenate([w.ramp < BEFORE_STOP for w in some])
+        clear = clear if clear.any() else np.ones_like(clear)
+        return fit_kind(FIRST, lambda motion: residuals(some, robot, tool, motion), clear, block).motion
+
+    alike = fit(windows)
+    begun = by_beginning(windows, alike)
+    if len(begun) < len(RunBeginning):
+        return alike
+    short, long = (fit(begun[beginning]) for beginning in RunBeginning)
+    apart = replace(short, after_long=long.moving_averages)
+    left, better = (rms(residuals(windows, robot, tool, motion)) for motion in (alike, apart))
+    return apart if better < RETIMED * left else alike
+
+
+def by_beginning(windows: Sequence[Window], motion: ControllerMotion) -> dict[RunBeginning, list[Window]]:
+    """Windows by how their runs begin, those that surely do, where a motion was fitted to some of them or all."""
+    begun = {
+        RunBeginning.SHORT: [w for w in windows if w.first <= motion.long],
+        RunBeginning.LONG: [w for w in windows if w.first > SURELY_LONG * motion.long],
+    }
+    return {beginning: some for beginning, some in begun.items() if some}
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:

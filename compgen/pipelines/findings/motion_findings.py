@@ -116,7 +116,7 @@ def _why_not(motion: ControllerMotion) -> str:
 def _unlogged(evidence: MotionEvidence) -> str:
     """That runs began otherwise in the log, or that the file does not say how, with the mend."""
     if not evidence.runs_began:
-        return "[motion.identified] has no runs_began: run cgen identify-motion again with its log"
+        return "no runs_began in [motion.identified]: run cgen identify-motion again, best on cgen plan-motion-log"
     other = "long" if RunBeginning.SHORT in evidence.runs_began else "short"
     return f"its runs begin with a {other} line, and no logged one did: log the program of cgen plan-motion-log"
 
