@@ -106,6 +106,20 @@ def commanded(position, speed=0.2, stops=()):
     )
 
 
+@pytest.mark.parametrize(
+    ("lasts", "windows"), [(0.1, (0.2, 0.1)), (0.39, (0.2, 0.1)), (0.4, (0.3, 0.1)), (2.0, (0.3, 0.1))]
+)
+def test_each_run_is_commanded_for_the_windows_that_go_with_how_long_its_first_statement_lasts(robot, lasts, windows):
+    both, own = replace(TWO_MEANS, after_long=(0.3, 0.1)), replace(TWO_MEANS, moving_averages=windows)
+    path = commanded(on_circle(0.65), stops=(1500,))
+    first = np.array([0.1, lasts])
+    shift = predistortion(replace(robot, motion=both), IDENTITY, replace(path, first=first), 3e-3)
+    for half, motion in ((slice(0, 1501), TWO_MEANS), (slice(1500, None), own)):
+        assert_allclose(
+            shift[half], predistortion(replace(robot, motion=motion), IDENTITY, path, 3e-3)[half], atol=1e-12
+        )
+
+
 def on_circle(radius, N=3000):
     angle = np.linspace(0, 2 * np.pi, N)
     return radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(N)])

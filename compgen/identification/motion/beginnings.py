@@ -57,7 +57,8 @@ def identify_runs(
         if plain > limit_of(0.0, 0.0, noise):
             explained[beginning] = left <= limit_of(plain, left, noise)
     began = frozenset(beginning for beginning, is_so in explained.items() if is_so)
-    if len(begun) == len(RunBeginning) and len(began) < len(explained):
+    serves_all = whole.verdict is MotionVerdict.COMMANDABLE and len(began) == len(explained)
+    if len(begun) == len(RunBeginning) and not serves_all:
         enough = {beginning: some for beginning, some in begun.items() if _blocks(some) >= LEAST_BLOCKS}
         fits = {beginning: identify(some, robot, tool, noise) for beginning, some in enough.items()}
         known = [beginning for beginning, fit in fits.items() if fit.verdict is MotionVerdict.COMMANDABLE]

@@ -54,7 +54,7 @@ DRAWS = 400  # of the fitted numbers, for intervals of the times
 LEAST_BLOCKS = 6
 SCANNED = np.geomspace(3e-3, 0.3, 24)  # [s] sigma of a moving mean, tried where none is seen
 BLIND = 0.02  # [s] sigma: a log that leaves more possible has not looked
-SURELY_LONG = 1.5  # of the smoothing that was fitted to runs of both beginnings: it is longer than the one of each
+SURELY_LONG = 1.4  # of a smoothing that may be that of short runs: of long ones it is up to 1.31 times as long
 KNOWN = 0.1  # of a time, or one interpolation period: how well it must be known, 95 %
 
 
