@@ -106,7 +106,7 @@ def began(how, verdict="accepted"):
 @pytest.mark.parametrize(("how", "moves", "commanded", "words"), [
     ("short", "lines", True, ""), ("both", "lines", True, ""), ("both", "arcs", True, ""),
     ("long", "lines", False, "its runs begin with a short line, and no logged one did: log the program of cgen plan-"),
-    (None, "lines", False, "[motion.identified] has no runs_began: run cgen identify-motion again with its log"),
+    (None, "lines", False, "no runs_began in [motion.identified]: run cgen identify-motion again, best on cgen plan-"),
 ])  # fmt: skip
 def test_runs_that_begin_as_no_logged_one_did_are_not_commanded_and_stay_unknown(how, moves, commanded, words):
     """Lines of the circle last 16 ms each, means 300."""
@@ -119,6 +119,7 @@ def test_runs_that_begin_as_no_logged_one_did_are_not_commanded_and_stay_unknown
     assert finding.level is Level.WARNING
     assert bool(row(summary)) is not commanded
     assert words in finding.message
+    assert " ... " not in finding.message
     left = corrected.deviation.on_part["total"].max * 1e6
     assert left < 13 if commanded else left == pytest.approx(pull_um(200, 100), abs=DIGITS_UM)
     predicted = job_summary(generate.predict(load_job(path_file("circle_1300"), None, sets), quiet), None)

@@ -11,22 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import rms
-from compgen.core.codes import Code, Level
-from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.identification.motion.identify import (
-    FIRST,
-    LEAST_BLOCKS,
-    IdentifiedMotion,
-    by_beginning,
-    identify,
-    limit_of,
-)
+from compgen.identification.motion.identify import FIRST, LEAST_BLOCKS, IdentifiedMotion, identify, limit_of
 from compgen.identification.motion.windows import Window, keeps_law, residuals
 from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
 
-MORE = "the program of cgen plan-motion-log has runs of both"
+SURELY_LONG = 1.4  # of a smoothing that may be that of short runs: of long ones it is up to 1.31 times as long
 
 
 def identify_runs(
@@ -46,64 +37,47 @@ def identify_runs(
         progress: Called with the share done.
     """
     whole = identify(windows, robot, tool, noise, progress)
-    explained = dict[RunBeginning, bool]()
-    begun = by_beginning(windows, whole.motion) if whole.chosen.kind.count else {}
+    if not whole.chosen.kind.count:
+        return whole
+    first, long = np.array([w.first for w in windows]), whole.motion.long
+    begins = {RunBeginning.SHORT: first <= long, RunBeginning.LONG: first > SURELY_LONG * long}
+    begun = {each: [windows[int(k)] for k in np.flatnonzero(does)] for each, does in begins.items() if does.any()}
+    told = {beginning: _explains(whole, some, robot, tool) for beginning, some in begun.items()}
+    whole = replace(whole, runs_began=frozenset(beginning for beginning, explained in told.items() if explained))
+    if len(begun) < len(begins) or (whole.verdict is MotionVerdict.COMMANDABLE and False not in told.values()):
+        return whole
+    known = list[IdentifiedMotion]()
     for beginning, some in begun.items():
-        kept = keeps_law(some, robot, tool, whole.motion)
-        plain, left = (
-            rms(residuals(some, robot, tool, motion)[kept, :3]) * float(np.sqrt(3 / 2))  # of one coordinate
-            for motion in (ControllerMotion(), whole.motion)
-        )
-        if plain > limit_of(0.0, 0.0, noise):
-            explained[beginning] = left <= limit_of(plain, left, noise)
-    began = frozenset(beginning for beginning, is_so in explained.items() if is_so)
-    serves_all = whole.verdict is MotionVerdict.COMMANDABLE and len(began) == len(explained)
-    if len(begun) == len(RunBeginning) and not serves_all:
-        enough = {beginning: some for beginning, some in begun.items() if _blocks(some) >= LEAST_BLOCKS}
-        fits = {beginning: identify(some, robot, tool, noise) for beginning, some in enough.items()}
-        known = [beginning for beginning, fit in fits.items() if fit.verdict is MotionVerdict.COMMANDABLE]
-        if len(known) == len(begun) and (both := _joined(fits, begun)) is not None:
-            return both
-        if len(known) == 1:
-            whole, began = fits[known[0]], frozenset(known)
-    return replace(whole, runs_began=began, findings=(*whole.findings, *_findings(whole, began)))
+        if len(np.unique(np.concatenate([w.block for w in some]))) >= LEAST_BLOCKS:
+            fit = replace(identify(some, robot, tool, noise), runs_began=frozenset([beginning]))
+            known += [fit] if fit.verdict is MotionVerdict.COMMANDABLE else []
+    if len(known) < len(begins):
+        return known[0] if known else whole
+    both = _joined(*known)
+    follows = (first > both.motion.long) == begins[RunBeginning.LONG]
+    return both if follows[np.logical_or(*begins.values())].all() else whole
 
 
-def _blocks(windows: Sequence[Window]) -> int:
-    return len(np.unique(np.concatenate([w.block for w in windows])))
+def _explains(identified: IdentifiedMotion, windows: Sequence[Window], robot: Robot, tool: Pose) -> bool | None:
+    """Whether a controller explains the bends of windows well enough to be commanded against; None where none is."""
+    kept = keeps_law(windows, robot, tool, identified.motion)
+    plain, left = (
+        rms(residuals(windows, robot, tool, motion)[kept, :3]) * float(np.sqrt(3 / 2))  # of one coordinate
+        for motion in (ControllerMotion(), identified.motion)
+    )
+    return left <= limit_of(plain, left, identified.noise) if plain > limit_of(0.0, 0.0, identified.noise) else None
 
 
-def _joined(
-    fits: dict[RunBeginning, IdentifiedMotion], begun: dict[RunBeginning, list[Window]]
-) -> IdentifiedMotion | None:
-    """One motion for both ways to begin, as well known as the worse of two; None where the rule is not theirs."""
-    short, long = (fits[beginning] for beginning in RunBeginning)
-    motion = replace(short.motion, after_long=long.motion.moving_averages)
-    shortest, longest = min(w.first for w in begun[RunBeginning.LONG]), max(w.first for w in begun[RunBeginning.SHORT])
-    if {short.chosen.kind, long.chosen.kind} != {FIRST} or not longest <= motion.long < shortest:
-        return None
+def _joined(short: IdentifiedMotion, long: IdentifiedMotion) -> IdentifiedMotion:
+    """One motion for both ways to begin, as well known as the worse of two; short's where they are of other kinds."""
+    worse = short if short.held_out > long.held_out else long
+    if not short.chosen.kind == long.chosen.kind == FIRST:
+        return short
     return replace(
-        max(fits.values(), key=_held_out),
-        motion=motion,
+        worse,
+        motion=replace(short.motion, after_long=long.motion.moving_averages),
         intervals=np.concatenate([short.intervals, long.intervals]),
         largest=max(short.largest, long.largest),
         slowed=max(short.slowed, long.slowed),
-        findings=tuple(dict.fromkeys((*short.findings, *long.findings))),
         runs_began=frozenset(RunBeginning),
     )
-
-
-def _held_out(fit: IdentifiedMotion) -> float:
-    return fit.held_out
-
-
-def _findings(identified: IdentifiedMotion, began: frozenset[RunBeginning]) -> list[Finding]:
-    """That jobs whose runs begin otherwise will not be commanded against it."""
-    if identified.verdict is not MotionVerdict.COMMANDABLE or len(began) == len(RunBeginning):
-        return []
-    if not began:
-        message = f"it is not known how the runs with bends begin: it foretells, and is not commanded against; {MORE}"
-        return [Finding(Level.WARNING, Code.MOTION_RUNS, message)]
-    (only,) = began
-    message = f"its runs with bends begin with a {only.value} line: only jobs whose runs do are commanded; {MORE}"
-    return [Finding(Level.NOTE, Code.MOTION_RUNS, message)]

@@ -54,7 +54,6 @@ DRAWS = 400  # of the fitted numbers, for intervals of the times
 LEAST_BLOCKS = 6
 SCANNED = np.geomspace(3e-3, 0.3, 24)  # [s] sigma of a moving mean, tried where none is seen
 BLIND = 0.02  # [s] sigma: a log that leaves more possible has not looked
-SURELY_LONG = 1.4  # of a smoothing that may be that of short runs: of long ones it is up to 1.31 times as long
 KNOWN = 0.1  # of a time, or one interpolation period: how well it must be known, 95 %
 
 
@@ -177,34 +176,11 @@ def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
 
 
 def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose) -> ControllerMotion:
-    """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time.
-
-    Two for runs that begin short and two for those that begin long, where these explain the log a lot better.
-    """
-
-    def fit(some: Sequence[Window]) -> ControllerMotion:
-        block = np.concatenate([w.block for w in some])
-        clear = np.concatenate([w.ramp < BEFORE_STOP for w in some])
-        clear = clear if clear.any() else np.ones_like(clear)
-        return fit_kind(FIRST, lambda motion: residuals(some, robot, tool, motion), clear, block).motion
-
-    alike = fit(windows)
-    begun = by_beginning(windows, alike)
-    if len(begun) < len(RunBeginning):
-        return alike
-    short, long = (fit(begun[beginning]) for beginning in RunBeginning)
-    apart = replace(short, after_long=long.moving_averages)
-    left, better = (rms(residuals(windows, robot, tool, motion)) for motion in (alike, apart))
-    return apart if better < RETIMED * left else alike
-
-
-def by_beginning(windows: Sequence[Window], motion: ControllerMotion) -> dict[RunBeginning, list[Window]]:
-    """Windows by how their runs begin, those that surely do, where a motion was fitted to some of them or all."""
-    begun = {
-        RunBeginning.SHORT: [w for w in windows if w.first <= motion.long],
-        RunBeginning.LONG: [w for w in windows if w.first > SURELY_LONG * motion.long],
-    }
-    return {beginning: some for beginning, some in begun.items() if some}
+    """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time."""
+    block = np.concatenate([w.block for w in windows])
+    clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
+    clear = clear if clear.any() else np.ones_like(clear)
+    return fit_kind(FIRST, lambda motion: residuals(windows, robot, tool, motion), clear, block).motion
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:

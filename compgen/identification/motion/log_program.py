@@ -52,10 +52,10 @@ class _Figures:
 
 
 def _square(rounds: int, line: float) -> list[tuple[float, float]]:
-    """The ends of lines round a square from (0.5, 0) on, in sizes: sides in equal parts of a length at most."""
+    """The ends of lines round a square from (0.5, 0) on, in sizes, all alike and of a length at most."""
     x, y, ends = 0.5, 0.0, list[tuple[float, float]]()
     for corner in SQUARE * rounds:
-        count = int(np.ceil(max(abs(corner[0] - x), abs(corner[1] - y)) / line))
+        count = int(np.ceil(0.5 / line)) * round(2 * max(abs(corner[0] - x), abs(corner[1] - y)))
         shares = (np.arange(1, count + 1) / count).tolist()
         ends += [(x + share * (corner[0] - x), y + share * (corner[1] - y)) for share in shares]
         x, y = corner

@@ -29,7 +29,7 @@ from compgen.job.bounds import Bounds
 from compgen.job.job import Job
 from compgen.planning.tables import MAX_LEAD
 from compgen.planning.toolpath import ToolPath
-from compgen.robot.motion import ControllerMotion, MotionEvidence, MotionVerdict, RunBeginning
+from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
 from compgen.verification.motion_effect import HALF, MotionEffect
 from compgen.verification.twin.controller.smoothing import moments, settling_time
@@ -90,20 +90,22 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         )
         return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
     message = (
-        f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}; it "
-        f"is part of the errors, and not commanded against: {_why_not(effect.motion)}"
+        f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}, "
+        f"part of the errors and not commanded against: {_why_not(effect.motion)}"
     )
-    if effect.motion.unlogged:
-        return [Finding(Level.WARNING if effect.motion.enabled else level, Code.MOTION_RUNS, message)]
-    return [Finding(level, Code.MOTION_KNOWN, message)]
+    level = Level.WARNING if effect.motion.unlogged and effect.motion.enabled else level
+    return [Finding(level, Code.MOTION_RUNS if effect.motion.unlogged else Code.MOTION_KNOWN, message)]
 
 
 def _why_not(motion: ControllerMotion) -> str:
     """Why nothing is commanded against a known motion, with the mend."""
     if motion.evidence is None:
         why = "its numbers are not from a log: run cgen identify-motion, then set motion.enabled = true"
+    elif motion.unlogged and not motion.evidence.runs_began:
+        why = "no runs_began in [motion.identified]: run cgen identify-motion again, best on cgen plan-motion-log"
     elif motion.unlogged:
-        why = _unlogged(motion.evidence)
+        other = "long" if RunBeginning.SHORT in motion.evidence.runs_began else "short"
+        why = f"its runs begin with a {other} line, and no logged one did: log the program of cgen plan-motion-log"
     elif motion.evidence.verdict is MotionVerdict.FORETELLS:
         why = "its [motion.identified] foretells and no more: log another run for cgen identify-motion"
     elif not motion.evidence.accepted:
@@ -111,14 +113,6 @@ def _why_not(motion: ControllerMotion) -> str:
     else:
         why = "motion.enabled is false"
     return why
-
-
-def _unlogged(evidence: MotionEvidence) -> str:
-    """That runs began otherwise in the log, or that the file does not say how, with the mend."""
-    if not evidence.runs_began:
-        return "no runs_began in [motion.identified]: run cgen identify-motion again, best on cgen plan-motion-log"
-    other = "long" if RunBeginning.SHORT in evidence.runs_began else "short"
-    return f"its runs begin with a {other} line, and no logged one did: log the program of cgen plan-motion-log"
 
 
 def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bounds) -> list[Finding]:
@@ -138,9 +132,9 @@ def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bound
         f"{WHAT} as [motion] has it ({motion_words(effect.motion)}) leads the tool up to {_um(effect.largest)} um off "
         f"the written path ({_place(effect)}), beside the error after correction; nothing is commanded against it"
     )
-    level, evidence = Level.WARNING if beyond else Level.NOTE, effect.motion.evidence
-    if effect.motion.unlogged and evidence is not None:
-        return [Finding(level, Code.MOTION_RUNS, f"{message}; {_unlogged(evidence)}")]
+    level = Level.WARNING if beyond else Level.NOTE
+    if effect.motion.unlogged:
+        return [Finding(level, Code.MOTION_RUNS, f"{message}: {_why_not(effect.motion)}")]
     return [Finding(level, Code.MOTION_KNOWN, message)]
 
 
@@ -181,8 +175,10 @@ def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tupl
     if effect.expected is not None:
         origin, size = BASIS[effect.expected.evidence], (effect.lowest, effect.highest)
     else:
-        otherwise = " of runs that begin otherwise" if effect.motion.unlogged else ""
-        origin = f"computed for this path: {motion_words(effect.motion)}, as [motion] has it{otherwise}"
+        origin = (
+            f"computed for this path: {motion_words(effect.motion)}, as [motion] has it"
+            f"{' of runs that begin otherwise' if effect.motion.unlogged else ''}"
+        )
         size = 0.0, effect.largest
     expected = None if effect.known else effect.largest
     return tuple(

@@ -68,14 +68,12 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
     motion, main = identified.motion, run.clock.main
     if run.clock.rounded:
         text = text_with_table(text, "controller", {**tables["controller"], "rounds_up_to_period": True})
-    after_long = {"after_long_ms": [round(t / MS, 2) for t in motion.after_long]} if motion.after_long else {}
-    began = sorted(identified.runs_began)
-    runs_began = {"runs_began": began[0] if len(began) == 1 else "both"} if began else {}
+    began = "both" if len(identified.runs_began) > 1 else "".join(identified.runs_began)
     values = {
         "enabled": bool(before.get("enabled", False)),
         "space": motion.space,
         "moving_average_ms": [round(t / MS, 2) for t in motion.moving_averages],
-        **after_long,
+        **({"after_long_ms": [round(t / MS, 2) for t in motion.after_long]} if motion.after_long else {}),
         "first_order_ms": [round(t / MS, 2) for t in motion.first_orders],
         "lag_ms": before.get("lag_ms", 0.0),
         "identified": {
@@ -86,7 +84,7 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
             "override_percent": 100.0 if main is None else main.override / PERCENT,
             "held_out_um": round(identified.largest / UM, 3),
             "held_out_rms_um": round(identified.held_out / UM, 3),
-            **runs_began,
+            **({"runs_began": began} if began else {}),
         },
     }
     return text_with_table(text, "motion", values)

@@ -88,14 +88,12 @@ def _shift(planned: Planned, commanded: Commanded) -> Array:
 def _first_statements(planned: Planned, shift: Array) -> Array:
     """How long the statement lasts that each run begins with, of a plan that is commanded off (N, 3) [m], (R,) [s]."""
     job, path, speed, controller = planned.job, planned.path, planned.trajectory.speed, planned.job.robot.controller
-    process, N = job.plan.process, len(path.arc)
-    rows, via = np.arange(N), np.zeros(N, dtype=bool)
+    process, shortest = job.plan.process, planned.feed * controller.period
+    rows = np.arange(len(path.arc)) if process.thin is None else simplify(path, shift, process.thin, shortest)
+    via = np.zeros(len(rows), dtype=bool)
     if process.arcs:
         pose = Pose(frozen(path.target.position + shift), path.target.rotation)
         rows, via = fit_planned_moves(process, job.robot, path, pose, printed_in_world(job, pose), planned.theta, speed)
-    elif process.thin is not None:
-        rows = simplify(path, shift, process.thin, planned.feed * controller.period)
-        via = via[rows]
     clock, ends = np.append(0.0, np.cumsum(np.diff(path.arc) / speed)), rows[~via]
     begins = np.flatnonzero(path.stop[ends])[:-1]
     return controller.line_time(clock[ends[begins + 1]] - clock[ends[begins]])

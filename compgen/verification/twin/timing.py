@@ -20,6 +20,8 @@ Where the robot's smoothing is known, it is the ramp: lines run at their words, 
 and all between two stops lasts the sum of their times and the smoothing's settling. No joint's acceleration counts.
 """
 
+from collections.abc import Callable
+from functools import partial
 from math import inf
 from typing import NamedTuple
 
@@ -131,22 +133,20 @@ def time_smoothed(
     words = length / (program.speed * override)
     whole = statement_times(controller, words, program.via, rounds_up=True)
     taken = whole if controller.rounds_up_to_period else words
-    settling, *other = [settling_of(motion.in_run(first)) for first in (0.0, inf)[: 2 if motion.after_long else 1]]
-    passed, unrounded = (_passed(settling, each, program.fine) for each in (taken, words))
-    settled = np.full(program.fine.sum() - 1, settling.time)
-    for after_long in other:
-        begins_long = first_of_runs(taken, program) > motion.long
-        of_long = np.repeat(begins_long, np.diff(np.flatnonzero(program.fine)))
-        settled[begins_long] = after_long.time
-        passed = passed.where(of_long, _passed(after_long, taken, program.fine))
-        unrounded = unrounded.where(of_long, _passed(after_long, words, program.fine))
+    short, long = (settling_of(motion.in_run(first)) for first in (0.0, inf))
+    begins_long = first_of_runs(taken, program) > (motion.long if motion.after_long else inf)
+    of_long = np.repeat(begins_long, np.diff(np.flatnonzero(program.fine)))
+    passed, unrounded = (
+        _passed(short, each, program.fine).where(of_long, partial(_passed, long, each, program.fine))
+        for each in (taken, words)
+    )
     return ProgramTiming(
         time=passed.time,
         driven=length / np.diff(passed.time),
         highest=length / taken * passed.rate,
         unrounded=unrounded.time,
         at_word=length * unrounded.held,
-        rounded_up=float(whole.sum() + settled.sum()),
+        rounded_up=float(whole.sum() + np.where(begins_long, long.time, short.time).sum()),
     )
 
 
@@ -157,8 +157,9 @@ class _Passed(NamedTuple):
     rate: Array  # (S,) highest speed, as a share of the word
     held: Array  # (S,) of the segment's time at the word
 
-    def where(self, segments: BoolArray, other: "_Passed") -> "_Passed":
+    def where(self, segments: BoolArray, passed: Callable[[], "_Passed"]) -> "_Passed":
         """As another smoothing passes some segments, whole runs of them (S,)."""
+        other = passed() if segments.any() else self
         took = np.where(segments, np.diff(other.time), np.diff(self.time))
         pairs = ((other.rate, self.rate), (other.held, self.held))
         return _Passed(np.append(0.0, np.cumsum(took)), *(np.where(segments, *pair) for pair in pairs))

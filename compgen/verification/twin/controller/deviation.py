@@ -14,6 +14,7 @@ arm.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -92,40 +93,15 @@ def motion_deviation(
     known = robot.motion
     if known is None or not known.is_smooth:
         return None
-
-    def flown(motion: ControllerMotion) -> MotionDeviation:
-        return _led_by(
-            motion, replace(robot, motion=motion), tool, path, (counts, blocks), override, places_only=places_only
+    if known.after_long:
+        segments = np.diff(np.flatnonzero(path.program.fine))
+        long = (first_statements(robot, path, override) > known.long) & (segments > 1)
+        of_run = partial(motion_deviation, places_only=places_only, blocks=blocks)
+        usual, *other = (
+            of_run(replace(robot, motion=known.in_run(first)), tool, path, counts, override)
+            for first in ((0.0, inf) if long.any() else (0.0,))
         )
-
-    usual = flown(known.in_run(0.0))
-    long, segments = first_statements(robot, path, override) > known.long, np.diff(np.flatnonzero(path.program.fine))
-    if not known.after_long or not (long & (segments > 1)).any():
-        return usual
-    other = flown(known.in_run(inf))
-    places = np.repeat(np.repeat(long, segments), counts)
-    places = np.append(places, places[-1])
-    turn = [np.zeros_like(led.across) if led.turn is None else led.turn for led in (usual, other)]
-    return MotionDeviation(
-        frozen(np.where(places[:, None], other.across, usual.across)),
-        frozen(np.where(places, other.along, usual.along)),
-        None if usual.turn is None and other.turn is None else frozen(np.where(places[:, None], turn[1], turn[0])),
-        max(usual.lag, other.lag),
-    )
-
-
-def _led_by(
-    known: ControllerMotion,
-    robot: Robot,
-    tool: Pose,
-    path: WrittenPath,
-    places: tuple[IntArray, BoolArray | None],
-    override: float,
-    *,
-    places_only: bool,
-) -> MotionDeviation:
-    """By one motion, the robot's, in all runs; of how many places of each segment, in which blocks of time."""
-    counts, blocks = places
+        return _by_place(np.repeat(np.repeat(long, segments), counts), usual, other[0]) if other else usual
     motion = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
     step, arc = _step(robot, path, motion), path.arcs()
     turned = np.zeros((0, 3)) if places_only else path.turned()
@@ -153,6 +129,22 @@ def _led_by(
     lag = moments(known).delay * override * float(path.program.speed.max())
     turns = np.abs(turn).max(initial=0.0) > TURNING
     return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turns else None, lag)
+
+
+def _by_place(
+    places: BoolArray, usual: MotionDeviation | None, other: MotionDeviation | None
+) -> MotionDeviation | None:
+    """The other deviation at some places, (K - 1,) and the end as the last; the usual one where either has none."""
+    if usual is None or other is None:
+        return usual
+    there = np.append(places, places[-1])
+    turns = [np.zeros_like(led.across) if led.turn is None else led.turn for led in (other, usual)]
+    return MotionDeviation(
+        frozen(np.where(there[:, None], other.across, usual.across)),
+        frozen(np.where(there, other.along, usual.along)),
+        None if usual.turn is None and other.turn is None else frozen(np.where(there[:, None], *turns)),
+        max(usual.lag, other.lag),
+    )
 
 
 def most_in_blocks(robot: Robot, path: WrittenPath, motion: ControllerMotion, override: float = 1.0) -> Array:
