@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from types import SimpleNamespace
 
 import logged_runs
 import ls_text
@@ -10,8 +11,14 @@ import pytest
 from command_line import run
 from shipped import ROOT, path_file, quiet
 
+from compgen.identification.motion.beginnings import _explains
+from compgen.identification.motion.windows import windows_of
+from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
+from compgen.program.frames import default_frames
+from compgen.robot.motion import ControllerMotion
+from compgen.verification.executed.position_log import read_position_log
 
 SHORT, LONG = (0.176, 0.168), (0.256, 0.168)
 ANGLE = np.radians(np.arange(0, 361, 6))
@@ -82,6 +89,21 @@ def test_a_log_with_runs_of_one_kind_is_for_jobs_of_that_kind_alone(tmp_path, te
     planned = generate.predict(load_job(path_file("circle_1300"), None, sets_of(motion)), quiet)
     assert planned.job.robot.motion.may_predistort is (began == "short")
     assert ("motion.runs" in {f.code for f in planned.findings}) is (began == "long")
+
+
+def test_bends_are_explained_by_the_pair_of_their_own_runs_and_straight_ways_tell_nothing(tmp_path, robot):
+    (tmp_path / "log.csv").write_text(logged_runs.csv(*logged_runs.drive(BOTH.decode(), SHORT, LONG)))
+    around = Situation(robot, default_frames(), {}, lambda name: None)
+    log = read_position_log(str(tmp_path / "log.csv"))
+    driven = judge_log(read_text("RUN.LS", BOTH), around.course(BOTH), log, around)
+    curves = [w for w in windows_of(driven, robot) if np.ptp(w.position[:, 0]) > 0.1]
+    straight = [w for w in windows_of(driven, robot) if np.ptp(w.position[:, 0]) < 0.1]
+    begun = {"short": [w for w in curves if w.first < 0.3], "long": [w for w in curves if w.first > 0.9]}
+    for kind, some in begun.items():
+        for name, pair in (("short", SHORT), ("long", LONG)):
+            known = SimpleNamespace(motion=ControllerMotion(moving_averages=pair), noise=2e-6)
+            assert _explains(known, some, robot, driven.course.tool) is (kind == name)
+            assert _explains(known, straight, robot, driven.course.tool) is None
 
 
 def test_a_controller_without_the_rule_has_one_pair_for_both(tmp_path):

@@ -105,6 +105,7 @@ def began(how, verdict="accepted"):
 
 @pytest.mark.parametrize(("how", "moves", "commanded", "words"), [
     ("short", "lines", True, ""), ("both", "lines", True, ""), ("both", "arcs", True, ""),
+    ("short", "arcs", True, ""),  # as planned they begin long, as commanded short
     ("long", "lines", False, "its runs begin with a short line, and no logged one did: log the program of cgen plan-"),
     (None, "lines", False, "no runs_began in [motion.identified]: run cgen identify-motion again, best on cgen plan-"),
 ])  # fmt: skip
