@@ -53,12 +53,10 @@ def mean(rows, window):
     return (total[n:] - total[:-n]) / n + rows[0]
 
 
-def drive(text, short, long, chosen=lambda lasts: True):
-    """Time [s] and places [mm] of a run: ``short`` means [s] where a run's first statement lasts less than ``long``.
-
-    ``chosen`` says of seconds that a first statement lasts whether its run is driven at all.
-    """
-    runs, run = [], []
+def drive(text, short, long):
+    """Time [s] and places [mm] of a run: ``short`` means [s] where a run's first statement lasts less than ``long``."""
+    runs: list[list] = []
+    run: list = []
     for statement in read_program(text):
         run.append(statement)
         if statement[2]:

@@ -2,7 +2,6 @@
 
 import json
 import tomllib
-from types import SimpleNamespace
 
 import logged_runs
 import ls_text
@@ -11,7 +10,7 @@ import pytest
 from command_line import run
 from shipped import ROOT, path_file, quiet
 
-from compgen.identification.motion.beginnings import _explains
+from compgen.identification.motion.beginnings import explains
 from compgen.identification.motion.windows import windows_of
 from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.files.path_file import load_job
@@ -69,8 +68,8 @@ def test_a_log_with_runs_of_both_kinds_tells_both_pairs_and_a_spiral_is_commande
     left = []
     for enabled in ("true", "false"):
         job = load_job(path_file("spiral_1300"), None, [*sets_of(motion), f"robot.motion.enabled={enabled}"])
-        planned, corrected = generate.generate(job, quiet)
-        assert planned.job.robot.motion.may_predistort is (enabled == "true")
+        _, corrected = generate.generate(job, quiet)
+        assert corrected.program.name.endswith("_V100") is (enabled == "true")
         left.append(corrected.deviation.on_part["total"].max)
     assert left[0] < 0.5 * left[1]
 
@@ -87,7 +86,7 @@ def test_a_log_with_runs_of_one_kind_is_for_jobs_of_that_kind_alone(tmp_path, te
     np.testing.assert_allclose(motion["moving_average_ms"], 1e3 * np.array(means), atol=8)
     assert f"begin with a line that is: {began}\n" in screen
     planned = generate.predict(load_job(path_file("circle_1300"), None, sets_of(motion)), quiet)
-    assert planned.job.robot.motion.may_predistort is (began == "short")
+    assert ("motion.predistorted" in {f.code for f in planned.findings}) is (began == "short")
     assert ("motion.runs" in {f.code for f in planned.findings}) is (began == "long")
 
 
@@ -101,9 +100,9 @@ def test_bends_are_explained_by_the_pair_of_their_own_runs_and_straight_ways_tel
     begun = {"short": [w for w in curves if w.first < 0.3], "long": [w for w in curves if w.first > 0.9]}
     for kind, some in begun.items():
         for name, pair in (("short", SHORT), ("long", LONG)):
-            known = SimpleNamespace(motion=ControllerMotion(moving_averages=pair), noise=2e-6)
-            assert _explains(known, some, robot, driven.course.tool) is (kind == name)
-            assert _explains(known, straight, robot, driven.course.tool) is None
+            known = ControllerMotion(moving_averages=pair)
+            assert explains(known, 2e-6, some, robot, driven.course.tool) is (kind == name)
+            assert explains(known, 2e-6, straight, robot, driven.course.tool) is None
 
 
 def test_a_controller_without_the_rule_has_one_pair_for_both(tmp_path):

@@ -141,7 +141,9 @@ def test_straight_sweeps_begin_long_and_are_no_reason_to_command_nothing():
 
 
 def load_cell_covers(how, first):
-    return load_cell("m710ic50", [o.removeprefix("robot.") for o in (MEANS, began(how))]).robot.motion.covers(first)
+    motion = load_cell("m710ic50", [o.removeprefix("robot.") for o in (MEANS, began(how))]).robot.motion
+    assert motion is not None
+    return motion.covers(first)
 
 
 @pytest.mark.parametrize(("how", "covered"), [

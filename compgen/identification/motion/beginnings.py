@@ -42,7 +42,7 @@ def identify_runs(
     first, long = np.array([w.first for w in windows]), whole.motion.long
     begins = {RunBeginning.SHORT: first <= long, RunBeginning.LONG: first > SURELY_LONG * long}
     begun = {each: [windows[int(k)] for k in np.flatnonzero(does)] for each, does in begins.items() if does.any()}
-    told = {beginning: _explains(whole, some, robot, tool) for beginning, some in begun.items()}
+    told = {beginning: explains(whole.motion, noise, some, robot, tool) for beginning, some in begun.items()}
     whole = replace(whole, runs_began=frozenset(beginning for beginning, explained in told.items() if explained))
     if len(begun) < len(begins) or (whole.verdict is MotionVerdict.COMMANDABLE and False not in told.values()):
         return whole
@@ -58,14 +58,16 @@ def identify_runs(
     return both if follows[np.logical_or(*begins.values())].all() else whole
 
 
-def _explains(identified: IdentifiedMotion, windows: Sequence[Window], robot: Robot, tool: Pose) -> bool | None:
+def explains(
+    controller: ControllerMotion, noise: float, windows: Sequence[Window], robot: Robot, tool: Pose
+) -> bool | None:
     """Whether a controller explains the bends of windows well enough to be commanded against; None where none is."""
-    kept = keeps_law(windows, robot, tool, identified.motion)
+    kept = keeps_law(windows, robot, tool, controller)
     plain, left = (
         rms(residuals(windows, robot, tool, motion)[kept, :3]) * float(np.sqrt(3 / 2))  # of one coordinate
-        for motion in (ControllerMotion(), identified.motion)
+        for motion in (ControllerMotion(), controller)
     )
-    return left <= limit_of(plain, left, identified.noise) if plain > limit_of(0.0, 0.0, identified.noise) else None
+    return left <= limit_of(plain, left, noise) if plain > limit_of(0.0, 0.0, noise) else None
 
 
 def _joined(short: IdentifiedMotion, long: IdentifiedMotion) -> IdentifiedMotion:
