@@ -13,7 +13,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parent
 PATHS = ("circle_1300", "spiral_1300")
 FEEDS = (20, 100, 200)  # mm/s
-IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted", runs_began="both"}'
 EXACT = "robot.controller.rounds_up_to_period=false"
 CONTROLLERS = {
     "ideal": [EXACT],

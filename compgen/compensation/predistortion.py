@@ -19,6 +19,7 @@ All here is of continuous time, and nothing that proves it imports it.
 """
 
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,6 +60,7 @@ class Commanded:
     stop: BoolArray  # (N,)
     by_lines: bool = False  # straight from waypoint to waypoint, whose inner side the smoothing averages
     beside: BoolArray | None = None  # (N,) off the part; None: nowhere
+    first: Array | None = None  # (R,) [s] of the statement that each run begins with; None: of its first waypoint
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -91,8 +93,7 @@ def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> 
     motion = robot.motion
     if motion is None or not motion.may_predistort or len(path.arc) < 3:
         return np.zeros_like(path.position)
-    rows = path.theta if motion.space == "joint" else path.position
-    shift = _shift(robot, motion, path, rows)
+    shift = _shift(robot, motion, path)
     if motion.space == "joint":
         shift = (flange_pose(robot, path.theta + shift) @ tool).position - path.position
     ahead = _directions(path)
@@ -100,26 +101,37 @@ def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> 
     return frozen(shift * np.minimum(1.0, largest / np.maximum(row_norms(shift), 1e-12))[:, None])
 
 
-def _shift(robot: Robot, motion: ControllerMotion, path: Commanded, rows: Array) -> Array:
-    """c at the waypoints, of rows (N, C) that are smoothed, (N, C)."""
-    kernel = _kernel(motion, RIGID if path.by_lines else RIGID_ARCS)
+def bent_runs(motion: ControllerMotion, path: Commanded) -> BoolArray:
+    """Which runs from a stop to the next have bends on the part that are worth a command, (R,)."""
+    speed, variance = np.append(path.speed, path.speed[-1]), max(motion.in_run(t).variance for t in (0.0, inf))
+    on_part = True if path.beside is None or path.beside.all() else ~path.beside
+    pull = row_norms(_curvature(path, _rows(motion, path))) * speed**2 * variance / 2
+    bent = (pull > STRAIGHT) & on_part & ~_corners(path)
+    stops = np.flatnonzero(path.stop)
+    return np.array([bent[a : b + 1].any() for a, b in zip(stops[:-1], stops[1:], strict=True)], dtype=bool)
+
+
+def _rows(motion: ControllerMotion, path: Commanded) -> Array:
+    """What is smoothed, (N, C)."""
+    return path.theta if motion.space == "joint" else path.position
+
+
+def _shift(robot: Robot, motion: ControllerMotion, path: Commanded) -> Array:
+    """c at the waypoints, of what is smoothed, (N, C)."""
+    rows = _rows(motion, path)
     taken = np.diff(path.arc) / path.speed
     clock = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(taken) if path.by_lines else taken)])
-    corner, shift = _corners(path), np.zeros_like(rows)
-    curvature = _curvature(path, rows)
-    speed = np.append(path.speed, path.speed[-1])
-    bent = row_norms(curvature) * speed**2 * motion.variance / 2 > STRAIGHT
-    inner = np.zeros_like(rows)
+    corner, shift, inner = _corners(path), np.zeros_like(rows), np.zeros_like(rows)
     if path.by_lines:
-        gap = np.diff(path.arc)
-        averaged = gap < path.speed * min(t for t in (*motion.moving_averages, *motion.first_orders) if t > 0)
-        inner[1:] = np.where(averaged, gap**2 / 48, 0.0)[:, None] * curvature[1:]
+        gap, times = np.diff(path.arc), (*motion.moving_averages, *motion.after_long, *motion.first_orders)
+        averaged = gap < path.speed * min(t for t in times if t > 0)
+        inner[1:] = np.where(averaged, gap**2 / 48, 0.0)[:, None] * _curvature(path, rows)[1:]
     on_part = np.ones(len(rows), dtype=bool) if path.beside is None or path.beside.all() else ~path.beside
     stops = np.flatnonzero(path.stop)
-    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
-        run = slice(first, last + 1)
-        if not (bent & on_part & ~corner)[run].any():
-            continue
+    lasts = np.diff(clock)[stops[:-1]] if path.first is None else path.first
+    for k in np.flatnonzero(bent_runs(motion, path)).tolist():
+        first, last = stops[k], stops[k + 1]
+        run, kernel = slice(first, last + 1), _kernel(motion.in_run(lasts[k]), RIGID if path.by_lines else RIGID_ARCS)
         time = clock[run] - clock[first]
         at, led = _led(kernel, time, path.arc[run], rows[run], corner[run])
         led += np.column_stack([np.interp(at, time, column) for column in inner[run].T])

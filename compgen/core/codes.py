@@ -184,8 +184,7 @@ class Code(StrEnum):
         "Mend the log's clock as the message says.", REFUSED)
     LOG_SWAPPED = ("log.swapped", "identification", "Two columns of the temperature log look swapped.",
         "Check which sensor is which, and mend the header.", WARNING)
-    LOG_GAP = ("log.gap", "identification",
-        "A sensor has no reading around measured poses; its rise is modelled there.",
+    LOG_GAP = ("log.gap", "identification", "A sensor has no reading around measured poses; its rise is modelled.",
         "Nothing, where the model is good enough.", NOTE)
     LOG_LOOSE = ("log.loose", "identification", "Readings far from their neighbours are left out.",
         "Check the sensor's contact.", NOTE)
@@ -268,14 +267,15 @@ class Code(StrEnum):
         "Identify the robot better, or raise the bound.", WARNING)
     BOUNDS_MAX = ("bounds.max", "pipelines", "The largest error of a corrected program is above --max-um.",
         "Read what the message says binds there, or raise --max-um.", OUTSIDE)
-    AVERAGE_SPREAD = ("average.spread", "pipelines", "Says how far each start is from the one file for all of them.",
-        "Nothing.", NOTE)
+    AVERAGE_SPREAD = ("average.spread", "pipelines", "Says how far each start is from the one file.", "Nothing.", NOTE)
     AVERAGE_WIDE = ("average.wide", "pipelines", "A file for each start would be clearly better than one for all.",
         "Write a file for each start, or narrow the range of starts.", WARNING)
     AVERAGE_MODEL = ("average.model", "pipelines", "Over the starts the error model differs from the twin.",
         "Trust the starts that were flown, not what lies between.", WARNING)
     MOTION_KNOWN = ("motion.known", "pipelines", "Known smoothing by the controller leads the tool off its path.",
         "Lower the feed, or command against it as the message says.", WARNING, NOTE)
+    MOTION_RUNS = ("motion.runs", "identification", "A program's runs begin as no logged one: nothing is commanded.",
+        "Log the program of cgen plan-motion-log for cgen identify-motion.", WARNING, NOTE)
     MOTION_UNKNOWN = ("motion.unknown", "pipelines", "The controller's smoothing is not known, nor corrected for.",
         "Log a run for cgen identify-motion, or lower process.feed_mm_s.", WARNING, NOTE)
     MOTION_PREDISTORTED = ("motion.predistorted", "pipelines", "The program is commanded against smoothing at 100 %.",

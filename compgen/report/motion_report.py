@@ -37,6 +37,8 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             "space": motion.space,
             "moving_average_ms": [t / MS for t in motion.moving_averages],
             "first_order_ms": [t / MS for t in motion.first_orders],
+            "after_long_ms": [t / MS for t in motion.after_long],
+            "runs_began": sorted(identified.runs_began),
             "interval_ms": (identified.intervals / MS).tolist(),
             "sigma_ms": (identified.sigma / MS).tolist(),
             "whole_periods": run.clock.rounded,
@@ -91,23 +93,27 @@ def _speeds(stretch: SpeedStretch) -> dict[str, Any]:
 def motion_sentences(summary: dict[str, Any]) -> list[str]:
     """The result in a few sentences."""
     motion, held = summary["motion"], summary["held_out"]
-    times = [*motion["moving_average_ms"], *motion["first_order_ms"]]
+    times = [*motion["moving_average_ms"], *motion["first_order_ms"], *motion["after_long_ms"]]
     words = ", ".join(
         f"{time:.1f} ms ({low:.1f} to {high:.1f})"
         for time, (low, high) in zip(times, motion["interval_ms"], strict=False)
     )
     low, high = motion["sigma_ms"]
     return [
-        f"{motion['kind']}{f': {words}' if words else ''}; sigma {low:.2f} to {high:.2f} ms (95 %)",
+        f"{motion['kind']}{f': {words}' if words else ''}"
+        f"{' (the last two in runs that begin with a long line)' if motion['after_long_ms'] else ''}; "
+        f"sigma {low:.2f} to {high:.2f} ms (95 %)",
         f"stretches held out: {held['rms_um']:.2f} um rms where the plain program leaves {held['plain_um']:.2f}, 99 % "
         f"below {held['p99_um']:.1f}, at most {held['max_um']:.1f}; commanded against up to {held['limit_um']:.2f} rms",
+        f"runs with bends that it explains begin with a line that is: "
+        f"{' and '.join(motion['runs_began']) or 'none: log the program of cgen plan-motion-log'}",
         f"verdict: {summary['verdict']}",
     ]
 
 
 def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: PageOptions = PLAIN) -> bytes:
     """One page, the same bytes for the same inputs."""
-    kind, held_out, _ = motion_sentences(summary)
+    kind, held_out, *_ = motion_sentences(summary)
     return page(
         "motion.html",
         f"{summary['name']}: the controller's motion",

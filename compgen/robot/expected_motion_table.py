@@ -10,7 +10,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.toml import Table
 from compgen.core.units import MS
 from compgen.robot.motion import ANY_ARM, ControllerMotion, ExpectedMotion
-from compgen.robot.tables import LONGEST
+from compgen.robot.motion_tables import LONGEST
 
 TwoMeans = Annotated[list[Annotated[FiniteFloat, Field(ge=0, le=LONGEST)]], Field(min_length=2, max_length=2)]  # ms
 

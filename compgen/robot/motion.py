@@ -8,12 +8,19 @@ Where no log of the robot tells them, ``[expected_motion]`` says what controller
 predicted with a lowest and a highest, and nothing is ever commanded against it.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf
 from typing import Literal
 
 SAME_TIME = 1e-6  # [s]
+
+
+class RunBeginning(StrEnum):
+    """How a run from a stop to the next begins, in the words of a robot file: by its first statement."""
+
+    SHORT = "short"  # shorter than the smoothing
+    LONG = "long"  # that long or longer
 
 
 class MotionVerdict(StrEnum):
@@ -35,6 +42,7 @@ class MotionEvidence:
     held_out: float | None  # [m] largest deviation left on stretches that the fit has not seen
     verdict: MotionVerdict
     misfit: float = 0.0  # [m] rms left there, of one coordinate square to the path
+    runs_began: frozenset[RunBeginning] = frozenset()  # of the log, as far as it shows their bends; none: not known
 
     @property
     def accepted(self) -> bool:
@@ -53,6 +61,7 @@ class ControllerMotion:
     lag: float = 0.0  # [s] by which all comes late
     enabled: bool = False  # whether programs are pre-distorted for it
     evidence: MotionEvidence | None = None  # None: the numbers were typed in
+    unlogged: bool = False  # whether it is of runs that begin as none of the log did
 
     @property
     def is_smooth(self) -> bool:
@@ -66,20 +75,24 @@ class ControllerMotion:
 
     @property
     def long(self) -> float:
-        """From how long a first statement on a run has the windows ``after_long`` [s]."""
-        return sum(self.after_long) - SAME_TIME if self.after_long else inf
+        """From how long a first statement on a run is long [s]."""
+        return sum(self.after_long or (*self.moving_averages, *self.first_orders)) - SAME_TIME
 
     def in_run(self, first: float) -> "ControllerMotion":
         """What it is from a stop to the next, in a run whose first statement lasts so long [s]."""
-        if not self.after_long:
-            return self
-        windows = self.after_long if first > self.long else self.moving_averages
-        return replace(self, moving_averages=windows, after_long=())
+        windows = self.after_long if self.after_long and first > self.long else self.moving_averages
+        return replace(self, moving_averages=windows, after_long=(), unlogged=self.unlogged or not self.covers([first]))
+
+    def covers(self, first: Iterable[float]) -> bool:
+        """Whether runs whose first statements last so long [s] begin as some of the log did, if there was one."""
+        begin = {RunBeginning.LONG if time > self.long else RunBeginning.SHORT for time in first}
+        return self.evidence is None or begin <= self.evidence.runs_began
 
     @property
     def may_predistort(self) -> bool:
         """Whether programs are commanded off their targets for it."""
-        return self.enabled and self.is_smooth and self.evidence is not None and self.evidence.accepted
+        known = self.evidence is not None and self.evidence.accepted and not self.unlogged
+        return self.enabled and self.is_smooth and known
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

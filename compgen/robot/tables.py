@@ -1,7 +1,7 @@
 """Tables of the nominal arm, its controller, its tool and its posture, and the robot made from them."""
 
 from dataclasses import replace
-from typing import Annotated, Final, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, FiniteFloat
@@ -23,18 +23,13 @@ from compgen.core.toml import (
     SixRates,
     Table,
 )
-from compgen.core.units import DEG, KB, MM, MS, PERCENT, UM
+from compgen.core.units import DEG, KB, MM, MS
 from compgen.robot.arm_geometry import in_class_rows
 from compgen.robot.interference import Interference, polygon_fault
-from compgen.robot.motion import ControllerMotion, MotionEvidence, MotionVerdict
 from compgen.robot.robot import Controller, Robot
 
 PayloadNumber = Annotated[int, Field(ge=1, le=10)]
 AccPercent = Annotated[int, Field(ge=1, le=100)]
-LONGEST = 2000.0  # ms
-MOST = 2  # moving means, and first-order lags
-Time = Annotated[FiniteFloat, Field(json_schema_extra={"minimum": 0, "maximum": LONGEST})]  # ms
-Times = Annotated[list[Time], Field(json_schema_extra={"maxItems": MOST})]
 
 
 class DhTable(Table):
@@ -301,100 +296,3 @@ def _interference(table: InterferenceTable, matrix: Array, zero: Array, file: st
     if fault := polygon_fault(corner):
         raise InputError(f"{file}: limits.interference.j2_j3_deg: {fault}")
     return Interference.of(corner if signed_area(corner) > 0 else corner[::-1], matrix, zero)
-
-
-OLD: Final = "accepted"  # as older files say that a motion may be commanded against
-
-
-class MotionIdentifiedTable(Table):
-    """Where the numbers of the controller's motion come from, as ``cgen identify-motion`` writes it."""
-
-    robot: Annotated[str, Field(min_length=1, max_length=24)]
-    """Name of the robot whose log it was; that of another robot is refused."""
-    verdict: Literal["may be commanded against", "foretells", "rejected", "accepted"]
-    """What the numbers are good for, by stretches of the log that the fit had not seen; accepted: commanded against."""
-    log_sha256: Annotated[str, Field(pattern="^([0-9a-f]{64})?$")] = ""
-    """The executed log's sha256."""
-    program: Annotated[str, Field(max_length=40)] = ""
-    """Program that was executed."""
-    override_percent: Annotated[FiniteFloat, Field(gt=0, le=100)] = 100.0
-    """Override that it was executed at."""
-    held_out_um: NotNegative | None = None
-    """Largest deviation from the log left on stretches that the fit had not seen."""
-    held_out_rms_um: NotNegative = 0.0
-    """The rms left there of one coordinate square to the path: a row of the band."""
-
-
-class MotionTable(Table):
-    """How the controller moves through what it is told; without this table that is not known."""
-
-    enabled: bool = False
-    """Whether programs are pre-distorted for it; needs an accepted [motion.identified]."""
-    space: Literal["cartesian", "joint"] = "cartesian"
-    """In which the commanded motion is smoothed."""
-    moving_average_ms: Times = []
-    """Windows of up to two moving means, one after the other."""
-    first_order_ms: Times = []
-    """Time constants of up to two first-order lags behind them."""
-    lag_ms: Time = 0.0
-    """By how much the whole motion comes late beside."""
-    identified: MotionIdentifiedTable | None = None
-
-
-def motion_of(table: MotionTable | None, robot: str, where: str) -> ControllerMotion | None:
-    """The controller's motion; None where a robot file says nothing of it.
-
-    Args:
-        table: As the file has it.
-        robot: Name of the file's robot.
-        where: The file, for messages.
-
-    Raises:
-        InputError: Times that no controller has or too many of them; pre-distortion without numbers from a log, or
-            with those of another robot.
-    """
-    if table is None:
-        return None
-    _check_times(table, where)
-    identified = table.identified
-    if identified is not None and identified.robot != robot:
-        raise InputError(
-            f"{where}: motion.identified.robot: '{identified.robot}', this file is of '{robot}'; the motion of another "
-            "robot is not this one's: run cgen identify-motion with a log of this robot"
-        )
-    if table.enabled and identified is None:
-        raise InputError(
-            f"{where}: motion.enabled: true needs [motion.identified], numbers from a log of this robot; run "
-            "cgen identify-motion, or set it to false: the motion is then predicted and nothing is commanded for it"
-        )
-    evidence = None
-    if identified is not None:
-        evidence = MotionEvidence(
-            robot=identified.robot,
-            log_sha256=identified.log_sha256,
-            program=identified.program,
-            override=identified.override_percent * PERCENT,
-            held_out=None if identified.held_out_um is None else identified.held_out_um * UM,
-            misfit=identified.held_out_rms_um * UM,
-            verdict=MotionVerdict.COMMANDABLE if identified.verdict == OLD else MotionVerdict(identified.verdict),
-        )
-    return ControllerMotion(
-        space=table.space,
-        moving_averages=tuple(window * MS for window in table.moving_average_ms),
-        first_orders=tuple(constant * MS for constant in table.first_order_ms),
-        lag=table.lag_ms * MS,
-        enabled=table.enabled,
-        evidence=evidence,
-    )
-
-
-def _check_times(table: MotionTable, where: str) -> None:
-    """Raises InputError for times below zero or too long, and for more of them than are modelled."""
-    for key, times in (("moving_average_ms", table.moving_average_ms), ("first_order_ms", table.first_order_ms)):
-        if len(times) > MOST:
-            count = f"{len(times)} times, at most {MOST} are modelled"
-            raise InputError(f"{where}: motion.{key}: {count}; give the longest {MOST}: their squares are what counts")
-    named = [("moving_average_ms", t) for t in table.moving_average_ms]
-    for key, time in [*named, *(("first_order_ms", t) for t in table.first_order_ms), ("lag_ms", table.lag_ms)]:
-        if not 0 <= time <= LONGEST:
-            raise InputError(f"{where}: motion.{key}: {time:g} is outside 0 to {LONGEST:g} ms; give it in milliseconds")

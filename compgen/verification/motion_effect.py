@@ -7,7 +7,6 @@ what was seen. Each is flown: a bend's pull goes with sigma^2 alone only where t
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -96,7 +95,7 @@ def _flight(prepared: PreparedProgram, touching: BoolArray) -> _Flight:
 def _effect(flight: _Flight, motion: ControllerMotion) -> MotionEffect:
     """Of one motion."""
     prepared, _, segment, on_part, first = flight
-    led = prepared.led if motion is prepared.twin.robot.motion else _led(flight, motion)
+    led = prepared.led if motion is prepared.twin.robot.motion else _flown(flight, motion)
     counts = prepared.samples_per_segment
     anywhere = np.zeros(len(segment)) if led is None else row_norms(led.across)
     off = np.where(on_part, anywhere, 0.0)
@@ -146,27 +145,11 @@ def _largest(flight: _Flight, motion: ControllerMotion) -> float:
 
 def _largest_in(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None) -> float:
     """In some blocks of time [m]."""
-    led = _led(flight, motion, blocks)
+    led = _flown(flight, motion, blocks)
     return 0.0 if led is None else float(row_norms(led.across)[flight.on_part].max())
 
 
-def _led(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None = None) -> MotionDeviation | None:
-    """Each run by the windows that it has; one of a single segment has no bend."""
-    usual = _flown(flight, motion.in_run(0.0), blocks)
-    segments = np.diff(np.flatnonzero(flight.prepared.program.fine))
-    begins_long = flight.first > motion.long
-    other = _flown(flight, motion.in_run(inf), blocks) if (begins_long & (segments > 1)).any() else None
-    if usual is None or other is None:
-        return usual
-    long = np.repeat(begins_long, segments)[flight.segment]
-    return replace(
-        usual,
-        across=frozen(np.where(long[:, None], other.across, usual.across)),
-        along=frozen(np.where(long, other.along, usual.along)),
-    )
-
-
-def _flown(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None) -> MotionDeviation | None:
+def _flown(flight: _Flight, motion: ControllerMotion, blocks: BoolArray | None = None) -> MotionDeviation | None:
     prepared = flight.prepared
     return motion_deviation(
         replace(prepared.twin.robot, motion=motion), prepared.twin.tool, flight.path, prepared.samples_per_segment,

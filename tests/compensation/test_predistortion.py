@@ -25,7 +25,7 @@ ACCEPTED = MotionEvidence(
 TWO_MEANS = ControllerMotion(moving_averages=(0.2, 0.1), enabled=True, evidence=ACCEPTED)
 LAG = ControllerMotion(first_orders=(0.05,), enabled=True, evidence=ACCEPTED)
 MODELS = pytest.mark.parametrize("motion", [TWO_MEANS, LAG], ids=["two means", "first order"])
-IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted", runs_began="both"}'
 IN_FILE = ["robot.motion.moving_average_ms=[200, 100]", IDENTIFIED]
 PERIOD = 0.008
 FAR = 0.02  # m
@@ -109,6 +109,20 @@ def commanded(position, speed=0.2, stops=()):
         speed=np.full(N - 1, speed),
         stop=stop,
     )
+
+
+@pytest.mark.parametrize(
+    ("lasts", "windows"), [(0.1, (0.2, 0.1)), (0.39, (0.2, 0.1)), (0.4, (0.3, 0.1)), (2.0, (0.3, 0.1))]
+)
+def test_each_run_is_commanded_for_the_windows_that_go_with_how_long_its_first_statement_lasts(robot, lasts, windows):
+    both, own = replace(TWO_MEANS, after_long=(0.3, 0.1)), replace(TWO_MEANS, moving_averages=windows)
+    path = commanded(on_circle(0.65), stops=(1500,))
+    first = np.array([0.1, lasts])
+    shift = predistortion(replace(robot, motion=both), IDENTITY, replace(path, first=first), 3e-3)
+    for half, motion in ((slice(0, 1501), TWO_MEANS), (slice(1500, None), own)):
+        assert_allclose(
+            shift[half], predistortion(replace(robot, motion=motion), IDENTITY, path, 3e-3)[half], atol=1e-12
+        )
 
 
 def on_circle(radius, N=3000):

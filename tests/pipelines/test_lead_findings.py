@@ -52,8 +52,8 @@ def test_a_smooth_turn_close_to_the_part_is_named_with_the_length_that_keeps_it_
 
 
 def test_commands_against_a_turn_off_the_part_stay_off_it():
-    identified = ('robot.motion.identified={robot="m710ic50", verdict="accepted"}', "robot.motion.enabled=true")
-    _, corrected, findings = run(SMOOTH, "path.lead_mm=32", KNOWN, *identified)
+    identified = 'robot.motion.identified={robot="m710ic50", verdict="accepted", runs_began="both"}'
+    _, corrected, findings = run(SMOOTH, "path.lead_mm=32", KNOWN, identified, "robot.motion.enabled=true")
     assert corrected.inside
     assert not findings
     assert corrected.deviation.on_part["total"].max < 1.5e-6  # rounding; a filter over the turns left 500

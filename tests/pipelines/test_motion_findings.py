@@ -9,7 +9,7 @@ from shipped import path_file, quiet
 from compgen.core.codes import Level
 from compgen.job.bounds import Bounds
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.files.robot_file import load_robot
+from compgen.pipelines.files.robot_file import load_cell, load_robot
 from compgen.pipelines.findings.motion_findings import WHAT, motion_of_a_listing
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study import timeline
@@ -19,7 +19,7 @@ from compgen.report.job_summary import job_summary
 from compgen.robot.motion import ANY_ARM, ControllerMotion
 
 MEANS = "robot.motion.moving_average_ms=[200, 100]"
-IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted", runs_began="both"}'
 
 
 OF_ITS_CLASS = "the maker's motion code for this class of arm"
@@ -96,6 +96,64 @@ def test_a_program_made_against_the_motion_says_for_which_override():
     assert summary["motion"]["predistorted"]
     assert corrected.program.name == "CIRCLE_1300_V100"
     assert "pre-distorted for 100% override" in corrected.program.remarks
+
+
+def began(how, verdict="accepted"):
+    runs = "" if how is None else f', runs_began="{how}"'
+    return f'robot.motion.identified={{robot="m710ic50", verdict="{verdict}"{runs}}}'
+
+
+@pytest.mark.parametrize(("how", "moves", "commanded", "words"), [
+    ("short", "lines", True, ""), ("both", "lines", True, ""), ("both", "arcs", True, ""),
+    ("short", "arcs", True, ""),  # as planned they begin long, as commanded short
+    ("long", "lines", False, "its runs begin with a short line, and no logged one did: log the program of cgen plan-"),
+    (None, "lines", False, "no runs_began in [motion.identified]: run cgen identify-motion again, best on cgen plan-"),
+])  # fmt: skip
+def test_runs_that_begin_as_no_logged_one_did_are_not_commanded_and_stay_unknown(how, moves, commanded, words):
+    """Lines of the circle last 16 ms each, means 300."""
+    sets = [MEANS, began(how), "robot.motion.enabled=true", f'process.moves="{moves}"']
+    summary, corrected, finding = run(*sets)
+    assert corrected.program.name == ("CIRCLE_1300_V100" if commanded else "CIRCLE_1300")
+    assert ("pre-distorted for 100% override" in corrected.program.remarks) is commanded
+    assert summary["motion"]["predistorted"] is commanded
+    assert finding.code == ("motion.predistorted" if commanded else "motion.runs")
+    assert finding.level is Level.WARNING
+    assert bool(row(summary)) is not commanded
+    assert words in finding.message
+    assert " ... " not in finding.message
+    left = corrected.deviation.on_part["total"].max * 1e6
+    assert left < 13 if commanded else left == pytest.approx(pull_um(200, 100), abs=DIGITS_UM)
+    predicted = job_summary(generate.predict(load_job(path_file("circle_1300"), None, sets), quiet), None)
+    assert predicted["motion"]["predistorted"] is commanded
+
+
+def test_a_motion_that_is_not_enabled_says_too_that_runs_begin_otherwise():
+    summary, _, finding = run(MEANS, began("long"))
+    assert finding.code == "motion.runs"
+    assert "of runs that begin otherwise" in row(summary)[0]["from"]
+
+
+def test_straight_sweeps_begin_long_and_are_no_reason_to_command_nothing():
+    """No run of lines alone has a bend."""
+    assert not load_cell_covers("short", [5.0])
+    summary, *_ = run(MEANS, began("short"), "robot.motion.enabled=true", name="line_y")
+    assert summary["motion"]["predistorted"]
+
+
+def load_cell_covers(how, first):
+    motion = load_cell("m710ic50", [o.removeprefix("robot.") for o in (MEANS, began(how))]).robot.motion
+    assert motion is not None
+    return motion.covers(first)
+
+
+@pytest.mark.parametrize(("how", "covered"), [
+    ("short", [True, True, False, False]), ("long", [False, False, True, True]),
+    ("both", [True] * 4), (None, [False] * 4),
+])  # fmt: skip
+def test_a_first_line_is_long_from_the_sum_of_the_means_on(how, covered):
+    assert [load_cell_covers(how, [time]) for time in (0.008, 0.292, 0.3, 2.0)] == covered
+    assert load_cell_covers(how, [0.1, 0.4]) is (how == "both")
+    assert load_cell_covers(how, [])
 
 
 def test_a_program_that_exists_is_told_that_its_motion_is_not_looked_at():

@@ -92,7 +92,7 @@ def test_a_run_has_other_windows_from_a_first_statement_on_that_lasts_as_long_as
     windows = {first: seen.expected.in_run(first).moving_averages for first in (0.016, 0.416, 0.424, 2.5)}
     short, long = pytest.approx((0.176, 0.168)), pytest.approx((0.256, 0.168))
     assert windows == {0.016: short, 0.416: short, 0.424: long, 2.5: long}
-    assert seen.lowest.in_run(2.5) is seen.lowest
+    assert seen.lowest.in_run(2.5) == seen.lowest
 
 
 @pytest.mark.parametrize(("windows", "words"), [

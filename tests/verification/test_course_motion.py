@@ -7,8 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.units import MM
+from compgen.job.bounds import Bounds
 from compgen.pipelines.files.program_course import course_of_text
-from compgen.pipelines.files.robot_file import load_robot
+from compgen.pipelines.files.robot_file import load_cell, load_robot
+from compgen.pipelines.findings.motion_findings import motion_of_a_listing
 from compgen.program.frames import default_frames
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.course_motion import course_motion
@@ -96,6 +98,20 @@ def test_a_run_that_begins_with_a_long_line_has_other_windows(sum_of_windows):
     effect = effect_of(program, ControllerMotion(moving_averages=short, after_long=long))
     same = effect_of(program, ControllerMotion(moving_averages=long if sum_of_windows < 1 else short))
     assert (effect.largest, effect.motion) == (same.largest, same.motion)
+
+
+@pytest.mark.parametrize(("began", "unlogged"), [("long", False), ("short", True), (None, True)])
+def test_a_run_that_begins_as_no_logged_one_did_is_told_so(began, unlogged):
+    """Its first line lasts 1.5 s, the means 0.2."""
+    runs = "" if began is None else f', runs_began="{began}"'
+    identified = f'motion.identified={{robot="m710ic50", verdict="foretells"{runs}}}'
+    robot = load_cell("m710ic50", ["motion.moving_average_ms=[100, 100]", identified]).robot
+    effect = effect_of(listing(["CNT100", "CNT100", "FINE"]), robot.motion)
+    assert effect.motion.unlogged is unlogged
+    (finding,) = motion_of_a_listing(robot, effect, Bounds())
+    assert finding.code == ("motion.runs" if unlogged else "motion.known")
+    assert len(finding.message) <= 300
+    assert unlogged is ("identify-motion again" in finding.message or "cgen plan-motion-log" in finding.message)
 
 
 def test_motion_in_the_joints_is_not_looked_at():

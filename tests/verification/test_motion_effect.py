@@ -103,6 +103,22 @@ def test_each_run_has_the_windows_that_go_with_how_long_its_first_statement_last
     assert effect.motion.after_long == ()
 
 
+@pytest.mark.parametrize(("first", "second", "windows"), [
+    (118, 100, (0.2, 0.2)), (120, 100, (LONG, 0.2)), (100, 121, (0.2, LONG)), (150, 150, (LONG, LONG)),
+])  # fmt: skip
+def test_a_known_motion_has_its_windows_by_run_where_the_tool_goes_and_how_long_it_takes(job, first, second, windows):
+    motion = ControllerMotion(moving_averages=(0.2, 0.2), after_long=(LONG, LONG))
+    twin = twin_of(job)
+    twin = replace(twin, robot=replace(twin.robot, motion=motion))
+    prepared = prepare(twin, two_runs(first, second), job.history.before, job.history.air)
+    effect = motion_effect(prepared, np.zeros(4, dtype=bool))
+    assert effect.off.reshape(2, 2).max(axis=1) == pytest.approx([*map(beside_a_corner, windows)], abs=2 * DIGIT)
+    lasts = 0.008 * np.ceil(np.array([[first, 200], [second, 200]]) / 200 / 0.008 - 1e-6)
+    ends = np.cumsum(lasts.sum(axis=1) + 2 * np.array(windows))
+    assert prepared.time[[2, 4]] == pytest.approx(ends, abs=1e-6)  # as long as its statements and both means
+    assert prepared.rounded_up == pytest.approx(prepared.time[-1])
+
+
 def test_of_a_known_motion_there_is_one_size(job):
     known = effect(job, ControllerMotion(moving_averages=(0.2, 0.2)))
     assert known.known

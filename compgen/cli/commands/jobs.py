@@ -1,7 +1,7 @@
 """Commands that write the files of a path: generate, predict."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -88,6 +88,7 @@ def generate(
         files = _job_files(page_place(folder, page, date, labels), Run(Command.GENERATE, chosen.name), program, [own])
         in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(chosen, progress, in_header, pages=pages)
+        check_folder(folder, files.run, headed=[replace(own, program=f"{corrected.program.name}.LS")])
         corrected = judge_ramps(planned, corrected) if strict else corrected
         programs = dict(corrected.delivery.files) if corrected.is_usable or force else {}
         reports = files.put(planned, corrected, programs, progress)

@@ -40,7 +40,7 @@ def plan_motion_log(
     date: opt.Date = DEFAULT_DATE,
     screen: opt.Screen,
 ) -> Outcome:
-    """Write a program of two minutes whose log tells identify-motion all that it fits.
+    """Write a program of three minutes whose log tells identify-motion all that it fits.
 
     Examples:
         cgen plan-motion-log m710ic50 --centre '1300 0 600' -o motion_log

@@ -31,7 +31,7 @@ from compgen.identification.motion.fit import (
 )
 from compgen.identification.motion.speeds import SpeedStretch
 from compgen.identification.motion.windows import BEFORE_STOP, Window, keeps_law, residuals, retimed, windows_of
-from compgen.robot.motion import ControllerMotion, MotionVerdict
+from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 
@@ -77,11 +77,12 @@ class IdentifiedMotion:
     slowed: float  # share of the rows that are left out, where the motion was slowed down
     findings: tuple[Finding, ...]
     speeds: tuple[SpeedStretch, ...] = ()  # at a corner and at a stop
+    runs_began: frozenset[RunBeginning] = frozenset()  # of those whose bends it explains
 
     @property
     def limit(self) -> float:
         """What blocks held out may leave for programs to be commanded against it [m]."""
-        return max(LEFT * (self.plain - self.held_out), NOISE_MULTIPLE * self.noise + FLOOR)
+        return limit_of(self.plain, self.held_out, self.noise)
 
     @property
     def verdict(self) -> MotionVerdict:
@@ -90,6 +91,11 @@ class IdentifiedMotion:
         if Level.REFUSED in levels:
             return MotionVerdict.REJECTED
         return MotionVerdict.FORETELLS if Level.WARNING in levels else MotionVerdict.COMMANDABLE
+
+
+def limit_of(plain: float, left: float, noise: float) -> float:
+    """What a controller may leave of what the plain program leaves, to be commanded against [m]."""
+    return max(LEFT * (plain - left), NOISE_MULTIPLE * noise + FLOOR)
 
 
 def identify(
@@ -108,7 +114,7 @@ def identify(
         noise: Of the log's positions, of one coordinate [m].
         progress: Called with the share done.
     """
-    whole = np.concatenate([w.block for w in windows])
+    _, whole = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
     kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool))
     kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]

@@ -3,7 +3,8 @@ r"""A program whose log tells how a controller smooths: to and fro, corners, a c
 All figures stand around a centre c, of size s, in the plane of World's x and y and upright in that of x and z:
 
     to and fro   a straight way between two stops (FINE), at two speeds: its ramps are the filters' sum
-    squares      corners at CNT100, flat and upright, at two speeds: they part two filters, and joints from Cartesian
+    squares      corners at CNT100, flat and upright, at two speeds: they part two filters, and joints from Cartesian;
+                 in lines as short as a job's, some runs begun with one of them and some with a whole way across
     circle       in quarter arcs: its pull is v^2 sigma^2 / (2 R), R = s / 2
     short lines  each 3.15 interpolation periods long: rounded up they take 4, and the speed falls by 21 %
 """
@@ -22,12 +23,13 @@ from compgen.robot.turns import turn_digits
 
 DOWN = np.diag([1.0, -1.0, -1.0])  # the flange looks down
 POSTURE = Posture()
-ROUNDS = 4  # of each square at full speed, and of the way to and fro
-SLOW_ROUNDS = 2  # at half of it
+ROUNDS = 2  # of each square at full speed, for each way to begin, and of the way to and fro
+SLOW_ROUNDS = 1  # at half of it
 CIRCLES = 3
 BROKEN = 3.15  # periods of a short line
+SIDE_LINE = 9.9  # periods of a line of a square's sides at most: shorter than all filters that were seen
 LONGEST = 0.65  # [s] of both filters, that sides leave room for
-SQUARE = ((-0.5, 0.5), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5), (-0.5, 0.0))
+SQUARE = ((0.5, -0.5), (-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, 0.0))  # from (0.5, 0) on
 REMARKS = ("log positions while this runs:", "cgen identify-motion reads them", "UTOOL 0, UFRAME 0: free space?")
 
 
@@ -49,6 +51,17 @@ class _Figures:
             self.via.append(arcs and n % 2 == 1)
 
 
+def _square(rounds: int, line: float) -> list[tuple[float, float]]:
+    """The ends of lines round a square from (0.5, 0) on, in sizes, all alike and of a length at most."""
+    x, y, ends = 0.5, 0.0, list[tuple[float, float]]()
+    for corner in SQUARE * rounds:
+        count = int(np.ceil(0.5 / line)) * round(2 * max(abs(corner[0] - x), abs(corner[1] - y)))
+        shares = (np.arange(1, count + 1) / count).tolist()
+        ends += [(x + share * (corner[0] - x), y + share * (corner[1] - y)) for share in shares]
+        x, y = corner
+    return ends
+
+
 def least_size(speed: float) -> float:
     """The smallest size whose sides are longer than what two filters reach at a speed [m]."""
     return 2 * speed * LONGEST
@@ -68,13 +81,16 @@ def motion_log_program(robot: Robot, name: str, date: str, centre: Array, size: 
     Raises:
         ImpossibleError: The robot cannot drive it; names the position.
     """
-    figures = _Figures()
+    figures, over, back = _Figures(), (0.5, 0.0, 0.0), (-0.5, 0.0, 0.0)
     for driven, rounds in ((speed, ROUNDS), (speed / 2, SLOW_ROUNDS)):
         for _ in range(rounds):
-            figures.go([(0.5, 0.0, 0.0)], driven)
-            figures.go([(-0.5, 0.0, 0.0)], driven)
-        figures.go([(x, y, 0.0) for x, y in SQUARE * rounds], driven)
-        figures.go([(x, 0.0, z) for x, z in SQUARE * rounds], driven)
+            figures.go([over], driven)
+            figures.go([back], driven)
+        round_it = _square(rounds, SIDE_LINE * robot.controller.period * speed / size)
+        for square in ([(x, y, 0.0) for x, y in round_it], [(x, 0.0, z) for x, z in round_it]):
+            figures.go([over, *square], driven)
+            figures.go(square, driven)
+            figures.go([back], driven)
     angle = np.pi - np.arange(1, 8 * CIRCLES + 1) * np.pi / 4
     figures.go([(float(np.cos(a)) / 2, float(np.sin(a)) / 2, 0.0) for a in angle], speed, arcs=True)
     short = BROKEN * robot.controller.period * speed / size

@@ -79,6 +79,7 @@ class Window:
     run: tuple[int, int]  # nodes of the stops that it lies between
     rate: float  # of the written speeds
     is_whole: bool  # from stop to stop
+    first: float  # [s] how long the statement lasts that its run begins with
 
     def __post_init__(self) -> None:
         own(self, position=("K", 3), arc=("K",), time=("K",), corner=("P",), kept=("P",))
@@ -218,6 +219,7 @@ def _window(
         weight=weight,
         run=span.stops,
         rate=span.rate,
+        first=float(np.diff(clock)[course.statement == course.statement[a]].sum()) / span.rate,
         is_whole=span.first == 0 and span.last == duration,
     )
 
@@ -245,7 +247,8 @@ def residuals(windows: Sequence[Window], robot: Robot, tool: Pose, motion: Contr
 
 def keeps_law(windows: Sequence[Window], robot: Robot, tool: Pose, motion: ControllerMotion) -> BoolArray:
     """Rows that a controller's motion passes at its own speed, (R,): the others were slowed down."""
-    return np.concatenate([_in_time(window, fitted(window, robot, tool, motion)[1], motion) for window in windows])
+    own = [(window, motion.in_run(window.first)) for window in windows]
+    return np.concatenate([_in_time(window, fitted(window, robot, tool, each)[1], each) for window, each in own])
 
 
 def retimed(
@@ -257,11 +260,11 @@ def retimed(
     What passes late by a delay after a position was commanded, was commanded late.
     """
     clock, period = run.clock.clock.copy(), robot.controller.period
-    delay = sum(motion.moving_averages) / 2 + sum(motion.first_orders)
     for window in (w for w in windows if w.is_whole and not len(w.corner)):
-        a, b = window.run
-        passed = fitted(window, robot, tool, motion)[1]
-        steady = _steady(window, passed, motion, delay)  # half of the last ramp tells how long the last one took
+        (a, b), own = window.run, motion.in_run(window.first)
+        delay = sum(own.moving_averages) / 2 + sum(own.first_orders)
+        passed = fitted(window, robot, tool, own)[1]
+        steady = _steady(window, passed, own, delay)  # half of the last ramp tells how long the last one took
         if steady.sum() < LEAST_RAMP:
             continue
         commanded = (run.clock.clock[a + 1 : b + 1] - run.clock.clock[a]) / window.rate
@@ -304,7 +307,7 @@ def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArr
 
 def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
-    period = robot.controller.period / PARTS
+    period, motion = robot.controller.period / PARTS, motion.in_run(window.first)
     time, commanded = _with_waits(window, replace(robot, motion=motion))
     curve = _smoothed(window, robot, tool, motion, commanded)
     arc = arc_lengths_of(curve)
@@ -344,6 +347,7 @@ def _unexplained(moved: Array, at: Array, shown: Array, passed: Array, stop: flo
 
 def smoothed_way(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Times (K',) [s] since a window's run began, and the way that its smoothed motion has gone there, (K',) [m]."""
+    motion = motion.in_run(window.first)
     time, commanded = _with_waits(window, replace(robot, motion=motion))
     return time, arc_lengths_of(_smoothed(window, robot, tool, motion, commanded))
 

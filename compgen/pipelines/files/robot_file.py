@@ -27,8 +27,9 @@ from compgen.pipelines.files.posterior_file import posterior_beside
 from compgen.pipelines.files.schema import RobotFile
 from compgen.robot.expected_motion_table import expected_motion_of
 from compgen.robot.inverse_kinematics import check_arm_class
+from compgen.robot.motion_tables import motion_of
 from compgen.robot.robot import Robot
-from compgen.robot.tables import motion_of, robot_from_tables
+from compgen.robot.tables import robot_from_tables
 from compgen.thermal import NodeModel, Profile, cold_arm, tables
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.uncertainty import ThermalUncertainty, nothing_warms

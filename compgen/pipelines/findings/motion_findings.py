@@ -29,7 +29,7 @@ from compgen.job.bounds import Bounds
 from compgen.job.job import Job
 from compgen.planning.tables import MAX_LEAD
 from compgen.planning.toolpath import ToolPath
-from compgen.robot.motion import ControllerMotion, MotionVerdict
+from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
 from compgen.verification.motion_effect import HALF, MotionEffect
 from compgen.verification.twin.controller.smoothing import moments, settling_time
@@ -86,21 +86,26 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         left = "" if at_half is None else f": there {_um(at_half)} um are left on the part"
         message = (
             f"the program is made for 100 % override: it is commanded up to {size} um off its path against {WHAT} "
-            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}; it "
-            "holds where the logged runs began as this program's do, with a line longer or shorter than the means"
+            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}"
         )
         return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
     message = (
-        f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}; it "
-        f"is part of the errors, and not commanded against: {_why_not(effect.motion)}"
+        f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}, "
+        f"part of the errors and not commanded against: {_why_not(effect.motion)}"
     )
-    return [Finding(level, Code.MOTION_KNOWN, message)]
+    level = Level.WARNING if effect.motion.unlogged and effect.motion.enabled else level
+    return [Finding(level, Code.MOTION_RUNS if effect.motion.unlogged else Code.MOTION_KNOWN, message)]
 
 
 def _why_not(motion: ControllerMotion) -> str:
     """Why nothing is commanded against a known motion, with the mend."""
     if motion.evidence is None:
         why = "its numbers are not from a log: run cgen identify-motion, then set motion.enabled = true"
+    elif motion.unlogged and not motion.evidence.runs_began:
+        why = "no runs_began in [motion.identified]: run cgen identify-motion again, best on cgen plan-motion-log"
+    elif motion.unlogged:
+        other = "long" if RunBeginning.SHORT in motion.evidence.runs_began else "short"
+        why = f"its runs begin with a {other} line, and no logged one did: log the program of cgen plan-motion-log"
     elif motion.evidence.verdict is MotionVerdict.FORETELLS:
         why = "its [motion.identified] foretells and no more: log another run for cgen identify-motion"
     elif not motion.evidence.accepted:
@@ -127,7 +132,10 @@ def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bound
         f"{WHAT} as [motion] has it ({motion_words(effect.motion)}) leads the tool up to {_um(effect.largest)} um off "
         f"the written path ({_place(effect)}), beside the error after correction; nothing is commanded against it"
     )
-    return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_KNOWN, message)]
+    level = Level.WARNING if beyond else Level.NOTE
+    if effect.motion.unlogged:
+        return [Finding(level, Code.MOTION_RUNS, f"{message}: {_why_not(effect.motion)}")]
+    return [Finding(level, Code.MOTION_KNOWN, message)]
 
 
 def _place(effect: MotionEffect) -> str:
@@ -162,12 +170,15 @@ def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tupl
     if effect is None:
         return tuple(replace(row, size=None, origin=NOT_LOOKED_AT) if row.what == WHAT else row for row in unknown)
     evidence = effect.motion.evidence
-    if effect.known and evidence is not None and evidence.accepted:
+    if effect.known and evidence is not None and evidence.accepted and not effect.motion.unlogged:
         return tuple(row for row in unknown if row.what != WHAT)
     if effect.expected is not None:
         origin, size = BASIS[effect.expected.evidence], (effect.lowest, effect.highest)
     else:
-        origin = f"computed for this path: {motion_words(effect.motion)}, as [motion] has it"
+        origin = (
+            f"computed for this path: {motion_words(effect.motion)}, as [motion] has it"
+            f"{' of runs that begin otherwise' if effect.motion.unlogged else ''}"
+        )
         size = 0.0, effect.largest
     expected = None if effect.known else effect.largest
     return tuple(

@@ -11,7 +11,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
-from compgen.identification.motion.identify import IdentifiedMotion, identify, timed_windows
+from compgen.identification.motion.beginnings import identify_runs
+from compgen.identification.motion.identify import IdentifiedMotion, timed_windows
 from compgen.identification.motion.speeds import shown_speeds
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
 from compgen.robot.robot import Robot
@@ -50,7 +51,7 @@ def identify_motion(
     if not windows:
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
     robot, tool = situation.robot, run.course.tool
-    identified = identify(windows, robot, tool, run.deviation.noise, progress)
+    identified = identify_runs(windows, robot, tool, run.deviation.noise, progress)
     return run, replace(identified, speeds=shown_speeds(run.course, windows, robot, tool, identified.motion))
 
 
@@ -67,10 +68,12 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
     motion, main = identified.motion, run.clock.main
     if run.clock.rounded:
         text = text_with_table(text, "controller", {**tables["controller"], "rounds_up_to_period": True})
+    began = "both" if len(identified.runs_began) > 1 else "".join(identified.runs_began)
     values = {
         "enabled": bool(before.get("enabled", False)),
         "space": motion.space,
         "moving_average_ms": [round(t / MS, 2) for t in motion.moving_averages],
+        **({"after_long_ms": [round(t / MS, 2) for t in motion.after_long]} if motion.after_long else {}),
         "first_order_ms": [round(t / MS, 2) for t in motion.first_orders],
         "lag_ms": before.get("lag_ms", 0.0),
         "identified": {
@@ -81,6 +84,7 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
             "override_percent": 100.0 if main is None else main.override / PERCENT,
             "held_out_um": round(identified.largest / UM, 3),
             "held_out_rms_um": round(identified.held_out / UM, 3),
+            **({"runs_began": began} if began else {}),
         },
     }
     return text_with_table(text, "motion", values)

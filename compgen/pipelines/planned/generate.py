@@ -82,6 +82,7 @@ def _plan(job: Job, progress: Progress, date: str, *, pages: bool) -> Planned:
     """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
     with job_findings.asking_units(job):
         planned = plan_of(job, plan_motion(job.plan, job.cell, job.feed, progress, pages=pages))
+    planned = motion_predistortion.as_logged(planned)
     progress(stages.TWIN_BEFORE, 0.0)
     flight = run_in_background(partial(_fly_uncorrected, planned, date), len(planned.theta))
     return replace(planned, twin_result=flight, findings=tuple(_plan_findings(planned)))
@@ -139,6 +140,7 @@ def generate(
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
     planned = _plan(job, progress, date, pages=pages)
+    job = planned.job
     model_form.plan_other_day(job)
     planned, problem, solution, limited = find_correction(planned, progress)
     path = planned.path

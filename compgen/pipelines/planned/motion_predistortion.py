@@ -4,14 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.compensation.predistortion import Commanded, predistortion
+from compgen.compensation.predistortion import Commanded, bent_runs, predistortion
 from compgen.compensation.problem import Problem, Solution
+from compgen.compensation.simplify import simplify
 from compgen.core.arcs import segment_lengths, statement_starts
-from compgen.core.arrays import frozen, row_norms
+from compgen.core.arrays import Array, frozen, row_norms
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
+from compgen.job.moves_in_arcs import fit_planned_moves
 from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
 from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.planned.program_text import printed_in_world
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.planning.whole_periods import EXACTLY, WORD_STEP
@@ -23,31 +26,77 @@ from compgen.verification.motion_effect import error_at_half_override
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.written_motion import WrittenMotion
 
+ROUNDS = 3  # of taking runs to begin as what is commanded for that begins
+
 
 def predistorted(problem: Problem, planned: Planned) -> Problem:
     """The problem with targets off which the controller leads the tool onto those of the path.
 
     The problem itself where the robot file has no accepted motion, or does not enable it.
     """
-    robot, path, trajectory = planned.job.robot, planned.path, planned.trajectory
-    if robot.motion is None or not robot.motion.may_predistort:
+    motion = planned.job.robot.motion
+    if motion is None or not motion.may_predistort:
         return problem
-    process = planned.job.plan.process
+    shift = _shift(planned, _commanded(planned))
+    return replace(problem, target=Pose(frozen(problem.target.position + shift), problem.target.rotation))
+
+
+def as_logged(planned: Planned) -> Planned:
+    """The plan, its robot's motion marked where runs with bends begin as none of the log did that told it."""
+    job, motion = planned.job, planned.job.robot.motion
+    if motion is None or motion.evidence is None or not motion.is_smooth:
+        return planned
+    commanded = _commanded(planned)
+    if commanded.first is not None and motion.covers(commanded.first[bent_runs(motion, commanded)]):
+        return planned
+    robot = replace(job.robot, motion=replace(motion, unlogged=True))
+    return replace(planned, job=replace(job, cell=replace(job.cell, robot=robot)))
+
+
+def _commanded(planned: Planned) -> Commanded:
+    """The plan as it shall be driven; without how its runs begin where no command begins as it is taken to."""
+    path, process, motion = planned.path, planned.job.plan.process, planned.job.robot.motion
     by_lines = not process.arcs and process.thin is None
-    beside = ~path.contact if path.contact.any() else None
-    places = path.target.position
+    first = _first_statements(planned, np.zeros_like(path.target.position))
     commanded = Commanded(
-        position=places,
+        position=path.target.position,
         theta=planned.theta,
         arc=path.arc,
-        speed=trajectory.speed,
+        speed=planned.trajectory.speed,
         stop=path.stop,
         by_lines=by_lines,
-        beside=beside,
+        beside=~path.contact if path.contact.any() else None,
+        first=first,
     )
-    robot = robot.at_acceleration(planned.job.plan.process.acc)
-    shift = predistortion(robot, planned.job.tool.pose, commanded, planned.job.settings.clamp_position)
-    return replace(problem, target=Pose(frozen(problem.target.position + shift), problem.target.rotation))
+    if by_lines or motion is None or not motion.may_predistort:
+        return commanded
+    for _ in range(ROUNDS):
+        assumed, first = first, _first_statements(planned, _shift(planned, commanded))
+        if np.array_equal(first > motion.long, assumed > motion.long):
+            return commanded
+        commanded = replace(commanded, first=first)
+    return replace(commanded, first=None)
+
+
+def _shift(planned: Planned, commanded: Commanded) -> Array:
+    """How far off its targets a plan is commanded, (N, 3) [m]."""
+    job = planned.job
+    robot = job.robot.at_acceleration(job.plan.process.acc)
+    return predistortion(robot, job.tool.pose, commanded, job.settings.clamp_position)
+
+
+def _first_statements(planned: Planned, shift: Array) -> Array:
+    """How long the statement lasts that each run begins with, of a plan that is commanded off (N, 3) [m], (R,) [s]."""
+    job, path, speed, controller = planned.job, planned.path, planned.trajectory.speed, planned.job.robot.controller
+    process, shortest = job.plan.process, planned.feed * controller.period
+    rows = np.arange(len(path.arc)) if process.thin is None else simplify(path, shift, process.thin, shortest)
+    via = np.zeros(len(rows), dtype=bool)
+    if process.arcs:
+        pose = Pose(frozen(path.target.position + shift), path.target.rotation)
+        rows, via = fit_planned_moves(process, job.robot, path, pose, printed_in_world(job, pose), planned.theta, speed)
+    clock, ends = np.append(0.0, np.cumsum(np.diff(path.arc) / speed)), rows[~via]
+    begins = np.flatnonzero(path.stop[ends])[:-1]
+    return controller.line_time(clock[ends[begins + 1]] - clock[ends[begins]])
 
 
 def from_targets(solution: Solution, problem: Problem, path: ToolPath) -> Solution:

@@ -9,6 +9,7 @@ from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.planned.generate import find_correction
 from compgen.pipelines.planned.job_results import Planned, plan_of
+from compgen.pipelines.planned.motion_predistortion import as_logged
 
 
 def plan_whole(job: Job, progress: Progress) -> Planned:
@@ -24,7 +25,7 @@ def plan_whole(job: Job, progress: Progress) -> Planned:
     motion = plan_motion(job.plan, job.cell, job.feed, progress)
     if motion.page_stops is None or motion.page_stops.obstacle:
         raise InputError(f"{job.source}: this job is one file, and has no pages; generate it anew")
-    whole = plan_of(job, motion)
+    whole = as_logged(plan_of(job, motion))
     if job.plan.process.thin is None:
         return whole
     # which waypoints were left out depends on the correction that was written first

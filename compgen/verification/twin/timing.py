@@ -20,6 +20,9 @@ Where the robot's smoothing is known, it is the ramp: lines run at their words, 
 and all between two stops lasts the sum of their times and the smoothing's settling. No joint's acceleration counts.
 """
 
+from collections.abc import Callable
+from functools import partial
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +32,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.program.program import Program
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Controller, Robot
+from compgen.verification.twin.controller.command import first_of_runs
 from compgen.verification.twin.controller.passing import Settling, settling_of
 
 SAME_POSITION = 1e-9  # m; two positions whose texts are the same
@@ -126,19 +130,23 @@ def time_smoothed(
     controller: Controller, motion: ControllerMotion, program: Program, length: Array, override: float = 1.0
 ) -> ProgramTiming:
     """The timing of a program whose controller smooths as is known, at an override, of segments (N - 1,) [m]."""
-    settling = settling_of(motion)
     words = length / (program.speed * override)
     whole = statement_times(controller, words, program.via, rounds_up=True)
     taken = whole if controller.rounds_up_to_period else words
-    passed = _passed(settling, taken, program.fine)
-    unrounded = _passed(settling, words, program.fine) if controller.rounds_up_to_period else passed
+    short, long = (settling_of(motion.in_run(first)) for first in (0.0, inf))
+    begins_long = first_of_runs(taken, program) > (motion.long if motion.after_long else inf)
+    of_long = np.repeat(begins_long, np.diff(np.flatnonzero(program.fine)))
+    passed, unrounded = (
+        _passed(short, each, program.fine).where(of_long, partial(_passed, long, each, program.fine))
+        for each in (taken, words)
+    )
     return ProgramTiming(
         time=passed.time,
         driven=length / np.diff(passed.time),
         highest=length / taken * passed.rate,
         unrounded=unrounded.time,
         at_word=length * unrounded.held,
-        rounded_up=float(whole.sum() + settling.time * (program.fine.sum() - 1)),
+        rounded_up=float(whole.sum() + np.where(begins_long, long.time, short.time).sum()),
     )
 
 
@@ -148,6 +156,13 @@ class _Passed(NamedTuple):
     time: Array  # (S + 1,) [s] when positions are passed
     rate: Array  # (S,) highest speed, as a share of the word
     held: Array  # (S,) of the segment's time at the word
+
+    def where(self, segments: BoolArray, passed: Callable[[], "_Passed"]) -> "_Passed":
+        """As another smoothing passes some segments, whole runs of them (S,)."""
+        other = passed() if segments.any() else self
+        took = np.where(segments, np.diff(other.time), np.diff(self.time))
+        pairs = ((other.rate, self.rate), (other.held, self.held))
+        return _Passed(np.append(0.0, np.cumsum(took)), *(np.where(segments, *pair) for pair in pairs))
 
 
 def _passed(settling: Settling, taken: Array, fine: BoolArray) -> _Passed:

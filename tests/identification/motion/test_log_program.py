@@ -41,7 +41,7 @@ def test_the_text_has_the_figures():
     before = {n: places[n - 2] for n, _, _ in lines}
     stops = {1, *(n for n, _, fine in lines if fine)}
     whole = [n for n in stops if n - 1 in stops and np.linalg.norm(places[n - 1] - places[n - 2]) > 0.99 * SIZE / MM]
-    assert len(whole) == 12
+    assert len(whole) == 10
     turning = {"xy": 0, "xz": 0}
     for n, _, fine in lines:
         if fine or {n, n + 1, n - 1} & set(vias):
@@ -49,7 +49,7 @@ def test_the_text_has_the_figures():
         one, other = places[n - 1] - before[n], places[n] - places[n - 1]
         if abs(one @ other) < 1e-6 * np.linalg.norm(one) * np.linalg.norm(other):
             turning["xz" if abs(one[2] + other[2]) > 1 else "xy"] += 1
-    assert turning == {"xy": 24, "xz": 24}
+    assert turning == {"xy": 26, "xz": 26}
     radius = np.linalg.norm(places[[n - 1 for n in vias]] - CENTRE / MM, axis=1)
     assert_allclose(radius, SIZE / MM / 2, atol=1e-3)
     assert len(vias) == 12

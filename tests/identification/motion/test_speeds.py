@@ -33,18 +33,23 @@ def stretches(tmp_path_factory):
 
 
 def test_a_right_corner_is_passed_at_the_root_of_half_the_speed(stretches):
-    """Where half of the weights are on each leg both speeds are v / 2, at right angles."""
+    """Where half of the weights are on each leg both speeds are v / 2, at right angles.
+
+    The sides' lines of 15 mm are said at 200 mm/s, 9.4 periods, and take 10.
+    """
+    driven = 0.015 / 0.08
     corner = stretches["corner"]
     assert corner.at != "P[1]"
     for speed in (corner.logged, corner.modelled):
-        assert speed.min() == pytest.approx(SPEED / np.sqrt(2), rel=0.01)
-        assert np.median(speed) == pytest.approx(SPEED, rel=0.01)
-    assert abs(corner.time[np.argmin(corner.logged)]) < 0.05
+        assert speed.min() == pytest.approx(driven / np.sqrt(2), rel=0.01)
+        assert np.median(speed) == pytest.approx(driven, rel=0.01)
+    near = np.abs(corner.time) < 0.4  # half a side on there is another corner
+    assert abs(corner.time[near][np.argmin(corner.logged[near])]) < 0.05
     # two means of T1 and T2 cut a right corner by v E|u| / 2 on each side, u of the weights' trapezoid
     u = np.linspace(-0.172, 0.172, 200_001)
     weight = np.clip((0.172 - np.abs(u)) / (0.172 - 0.004), 0, 1)
-    cut = SPEED * float((np.abs(u) * weight).sum() / weight.sum()) / 2
-    assert cut - 0.008 * SPEED / 2 <= corner.off <= cut + 1e-5  # rows stand a period apart
+    cut = driven * float((np.abs(u) * weight).sum() / weight.sum()) / 2
+    assert cut - 0.008 * driven / 2 <= corner.off <= cut + 1e-5  # rows stand a period apart
 
 
 def test_before_a_stop_the_fit_is_as_fast_as_the_log(stretches):

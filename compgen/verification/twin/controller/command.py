@@ -164,11 +164,14 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, kept: 
 
 def first_statements(robot: Robot, path: WrittenPath, override: float = 1.0) -> Array:
     """How long the statement takes that each run from a stop to the next begins with, (R,) [s]."""
-    program = path.program
-    time = statement_times(
-        path.sweep.length, program.speed * override, robot.controller.period,
-        rounds_up=robot.controller.rounds_up_to_period, via=program.via,
-    )  # fmt: skip
+    speed, via, controller = path.program.speed * override, path.program.via, robot.controller
+    rounds_up = controller.rounds_up_to_period
+    time = statement_times(path.sweep.length, speed, controller.period, rounds_up=rounds_up, via=via)
+    return first_of_runs(time, path.program)
+
+
+def first_of_runs(time: Array, program: Program) -> Array:
+    """Of the times of segments (N - 1,) [s] those of the statements that runs begin with, (R,) [s]."""
     first = np.flatnonzero(program.fine)[:-1]
     return np.asarray(time[first] + np.where(program.via[first + 1], time[np.minimum(first + 1, len(time) - 1)], 0.0))
 

@@ -14,7 +14,8 @@ arm.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
+from math import inf
 from typing import Any
 
 import casadi as ca
@@ -26,7 +27,14 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
-from compgen.verification.twin.controller.command import Command, CommandClock, WrittenPath, command_at, command_clock
+from compgen.verification.twin.controller.command import (
+    Command,
+    CommandClock,
+    WrittenPath,
+    command_at,
+    command_clock,
+    first_statements,
+)
 from compgen.verification.twin.controller.smoothing import coarser, moments, settling_time, smooth
 from compgen.verification.twin.nominal_arm import LENGTHS, build_grown_pose
 
@@ -70,7 +78,9 @@ def motion_deviation(
     places_only: bool = False,
     blocks: BoolArray | None = None,
 ) -> MotionDeviation | None:
-    """Where the controller's motion leads the tool; None where nothing is smoothed or nothing is known of it.
+    """Where the controller's motion leads the tool, in each run by the windows that it has.
+
+    None where nothing is smoothed or nothing is known of it; a run of a single segment has no bend.
 
     Args:
         robot: With its motion and interpolation period.
@@ -85,6 +95,15 @@ def motion_deviation(
     known = robot.motion
     if known is None or not known.is_smooth:
         return None
+    if known.after_long:
+        segments = np.diff(np.flatnonzero(path.program.fine))
+        long = (first_statements(robot, path, override) > known.long) & (segments > 1)
+        of_run = partial(motion_deviation, places_only=places_only, blocks=blocks)
+        usual, *other = (
+            of_run(replace(robot, motion=known.in_run(first)), tool, path, counts, override)
+            for first in ((0.0, inf) if long.any() else (0.0,))
+        )
+        return _by_place(np.repeat(np.repeat(long, segments), counts), usual, other[0]) if other else usual
     motion = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
     step, arc = _step(robot, path, motion), path.arcs()
     turned = np.zeros((0, 3)) if places_only else path.turned()
@@ -109,6 +128,22 @@ def motion_deviation(
     lag = moments(known).delay * override * float(path.program.speed.max())
     turns = np.abs(turn).max(initial=0.0) > TURNING
     return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turns else None, lag)
+
+
+def _by_place(
+    places: BoolArray, usual: MotionDeviation | None, other: MotionDeviation | None
+) -> MotionDeviation | None:
+    """The other deviation at some places, (K - 1,) and the end as the last; the usual one where either has none."""
+    if usual is None or other is None:
+        return usual
+    there = np.append(places, places[-1])
+    turns = [np.zeros_like(led.across) if led.turn is None else led.turn for led in (other, usual)]
+    return MotionDeviation(
+        frozen(np.where(there[:, None], other.across, usual.across)),
+        frozen(np.where(there, other.along, usual.along)),
+        None if usual.turn is None and other.turn is None else frozen(np.where(there[:, None], *turns)),
+        max(usual.lag, other.lag),
+    )
 
 
 def _beside(path: WrittenPath, position: Array, at: Array, segment: IntArray, fraction: Array) -> tuple[Array, Array]:
