@@ -26,7 +26,9 @@ def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, a
     ``speed`` is one [mm/s], or what each line is written to take (N - 1,) [s].
     """
     points = np.array(points, dtype=float)
-    words = np.linalg.norm(np.diff(points, axis=0), axis=1) / speed if np.isscalar(speed) else np.asarray(speed)
+    words = (
+        np.linalg.norm(np.diff(points, axis=0), axis=1) / speed if isinstance(speed, int | float) else np.asarray(speed)
+    )
     lasts = np.ceil(words / override / PERIOD - 1e-6)
     lasts = PERIOD * (lasts + (0 if slower is None else np.asarray(slower)))
     begins = np.concatenate([[0.0], np.cumsum(lasts + sum(means) * np.array(fine[1:]))])
@@ -39,6 +41,10 @@ def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, a
 
 def program(points, speed, fine):
     words = ["UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE"]
-    each = [f"{speed}mm/sec"] * len(points) if np.isscalar(speed) else [f"{seconds:.2f}sec" for seconds in speed]
+    each = (
+        [f"{speed}mm/sec"] * len(points)
+        if isinstance(speed, int | float)
+        else [f"{seconds:.2f}sec" for seconds in speed]
+    )
     words += [f"L P[{n}] {each[n - 2]} {'FINE' if stops else 'CNT100'}" for n, stops in enumerate(fine[1:], 2)]
     return ls_text.program(words, [ls_text.cartesian(n, (*p, *DOWN)) for n, p in enumerate(points, 1)], name="RUN")

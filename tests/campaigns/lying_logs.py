@@ -41,6 +41,7 @@ import seed_journal  # noqa: E402
 from lies import LIES, WHOLE_DAYS, LoggedDay  # noqa: E402
 from logged_days import HOUR, LAW, MINUTE, REFERENCE, Log, Stretch, course, drawn_sensing, logged, work  # noqa: E402
 from naive_arm import dh_angles, frame, joints_by_config  # noqa: E402
+from shipped import load_everything  # noqa: E402
 
 COMMANDS = ("generate", "resume", "check", "follow", "predict", "anchor", "heat", "whatif")
 IN_PAGES = ("resume", "follow")
@@ -480,7 +481,7 @@ def main() -> int:
     given = seed_journal.parser("lying_logs", __doc__, "0:168").parse_args()
     if not given.table:
         os.environ["CC"] = ""
-        kills.load_everything()
+        load_everything()
         kills.HANGS_S = HANGS_S
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY_B, MEMORY_B))
         with tempfile.TemporaryDirectory() as folder:

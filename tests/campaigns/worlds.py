@@ -23,6 +23,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).par
 import kills  # noqa: E402
 import seed_journal  # noqa: E402
 from kills import COMMANDS, FOREIGN, SITUATIONS, Campaign, End, Stop, content, hidden  # noqa: E402
+from shipped import load_everything  # noqa: E402
 from shrinking import shrunk  # noqa: E402
 
 TAKING_PART = ("generate", "generate pages", "predict", "correct", "pages", "heat", "whatif", "plan-poses")
@@ -138,7 +139,7 @@ def main() -> int:
     if not given.table:
         os.environ["CC"] = ""
         with tempfile.TemporaryDirectory() as folder:
-            kills.load_everything()
+            load_everything()
             campaign = Campaign(Path(folder), {name: COMMANDS[name] for name in TAKING_PART})
             given.journal.keep_trials(given.seeds, given.budget, partial(tried, campaign))
     rows = given.journal.rows(given.seeds)

@@ -5,8 +5,8 @@ import threading
 
 import numpy as np
 import pytest
+from forked import HANGS_S
 from numpy.testing import assert_array_equal
-from stopped import HANGS_S
 
 from compgen.core import csv_table
 from compgen.core.csv_table import LONG, MAX_CELL, numbers_at_once, quote_cell, read_csv, text_cell

@@ -7,8 +7,9 @@ import sys
 import time
 
 import pytest
+from forked import HANGS_S
 from shipped import ROOT
-from stopped import HANGS_S, run_stopped, script
+from stopped import run_stopped, script
 
 GENERATE = ["generate", str(ROOT / "paths" / "optic_spiral.toml"), "-q"]
 LONG = ["--set", "path.stepover_mm=20.65", "--set", "process.chord_um=0.2", "--workers", "2"]  # 1e5 waypoints
