@@ -42,9 +42,9 @@ def identify_runs(
     first, long = np.array([w.first for w in windows]), whole.motion.long
     begins = {RunBeginning.SHORT: first <= long, RunBeginning.LONG: first > SURELY_LONG * long}
     begun = {each: [windows[int(k)] for k in np.flatnonzero(does)] for each, does in begins.items() if does.any()}
-    told = {beginning: explains(whole.motion, noise, some, robot, tool) for beginning, some in begun.items()}
-    whole = replace(whole, runs_began=frozenset(beginning for beginning, explained in told.items() if explained))
-    if len(begun) < len(begins) or (whole.verdict is MotionVerdict.COMMANDABLE and False not in told.values()):
+    explained = {beginning: explains(whole.motion, noise, some, robot, tool) for beginning, some in begun.items()}
+    whole = replace(whole, runs_began=frozenset(beginning for beginning, is_so in explained.items() if is_so))
+    if len(begun) < len(begins) or (whole.verdict is MotionVerdict.COMMANDABLE and False not in explained.values()):
         return whole
     known = list[IdentifiedMotion]()
     for beginning, some in begun.items():
