@@ -63,6 +63,8 @@ def explains(
 ) -> bool | None:
     """Whether a controller explains the bends of windows well enough to be commanded against; None where none is."""
     kept = keeps_law(windows, robot, tool, controller)
+    if not kept.any():
+        return None
     plain, left = (
         rms(residuals(windows, robot, tool, motion)[kept, :3]) * float(np.sqrt(3 / 2))  # of one coordinate
         for motion in (ControllerMotion(), controller)
