@@ -61,9 +61,10 @@ def _with_help(arguments: list[str]) -> list[str]:
 
 
 def _exit(code: int) -> None:
-    """Exit, also where the output is gone."""
-    with suppress(OSError):
-        sys.stdout.flush()
+    """Exit with all written, also where the output is gone."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            stream.flush()
     sys.exit(code)
 
 
