@@ -274,7 +274,7 @@ class Code(StrEnum):
         "Trust the starts that were flown, not what lies between.", WARNING)
     MOTION_KNOWN = ("motion.known", "pipelines", "Known smoothing by the controller leads the tool off its path.",
         "Lower the feed, or command against it as the message says.", WARNING, NOTE)
-    MOTION_RUNS = ("motion.runs", "identification", "A program's runs begin as no logged one: nothing is commanded.",
+    MOTION_RUNS = ("motion.runs", "pipelines", "A program's runs begin as no logged one: nothing is commanded.",
         "Log the program of cgen plan-motion-log for cgen identify-motion.", WARNING, NOTE)
     MOTION_UNKNOWN = ("motion.unknown", "pipelines", "The controller's smoothing is not known, nor corrected for.",
         "Log a run for cgen identify-motion, or lower process.feed_mm_s.", WARNING, NOTE)
