@@ -1,4 +1,4 @@
-"""The law of an arm's nodes is the most probable one: against scipy, which seeks all unknowns at once on courses of its own."""
+"""The law of an arm's nodes is the most probable: scipy seeks all its unknowns at once, on courses of its own."""
 
 import numpy as np
 import pytest
