@@ -34,8 +34,8 @@ def traversal(arm, *moves):
 
 @pytest.mark.parametrize(
     ("speed", "seconds"),
-    [("100mm/sec", 1.0), ("60cm/min", 10.0), ("100.0inch/min", whole(100 / (100 * 25.4 / 60))), ("2.5sec", 2.5),
-     ("500msec", 0.5)],
+    [("100mm/sec", 1.0), ("60cm/min", 10.0), ("100.0inch/min", whole(100 / (100 * 25.4 / 60))), ("2.5sec", whole(2.5)),
+     ("500msec", whole(0.5))],
 )  # fmt: skip
 def test_a_way_takes_its_length_over_its_speed_or_the_time_it_names(arm, speed, seconds):
     _, drive = traversal(arm, f"L P[2] {speed} CNT100")

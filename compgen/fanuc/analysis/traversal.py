@@ -114,9 +114,9 @@ def _durations(ways: _Ways, value: Array, unit: np.ndarray, robot: Robot | None)
         ramp = (joint_speed / (RAMP * acceleration)).max(axis=1) + (acceleration / jerk).max()
     begins = np.concatenate([[True], ways.stop[:-1]]) if len(ways.stop) else ways.stop
     duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + ways.stop * 0.5)
+    duration = np.where(np.isfinite(seconds), value * seconds / np.where(ways.letter == "C", 2, 1), duration)
     if robot is not None:
         duration = np.where(ways.letter == "L", robot.controller.line_time(duration), duration)
-    duration = np.where(np.isfinite(seconds), value * seconds / np.where(ways.letter == "C", 2, 1), duration)
     untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
     untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     return duration, untimed
