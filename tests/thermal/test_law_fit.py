@@ -116,6 +116,27 @@ def test_one_node_alone_tells_nothing(cell, names):
     assert fitted.law.tau.tolist() == cell.heat.tau.tolist()
 
 
+@pytest.mark.parametrize("names", [NODES[::-1], ("wrist", "link1", "j3")])
+def test_the_order_of_a_logs_columns_says_nothing(cell, names):
+    log = day(1, 6.0)
+    kept = {n: log.readings[n] for n in NODES if n in names}
+    logs = [replace(log, readings=kept), replace(log, readings={n: kept[n] for n in names})]
+    one, other = (fit_law(each, cell.heat, cell.warmth) for each in logs)
+    one_way, other_way = (np.stack([f.law.reference_rise, f.law.tau, f.sigma, f.ratio]) for f in (one, other))
+    np.testing.assert_allclose(one_way, other_way, rtol=1e-6)
+    assert np.isnan(one.sigma).tolist() == [n not in names for n in NODES]
+
+
+def test_what_no_law_explains_widens_its_own_node(cell):
+    """Half of the swing may pass for another law or load, which moves the others' rises and with them their sigmas."""
+    log, rms, k = first_order(cell, GAIN, LAG), 1.5, NODES.index("wrist")
+    swing = rms * 2**0.5 * np.sin(2 * np.pi * log.time / (1.5 * HOUR))
+    logs = [log, replace(log, readings=log.readings | {"wrist": log.readings["wrist"] + swing})]
+    before, after = (fit_law(each, cell.heat, cell.warmth).sigma ** 2 for each in logs)
+    assert (0.5 * rms) ** 2 < after[k] - before[k] < (1.2 * rms) ** 2
+    assert np.delete(after - before, k).max() < (after - before)[k] / 4
+
+
 def test_a_short_warm_up_tells_less(cell):
     first, half, whole = (fit_law(day(0, h), cell.heat, cell.warmth).sigma for h in (0.1, 1.0, 6.0))
     assert np.isnan(first).all()
