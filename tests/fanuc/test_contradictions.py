@@ -2,7 +2,8 @@
 
 import pytest
 from corrected import MANY, corrected
-from ls_text import at, program
+from ls_text import at, joint_form, program
+from naive_arm import config
 from shipped import ROOT
 
 from compgen import fanuc
@@ -68,6 +69,40 @@ def test_what_contradicts_itself_is_said_with_its_line(moves, line, reason):
 )
 def test_what_may_be_right_is_not_said(moves):
     assert found(text(*moves)) == []
+
+
+FLIPPED = (15.0, 25.0, -20.0, 25.0, 55.0, 40.0)  # F, where THERE is N
+NEARLY_STRAIGHT = (15.0, 25.0, -20.0, 25.0, 0.5, 40.0)
+
+
+@pytest.mark.parametrize("form", [at, joint_form])
+@pytest.mark.parametrize("home", [HOME, (-10.0, 20.0, 15.0, 0.0, -90.0, 0.0)])
+@pytest.mark.parametrize(
+    ("end", "move", "line"),
+    [
+        (FLIPPED, "L P[2] 5mm/sec FINE", 2),
+        (FLIPPED, "C P[3]\n    :  P[2] 5mm/sec CNT100", 2),
+        (THERE, "L P[2] 5mm/sec FINE", None),
+        (NEARLY_STRAIGHT, "L P[2] 5mm/sec FINE", None),
+        (FLIPPED, "L P[2] 5mm/sec FINE Wjnt", None),
+        (FLIPPED, "L P[2] 5mm/sec FINE INC", None),
+        (FLIPPED, "J P[2] 5% FINE", None),
+        (FLIPPED, "L PR[2] 5mm/sec FINE", None),
+    ],
+)
+def test_a_way_between_two_configurations_is_said(form, home, end, move, line):
+    data = program([GO, move], [at(1, home), form(2, end), at(3, home)])
+    read = fanuc.loads(data)
+    poses = ProgramContext(MANY).poses(read, load_robot("m710ic50"))
+    said = [
+        (u.line - 3, u.reason)
+        for u in contradictions(read, read_traversal(read, poses, None))
+        if "the arm comes as" in u.reason
+    ]
+    assert [n for n, _ in said] == ([] if line is None else [line]), said
+    assert all(
+        reason.startswith(f"P[2] is {config(end)[:5]}, and the arm comes as {config(home)[:5]}: ") for _, reason in said
+    )
 
 
 def test_both_commands_say_it_and_correct_what_they_did():

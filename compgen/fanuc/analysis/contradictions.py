@@ -1,9 +1,10 @@
 """Where a program contradicts itself: a controller would stop there, or run on where nobody meant.
 
-A motion to a position in another user frame or tool than is set, along every way to it; a label that stands twice; a
-jump to one that stands nowhere.
+A motion to a position in another user frame or tool than is set, along every way to it; a straight line or an arc
+between two configurations; a label that stands twice; a jump to one that stands nowhere.
 """
 
+import re
 from collections.abc import Collection
 
 import numpy as np
@@ -14,11 +15,16 @@ from compgen.fanuc.analysis.flow_graph import Node, arrivals, link_nodes, read_n
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.vocabulary import CALL, FRAME_MENTIONED, FRAME_NUMBER, LABEL, LABEL_ALONE, may_move_arm
-from compgen.program.driven import DrivenProgram
+from compgen.program.configuration import config_letters
+from compgen.program.driven import NONE, DrivenProgram
+from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 Active = tuple[int, int]  # numbers of the user frame and the tool that are set; NO_NUMBER where it is not known
 _NAMES = ("UFRAME_NUM", "UTOOL_NUM")
+_BY_JOINTS = re.compile(r"\bWJNT\b", re.IGNORECASE)  # the wrist's joints are interpolated
+STRAIGHT_WRIST = np.sin(np.radians(1.0))  # of J5, about which a position is of both configurations
 
 
 def contradictions(program: LsProgram, traversal: DrivenProgram, motionless: Collection[str] = ()) -> list[Unsafe]:
@@ -31,6 +37,7 @@ def contradictions(program: LsProgram, traversal: DrivenProgram, motionless: Col
     """
     flow = read_flow(program)
     unsafe = [*_labels(program, flow), *_frames(program, flow, traversal.motion, motionless)]
+    unsafe += _configurations(program, traversal)
     return sorted(set(unsafe), key=lambda u: (u.line, u.reason))
 
 
@@ -83,6 +90,27 @@ def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collec
                     )
                     text = program.motion_text(i)
                     unsafe.append(Unsafe(int(m.line[i]), text[:60], f"{reason}: a controller stops there"))
+    return unsafe
+
+
+def _configurations(program: LsProgram, drive: DrivenProgram) -> list[Unsafe]:
+    """Ways of the tool between two configurations, where both ends are surely known."""
+    s = np.flatnonzero(~drive.joint & (drive.pose != NONE) & (drive.origin != NONE))
+    ends = drive.pose[np.column_stack([drive.origin[s], s])]
+    letters = drive.at.posture[ends]
+    straight = (np.abs(np.sin(drive.at.theta[ends][:, :, 4])) < STRAIGHT_WRIST).any(axis=1)
+    changes = (letters != NONE).all(axis=1) & (letters[:, 0] != letters[:, 1]) & (ends != NONE).all(axis=1) & ~straight
+    unsafe = []
+    for station, (begin, end) in zip(s[changes], letters[changes].tolist(), strict=True):
+        i = int(drive.motion[station])
+        options = program.motions.options[i]
+        if _BY_JOINTS.search(options) or ends_elsewhere(options):
+            continue
+        reason = (
+            f"P[{drive.at.number[drive.pose[station]]}] is {config_letters(ALL_POSTURES[end])}, and the arm comes as "
+            f"{config_letters(ALL_POSTURES[begin])}: a controller may stop there; write J or Wjnt, or teach it again"
+        )
+        unsafe.append(Unsafe(int(program.motions.line[i]), program.motion_text(i)[:60], reason))
     return unsafe
 
 
