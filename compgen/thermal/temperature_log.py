@@ -24,13 +24,16 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
 from compgen.core.toml import suggest
-from compgen.core.units import MINUTE
+from compgen.core.units import HOUR, MINUTE
 from compgen.thermal.log_fit import TemperatureLog
 
 COLDEST, HOTTEST = -20.0, 60.0  # degC that a robot's air may have
 HOTTEST_PART = 120.0  # degC
 COLD_START = 0.5 * MINUTE  # of a log that begins with a cold arm: the median of its readings there is cold
 FIRST_READING = 20 * MINUTE  # within which each sensor must have one where rises count from the log's beginning
+HANGING = HOUR  # for which a live sensor does not stand at one value,
+FEWEST_SAME = 5  # readings in that time
+STEEP = (8.0, 1.0)  # where it changed in as long before by so many of its usual steps, and kelvins [tau >= 0.5 h]
 MOST = 500_000_000  # bytes
 LEAST_STEP = 0.001  # [s] behind the row before, for one that was moved on
 
@@ -158,11 +161,35 @@ def temperatures_of(
 
 
 def check_sensors(log: Temperatures, sensors: Sequence[str]) -> None:
-    """Raises InputError for a log of one row, or without a sensor; ``sensors`` are columns it may have."""
+    """Raises InputError for a log of one row, without a sensor, or with one that hangs; ``sensors`` it may have."""
     if not log.readings:
         raise InputError(f"{log.table.source}: line 1: no sensor; known: {', '.join(sensors)}")
     if len(log.time) < 2:
         raise InputError(f"{log.table.source}: one row only; a log needs two at least")
+    for name, values in log.readings.items():
+        known = np.isfinite(values)
+        since = _hangs_since(log.time[known], values[known])
+        if since is not None:
+            raise InputError(
+                f"{log.table.source}: {log.table.label(log.column[name])}: stands at one value for an hour and more "
+                f"from {since:g} s on, right after it changed fast: the sensor hangs; empty its cells from there, or "
+                "remove the column"
+            )
+
+
+def _hangs_since(time: Array, value: Array) -> float | None:
+    """Where a sensor begins to stand that a warming part could not have brought to rest, (M,) [s]; None: nowhere."""
+    step = np.abs(np.diff(value))
+    if not step.any():
+        return None
+    steep = max(STEEP[0] * float(np.median(step[step > 0])), STEEP[1])
+    begins = np.append(0, np.flatnonzero(step) + 1)
+    ends = np.append(begins[1:] - 1, len(value) - 1)
+    for begin in begins[(time[ends] - time[begins] >= HANGING) & (ends - begins >= FEWEST_SAME)]:
+        before = int(np.searchsorted(time, time[begin] - HANGING))
+        if abs(value[begin] - value[before]) >= steep:
+            return float(time[begin])
+    return None
 
 
 def _times(table: CsvTable) -> Array:

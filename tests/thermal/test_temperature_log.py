@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.thermal.tables.schema import LogTable
-from compgen.thermal.temperature_log import growing_log, read_temperature_log, readings_in_steps
+from compgen.thermal.temperature_log import check_sensors, growing_log, read_temperature_log, readings_in_steps
 
 NODES, SENSORS = ("j2", "face"), {"part_3": "j2"}
 HEAD = "time_s,ambient_degC,part_3_degC\n"
@@ -139,3 +139,43 @@ def test_a_log_whose_sensors_nobody_named_says_how_to_name_them(tmp_path):
     assert 'no sensor; name it in [log] as columns = { j2 = "TC 03" }, unit = "degC", or in thermal.sensors' in message
     assert "there are: TC 01, TC 03, TC 09" in message
     assert len(message) - len(str(tmp_path)) <= 300
+
+
+def warming(tau_h, step_s, digit, noise=0.05, hours=6.0, seed=0):
+    """A part that warms by 25 K [s], [degC], as a logger of a digit writes it; 0: as many as it has."""
+    time = np.arange(0.0, hours * 3600 + 1, step_s)
+    value = 20 + 25 * (1 - np.exp(-time / (tau_h * 3600)))
+    value += np.random.default_rng(seed).normal(0, noise, len(time))
+    return time, np.round(value / digit) * digit if digit else value
+
+
+def checked(tmp_path, time, value):
+    file = tmp_path / "log.csv"
+    file.write_text(
+        rows(*((float(t), "" if np.isnan(v) else repr(float(v))) for t, v in zip(time, value, strict=True)))
+    )
+    check_sensors(read_temperature_log(str(file), NODES, SENSORS), [])
+
+
+@pytest.mark.parametrize("digit", [0, 0.01, 0.1])
+@pytest.mark.parametrize("step_s", [10.0, 60.0, 300.0])
+@pytest.mark.parametrize("again", [None, 300])
+def test_a_sensor_that_hangs_while_its_part_warms_is_refused(tmp_path, digit, step_s, again):
+    time, value = warming(2.0, step_s, digit)
+    hangs = (time >= 6000) & (time <= (60 * again if again else np.inf))
+    value[hangs] = value[hangs][0]
+    with pytest.raises(
+        InputError, match=r"log.csv: column part_3_degC: stands at one value for an hour and more from (59|60)\d\d s"
+    ):
+        checked(tmp_path, time, value)
+
+
+@pytest.mark.parametrize("digit", [0, 0.01, 0.1, 0.5, 1.0])
+@pytest.mark.parametrize("step_s", [10.0, 60.0, 300.0, 1200.0])
+@pytest.mark.parametrize("tau_h", [0.5, 1.0, 3.0])
+def test_a_part_that_comes_to_rest_is_believed(tmp_path, digit, step_s, tau_h):
+    for seed, noise in enumerate((0.0, 0.02, 0.2)):
+        time, value = warming(tau_h, step_s, digit, noise, 12.0, seed)
+        checked(tmp_path, time, value)
+        checked(tmp_path, time, np.where((time > 4000) & (time < 9000), np.nan, value))
+    checked(tmp_path, time, np.full(len(time), 21.0))
