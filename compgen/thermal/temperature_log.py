@@ -161,20 +161,31 @@ def temperatures_of(
 
 
 def check_sensors(log: Temperatures, sensors: Sequence[str]) -> None:
-    """Raises InputError for a log of one row, without a sensor, or with one that hangs; ``sensors`` it may have."""
+    """Raises InputError for a log of one row, or without a sensor; ``sensors`` are columns it may have."""
     if not log.readings:
         raise InputError(f"{log.table.source}: line 1: no sensor; known: {', '.join(sensors)}")
     if len(log.time) < 2:
         raise InputError(f"{log.table.source}: one row only; a log needs two at least")
+
+
+def check_live(log: Temperatures) -> None:
+    """Raises InputError for a sensor that stands where a warming part could not, while another goes on."""
+    known = {name: np.isfinite(values) for name, values in log.readings.items()}
     for name, values in log.readings.items():
-        known = np.isfinite(values)
-        since = _hangs_since(log.time[known], values[known])
-        if since is not None:
+        since = _hangs_since(log.time[known[name]], values[known[name]])
+        others = [(log.time[known[o]], v[known[o]]) for o, v in log.readings.items() if o != name]
+        if since is not None and any(_goes_on(*other, since) for other in others):
             raise InputError(
                 f"{log.table.source}: {log.table.label(log.column[name])}: stands at one value for an hour and more "
-                f"from {since:g} s on, right after it changed fast: the sensor hangs; empty its cells from there, or "
-                "remove the column"
+                f"from {since:g} s on, right after it changed fast, and others go on: the sensor hangs; empty its "
+                "cells from there, or remove the column"
             )
+
+
+def _goes_on(time: Array, value: Array, since: float) -> bool:
+    """Whether readings (M,) change by more than noise in the hour after a time [s]."""
+    hour = value[(time >= since) & (time <= since + HANGING)]
+    return bool(len(hour) > 1 and abs(hour[-1] - hour[0]) >= STEEP[1])
 
 
 def _hangs_since(time: Array, value: Array) -> float | None:

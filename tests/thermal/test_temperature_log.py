@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.thermal.tables.schema import LogTable
-from compgen.thermal.temperature_log import check_sensors, growing_log, read_temperature_log, readings_in_steps
+from compgen.thermal.temperature_log import check_live, growing_log, read_temperature_log, readings_in_steps
 
 NODES, SENSORS = ("j2", "face"), {"part_3": "j2"}
 HEAD = "time_s,ambient_degC,part_3_degC\n"
@@ -149,12 +149,13 @@ def warming(tau_h, step_s, digit, noise=0.05, hours=6.0, seed=0):
     return time, np.round(value / digit) * digit if digit else value
 
 
-def checked(tmp_path, time, value):
+def checked(tmp_path, time, value, beside=None):
+    """A log of that value, and of another part that takes three hours to warm unless given, looked at."""
+    other = warming(3.0, time[1] - time[0], 0, hours=time[-1] / 3600, seed=9)[1] if beside is None else beside
     file = tmp_path / "log.csv"
-    file.write_text(
-        rows(*((float(t), "" if np.isnan(v) else repr(float(v))) for t, v in zip(time, value, strict=True)))
-    )
-    check_sensors(read_temperature_log(str(file), NODES, SENSORS), [])
+    lines = [f"{t},{o},{'' if np.isnan(v) else repr(float(v))}" for t, o, v in zip(time, other, value, strict=True)]
+    file.write_text("\n".join(["time_s,face_degC,part_3_degC", *lines, ""]))
+    check_live(read_temperature_log(str(file), NODES, SENSORS))
 
 
 @pytest.mark.parametrize("digit", [0, 0.01, 0.1])
@@ -179,3 +180,8 @@ def test_a_part_that_comes_to_rest_is_believed(tmp_path, digit, step_s, tau_h):
         checked(tmp_path, time, value)
         checked(tmp_path, time, np.where((time > 4000) & (time < 9000), np.nan, value))
     checked(tmp_path, time, np.full(len(time), 21.0))
+
+
+def test_parts_that_all_come_to_rest_at_once_are_a_log_that_somebody_wrote_and_are_believed(tmp_path):
+    time = np.arange(0.0, 4 * 3600 + 1, 60.0)
+    checked(tmp_path, time, 20 + 25 * np.minimum(time / 7000, 1), 20 + 9 * np.minimum(time / 7000, 1))

@@ -24,7 +24,7 @@ from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.paging.join_check import called_programs as called_pages
 from compgen.fanuc.paging.join_check import interpret_pages
-from compgen.fanuc.vocabulary import RATES
+from compgen.fanuc.vocabulary import RATES, TIMES
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.program import Program
@@ -227,6 +227,9 @@ def _written_durations(  # noqa: PLR0913 - columns of the same stations
     fastest = np.nan_to_num((turn / robot.speed).max(axis=1))
     stated = np.isfinite(speed) & judged
     speed = np.where(stated, speed, np.inf)
+    straight = judged & ~(drive.via[at[1:]] | drive.via[at[:-1]])
+    timed = np.where(straight, value * np.array([TIMES.get(u, np.nan) for u in unit.tolist()]), np.nan)
+    total = np.where(np.isfinite(timed), timed, total)  # that of a drive is in whole periods at full override
     least = np.where(stated, fastest, np.where(unit == "", np.fmax(length / ASSUMED["L"], fastest), total))
     least = np.where(judged, least, total)
     return np.fmax(length / speed, least)

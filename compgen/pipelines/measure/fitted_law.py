@@ -19,6 +19,7 @@ from compgen.thermal.temperature_log import (
     COLDEST,
     HOTTEST,
     Reference,
+    check_live,
     check_sensors,
     read_temperature_log,
 )
@@ -34,6 +35,7 @@ def with_law_of(arm: Arm, source: str, reference: str) -> Arm:
         return arm
     log = read_temperature_log(source, arm.nodes, arm.sensors)
     check_sensors(log, [f"{name}_degC" for name in (*arm.nodes, *arm.sensors)])
+    check_live(log)
     rises = log.rises(rise_reference(reference), COLD_START)
     if any(swapped_sensors(log, rises, arm.law)):  # which is said with the measurements
         return arm
