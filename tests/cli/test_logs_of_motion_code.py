@@ -123,6 +123,16 @@ def test_a_log_whose_rows_are_in_another_order_is_refused_in_one_line(tmp_path):
     refused(identify(tmp_path)[0], 2, "log.csv", "another program", "not in the order of the program")
 
 
+def test_strokes_too_short_for_their_speed_are_told_to_be_logged_slower_and_are_taken_then(tmp_path):
+    """20 mm at 200 mm/s are 100 ms, half of what is smoothed over: the robot turns before it was there."""
+    places = [(1000 + 20 * (k // 2 % 2 != k % 2), 3 * (k // 2), 100) for k in range(24)]
+    run = places, 200, [True] + [False] * 22 + [True]
+    write(tmp_path, *driven(*run), program(*run))
+    refused(identify(tmp_path)[0], 2, "log.csv", "the robot travels 52 % less than the program", "at a lower override")
+    write(tmp_path, *driven(*run, override=0.3), program(*run))
+    assert identify(tmp_path)[0].returncode == 0
+
+
 def test_the_same_at_half_override_is_one_override(tmp_path):
     time, place = driven(CURVE, 100, SMOOTH)
     write(tmp_path, time, place, program(CURVE, 200, SMOOTH))
