@@ -298,8 +298,8 @@ def means_of(periods: int) -> ControllerMotion:
     return ControllerMotion(moving_averages=tuple(PERIOD / 1000 * np.array([(periods + 1) // 2, periods // 2])))
 
 
-def show_corner(run: LoggedRun, place: Path) -> None:
-    """The corner, the lowest speed and the time of a run: by one pair of means for all, and by a pair for each line."""
+def show_corner(run: LoggedRun, place: Path, sources: Sequence[Path]) -> None:
+    """The corner, the lowest speed and the time of a run: by each line's own periods, and as logs foretell them."""
     rows = rows_of(run.log)
     held = np.append((np.diff(rows[:, 0])[:-1] > PERIOD) & (np.diff(rows[1:, 1:], axis=0) == 0).all(axis=1), False)
     rows = rows[~np.insert(held, 0, False)]  # of two rows alike the first is late
@@ -316,8 +316,12 @@ def show_corner(run: LoggedRun, place: Path) -> None:
 
     best = min(product(TOGETHER, repeat=2), key=missed)
     tried = {f"{best[0]} and {best[1]} periods": [means_of(n) for n in best]}
-    if (fitted := load_robot(str(place / "motion.toml")).motion) is not None:
-        tried["the fitted pair"] = [fitted, fitted]
+    for source in sources:
+        robot = load_robot(str(source / "motion.toml"))
+        around = Situation(robot, load_frames(str(place / "frames.toml")), {}, lambda name: None)
+        spreads = around.course((place / "RUN.LS").read_bytes()).spreads(robot)[-2:]
+        if robot.motion is not None:
+            tried[f"as the log of {source.name} foretells"] = [robot.motion.on_line(s) for s in spreads.tolist()]
     for words, means in tried.items():
         print(f"{run.name}, {words}: {passage(clock, flown(run, clock, means), run.places[1]).beside(logged)}")
 
@@ -331,7 +335,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as temporary:
         out = given.out or Path(temporary)
-        places: dict[str, Path] = {}
+        places, corners = dict[str, Path](), dict[Path, LoggedRun]()
         for run in logged_runs(given.folder):
             if given.only not in run.name:
                 continue
@@ -342,7 +346,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if run.arm == SISTER:
                 places[run.name] = place
             elif "CNT" in run.name:
-                show_corner(run, place)
+                corners[place] = run
+        for place, run in corners.items():
+            show_corner(run, place, list(corners))
         show_foretold(places)
 
 

@@ -38,6 +38,8 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
             "moving_average_ms": [t / MS for t in motion.moving_averages],
             "first_order_ms": [t / MS for t in motion.first_orders],
             "after_long_ms": [t / MS for t in motion.after_long],
+            "reach_percent_m2": motion.reach / PERCENT,
+            "reach_at_m2": motion.reach_at,
             "runs_began": sorted(identified.runs_began),
             "interval_ms": (identified.intervals / MS).tolist(),
             "sigma_ms": (identified.sigma / MS).tolist(),

@@ -69,6 +69,16 @@ def _unwrap(theta: Array, start: Array) -> Array:
     return unwrapped
 
 
+def arm_spread(robot: Robot, theta: Array) -> Array:
+    """How much load the arm holds off the J1 axis: squares of the elbow's and the wrist's distance from it, (N,) [m2].
+
+    The elbow is where the forearm's axis begins. By this the means of FANUC's motion code grow (docs/motion.md).
+    """
+    wrist = wrist_centre(robot, theta)[:, 0]
+    elbow = wrist + robot.d[3] * np.cos(theta[:, 2] - theta[:, 1] - np.pi / 2)
+    return np.asarray(wrist**2 + elbow**2)
+
+
 def wrist_centre(robot: Robot, theta: Array) -> Array:
     """Wrist centres in the plane of the arm, (N, 2) [m]: in front of the J1 axis, negative behind it, and above J2."""
     upper, forearm = -theta[:, 1], theta[:, 2] - theta[:, 1] - np.pi / 2  # elevations

@@ -57,6 +57,8 @@ class ControllerMotion:
     space: Literal["cartesian", "joint"] = "cartesian"  # in which it is smoothed
     moving_averages: tuple[float, ...] = ()  # [s] window of each moving mean
     after_long: tuple[float, ...] = ()  # [s] the same in runs whose first statement lasts as long as they do; () alike
+    reach: float = 0.0  # [1/m2] share by which means are longer on lines with more ``arm_spread``
+    reach_at: float = 0.0  # [m2] spread at which they are ``moving_averages``
     first_orders: tuple[float, ...] = ()  # [s] time constant of each first-order lag
     lag: float = 0.0  # [s] by which all comes late
     enabled: bool = False  # whether programs are pre-distorted for it
@@ -83,6 +85,11 @@ class ControllerMotion:
         windows = self.after_long if self.after_long and first > self.long else self.moving_averages
         return replace(self, moving_averages=windows, after_long=(), unlogged=self.unlogged or not self.covers([first]))
 
+    def on_line(self, spread: float) -> "ControllerMotion":
+        """What it is on a line on which the arm is spread so far [m2]."""
+        longer = max(0.0, 1 + self.reach * (spread - self.reach_at))
+        return replace(self, moving_averages=tuple(t * longer for t in self.moving_averages), reach=0.0)
+
     def covers(self, first: Iterable[float]) -> bool:
         """Whether runs whose first statements last so long [s] begin as some of the log did, if there was one."""
         begin = {RunBeginning.LONG if time > self.long else RunBeginning.SHORT for time in first}
@@ -92,7 +99,7 @@ class ControllerMotion:
     def may_predistort(self) -> bool:
         """Whether programs are commanded off their targets for it."""
         known = self.evidence is not None and self.evidence.accepted and not self.unlogged
-        return self.enabled and self.is_smooth and known
+        return self.enabled and self.is_smooth and known and not self.reach
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -82,13 +82,17 @@ def _largest(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> f
 
 def _led(course: ProgramCourse, robot: Robot, motion: ControllerMotion, clock: Array, run: slice) -> _Led:
     """The nodes of one run, commanded and smoothed; behind the last it rests until all has settled."""
-    wait = corner_wait(replace(robot, motion=motion), np.where(course.stop[run], 1.0, course.kept[run]))
+    spread = np.nan_to_num(course.spreads(robot), nan=motion.reach_at)
+    before = spread[np.maximum(np.arange(run.start, run.stop) - 1, 0)]
+    wait = corner_wait(replace(robot, motion=motion), np.where(course.stop[run], 1.0, course.kept[run]), before)
     arrive = clock[run] - clock[run.start] + np.cumsum(wait) - wait
     period = robot.controller.period
-    time = period * np.arange(int(np.ceil((arrive[-1] + settling_time(motion)) / period)) + 1, dtype=float)
+    longest = settling_time(motion.on_line(float(max(motion.reach_at, *spread[run.start : run.stop - 1]))))
+    time = period * np.arange(int(np.ceil((arrive[-1] + longest) / period)) + 1, dtype=float)
     knots = np.column_stack([arrive, arrive + wait]).ravel()
     command = np.interp(time, knots, np.repeat(course.arc[run], 2))
-    smoothed = smooth(np.column_stack([command, course.place(command)]), period, motion)
+    line = course.way(command - np.diff(command, prepend=command[0]) / 2)
+    smoothed = smooth(np.column_stack([command, course.place(command)]), period, motion, spread[line])
     passed = np.clip(np.maximum.accumulate(smoothed[:, 0]), course.arc[run.start], course.arc[run.stop - 1])
     way = np.union1d(passed, course.arc[run])  # a corner lies between two samples
     place = cubic(smoothed[:, 1:], np.interp(way, passed, np.arange(len(passed), dtype=float)))

@@ -9,7 +9,7 @@ import tomllib
 import numpy as np
 import pytest
 from command_line import refused, run
-from motion_code import DOWN, driven, program
+from motion_code import DOWN, PERIOD, driven, program, spread
 from shipped import ROOT
 
 
@@ -91,6 +91,24 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
     assert held["rms_um"] < 0.02 * held["plain_um"]
     assert held["plain_um"] > 100
     assert held["slowed_share"] == 0  # those seven lines are taken as long as they took
+
+
+@pytest.mark.parametrize("end", [(1750, -250, 100), (1350, -520, 100)])
+def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path, end):
+    """As an M-900iA/350 has them: whole periods, 8 % more for each m2 of the most that the arm is spread on a line."""
+    lines, fine = [(900, 500, 100), (1200, 50, 100), end], [True, False, True]
+    widest = np.maximum(spread(lines)[:-1], spread(lines)[1:])
+    periods = np.round(60 * (1 + 0.08 * (widest - 2)))
+    assert periods[1] - periods[0] > 4
+    time, place = driven(lines, 400, fine, means=PERIOD * np.column_stack([(periods + 1) // 2, periods // 2]))
+    write(tmp_path, time, place, program(lines, 400, fine))
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0
+    assert motion["identified"]["verdict"] == "foretells"
+    assert "differ from line to line" in result.stdout
+    longer = 1 + motion["reach_percent_m2"] / 100 * (widest - motion["reach_at_m2"])
+    np.testing.assert_allclose(sum(motion["moving_average_ms"]) * longer / (1e3 * PERIOD), periods, atol=0.3)
+    assert motion["identified"]["held_out_rms_um"] < 5
 
 
 def test_a_robot_file_that_counts_whole_periods_is_not_told_to_and_the_copy_of_another_does(tmp_path):

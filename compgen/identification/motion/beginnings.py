@@ -12,7 +12,15 @@ import numpy as np
 
 from compgen.core.arrays import rms
 from compgen.core.pose import Pose
-from compgen.identification.motion.identify import FIRST, LEAST_BLOCKS, IdentifiedMotion, identify, limit_of
+from compgen.identification.motion.fit import NOTHING
+from compgen.identification.motion.identify import (
+    FIRST,
+    LEAST_BLOCKS,
+    RETIMED,
+    IdentifiedMotion,
+    identify,
+    limit_of,
+)
 from compgen.identification.motion.windows import Window, keeps_law, residuals
 from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
@@ -39,6 +47,8 @@ def identify_runs(
     whole = identify(windows, robot, tool, noise, progress)
     if not whole.chosen.kind.count:
         return whole
+    if whole.verdict is MotionVerdict.FORETELLS and (other := _grown(whole, windows, robot, tool, noise)) is not None:
+        return other
     first, long = np.array([w.first for w in windows]), whole.motion.long
     begins = {RunBeginning.SHORT: first <= long, RunBeginning.LONG: first > SURELY_LONG * long}
     begun = {each: [windows[int(k)] for k in np.flatnonzero(does)] for each, does in begins.items() if does.any()}
@@ -56,6 +66,19 @@ def identify_runs(
     both = _joined(*known)
     follows = (first > both.motion.long) == begins[RunBeginning.LONG]
     return both if follows[np.logical_or(*begins.values())].all() else whole
+
+
+def _grown(
+    alike: IdentifiedMotion, windows: Sequence[Window], robot: Robot, tool: Pose, noise: float
+) -> IdentifiedMotion | None:
+    """Two means that grow with the arm's spread, where they explain a log a lot better than alike ones."""
+    spread = np.concatenate([w.spread for w in windows])
+    if not np.ptp(spread):
+        return None
+    kinds = (NOTHING, replace(FIRST, reach_at=float(spread.max())))
+    grown = identify(windows, robot, tool, noise, kinds=kinds)
+    left, before = (rms(residuals(windows, robot, tool, each.motion)) for each in (grown, alike))
+    return grown if left < RETIMED * before and grown.verdict is not MotionVerdict.REJECTED else None
 
 
 def explains(

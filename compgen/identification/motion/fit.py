@@ -11,6 +11,7 @@ uncertainty is that of blocks of rows that scatter together.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -24,8 +25,10 @@ Residuals = Callable[[ControllerMotion], Array]
 
 LONGEST = {"means": 0.8, "lags": 0.25}  # [s] root of s
 STARTS = (0.03, 0.1, 0.25, 0.5)  # of that, as shares, from which a fit begins
+CLOSE, TRIED = np.linspace(0.1, 0.9, 41), 4  # the same of means that grow: behind CNT n < 100 they wait by steps
 STEP = 1e-3  # of the two numbers, for slopes
 EVEN = 0.3  # q from which the fit of two times begins
+ALIKE, GROWS = 0.03, 0.03  # q, and [1/m2], from which that of two means that grow begins: an M-900iA/350's
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +38,7 @@ class Kind:
     space: Literal["cartesian", "joint"]
     filters: Literal["means", "lags"]
     count: int
+    reach_at: float | None = None  # [m2] spread of the arm by which the times grow from line to line; None: all alike
 
     @property
     def words(self) -> str:
@@ -44,7 +48,8 @@ class Kind:
         number = "one" if self.count == 1 else "two"
         filters = "moving mean" if self.filters == "means" else "first-order lag"
         space = "joints" if self.space == "joint" else "Cartesian"
-        return f"{number} {filters}{'s' if self.count > 1 else ''} in {space}"
+        grow = "" if self.reach_at is None else ", where the arm is spread widest; shorter elsewhere"
+        return f"{number} {filters}{'s' if self.count > 1 else ''} in {space}{grow}"
 
     def includes(self, other: "Kind") -> bool:
         """Whether every controller of another kind is one of this."""
@@ -61,7 +66,7 @@ class KindFit:
     """The best controller of a kind, on some blocks."""
 
     kind: Kind
-    numbers: Array  # (p,) s [s2] and, of two times, q
+    numbers: Array  # (p,) s [s2] and, of two times, q; then by what share they grow [1/m2]
     held_out: Array  # (B,) mean square of the residual in each block that was held out [m2]
 
     @property
@@ -79,7 +84,9 @@ def motion_of(kind: Kind, numbers: Array) -> ControllerMotion:
     """The controller of a kind that numbers name."""
     times = times_of(kind, numbers)
     if kind.filters == "means":
-        return ControllerMotion(space=kind.space, moving_averages=times)
+        if kind.reach_at is None:
+            return ControllerMotion(space=kind.space, moving_averages=times)
+        return ControllerMotion(moving_averages=times, reach=float(numbers[2]), reach_at=kind.reach_at)
     return ControllerMotion(space=kind.space, first_orders=times)
 
 
@@ -113,14 +120,22 @@ def fit_kind(
     """
     numbers = np.zeros(0)
     if kind.count:
-        usual = [np.array([(share * LONGEST[kind.filters]) ** 2, EVEN][: kind.count]) for share in STARTS]
+        size = kind.count + (kind.reach_at is not None)
+        shares, even = (STARTS, EVEN) if kind.reach_at is None else (CLOSE, ALIKE)
+        usual = [np.array([(share * LONGEST[kind.filters]) ** 2, even, GROWS][:size]) for share in shares]
         starts = [start] if start is not None else usual
-        costs = [float((residuals(motion_of(kind, x))[fitted] ** 2).sum()) for x in starts]
-        numbers = _solve(kind, residuals, fitted, starts[int(np.argmin(costs))])
+        costs = [_cost(kind, residuals, fitted, x) for x in starts]
+        tried = 1 if kind.reach_at is None else TRIED
+        solved = [_solve(kind, residuals, fitted, starts[k]) for k in np.argsort(costs)[:tried].tolist()]
+        numbers = min(solved, key=partial(_cost, kind, residuals, fitted))
     left = residuals(motion_of(kind, numbers))
     squares = (left**2).sum(axis=1)[~fitted]
     _, which = np.unique(block[~fitted], return_inverse=True)
     return KindFit(kind, numbers, np.bincount(which, squares) / np.maximum(np.bincount(which), 1))
+
+
+def _cost(kind: Kind, residuals: Residuals, fitted: BoolArray, numbers: Array) -> float:
+    return float((residuals(motion_of(kind, numbers))[fitted] ** 2).sum())
 
 
 def _solve(kind: Kind, residuals: Residuals, fitted: BoolArray, start: Array) -> Array:

@@ -104,6 +104,7 @@ def identify(
     tool: Pose,
     noise: float,
     progress: Callable[[float], None] = lambda share: None,
+    kinds: Sequence[Kind] = (),
 ) -> IdentifiedMotion:
     """Fit every kind of controller, and judge the best.
 
@@ -113,9 +114,10 @@ def identify(
         tool: TCP in the flange.
         noise: Of the log's positions, of one coordinate [m].
         progress: Called with the share done.
+        kinds: To be tried: none, and another; default all whose times are alike on every line.
     """
     _, whole = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
-    kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool))
+    kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool, *kinds[1:]))
     kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]
     fitted = block % HELD_OUT != HELD_OUT - 1
@@ -124,7 +126,7 @@ def identify(
         return residuals(windows, robot, tool, motion)[kept]
 
     spaces = ("cartesian", "joint") if all(w.theta is not None for w in windows) else ("cartesian",)
-    kinds = [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
+    kinds = kinds or [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
     fits = []
     for k, kind in enumerate(kinds):
         fits.append(fit_kind(kind, function, fitted, block))
@@ -175,12 +177,12 @@ def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
     return windows
 
 
-def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose) -> ControllerMotion:
+def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind = FIRST) -> ControllerMotion:
     """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time."""
     block = np.concatenate([w.block for w in windows])
     clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
     clear = clear if clear.any() else np.ones_like(clear)
-    return fit_kind(FIRST, lambda motion: residuals(windows, robot, tool, motion), clear, block).motion
+    return fit_kind(kind, lambda motion: residuals(windows, robot, tool, motion), clear, block).motion
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:
@@ -335,6 +337,9 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
             f"that it was not fitted to, above {identified.limit / UM:.2f}: it foretells, and is not commanded against"
         )
         yield Finding(Level.WARNING, Code.MOTION_MISFIT, message)
+    if kind.reach_at is not None:
+        message = "the means differ from line to line: it foretells, and is not commanded against"
+        yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
     if others:
         message = f"the log cannot tell {kind.words} from {others[0].words}: only the smoothing's {known}; {more}"
         yield Finding(Level.WARNING, Code.MOTION_ALIKE, message)

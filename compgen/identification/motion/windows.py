@@ -69,6 +69,8 @@ class Window:
     time: Array  # (K,) [s] since the run began
     corner: Array  # (P,) [s] since the run began, where it may wait
     kept: Array  # (P,) n / 100 of the CNT n there
+    before: Array  # (P,) [m2] how far the arm is spread on the motion that ends there
+    spread: Array  # (K,) [m2] the same on the motion that leads to each sample
     shown: Array  # (R,) [s] log's clock
     place: Array  # (R, 3) [m] logged TCP in World
     row_arc: Array  # (R,) [m]
@@ -83,6 +85,7 @@ class Window:
 
     def __post_init__(self) -> None:
         own(self, position=("K", 3), arc=("K",), time=("K",), corner=("P",), kept=("P",))
+        own(self, before=("P",), spread=("K",))
         own(self, shown=("R",), place=("R", 3), row_arc=("R",), off=("R", 3), block=("R",), ramp=("R",))
 
 
@@ -194,6 +197,7 @@ def _window(
     duration = float(clock[b] - clock[a]) / span.rate
     time = np.arange(max(span.first - MEMORY, 0.0), span.last + BEYOND, robot.controller.period / PARTS)
     arc = np.interp(clock[a] + span.rate * np.clip(time, 0.0, duration), clock, course.arc)
+    spread = np.nan_to_num(course.spreads(robot))
     rest = max(AT_REST, 3 * deviation.noise)
     low, high = max(span.low, course.arc[a] + rest), min(span.high, course.arc[b] - rest)
     rows = np.flatnonzero((deviation.arc > low) & (deviation.arc < high) & deviation.judged)[::every]
@@ -210,6 +214,8 @@ def _window(
         time=time,
         corner=(clock[within] - clock[a]) / span.rate,
         kept=course.kept[within],
+        before=spread[within - 1],
+        spread=spread[course.way(arc - np.diff(arc, prepend=arc[0]) / 2)],
         shown=deviation.time[rows],
         place=run.followed.position[at],
         row_arc=deviation.arc[rows],
@@ -312,7 +318,7 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
     curve = _smoothed(window, robot, tool, motion, commanded)
     arc = arc_lengths_of(curve)
     way = np.interp(commanded, window.time, window.arc)[:, None]
-    way = (smooth(way, period, motion) if motion.is_smooth else way)[:, 0]
+    way = (smooth(way, period, motion, _spread(window, commanded)) if motion.is_smooth else way)[:, 0]
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
     moved = np.column_stack([time, arc, np.gradient(arc, time)])
@@ -354,7 +360,7 @@ def smoothed_way(window: Window, robot: Robot, tool: Pose, motion: ControllerMot
 
 def _with_waits(window: Window, robot: Robot) -> tuple[Array, Array]:
     """Times (K',) [s], and what the command without waits shows there (K',) [s]; the robot's motion tells its waits."""
-    wait, step = corner_wait(robot, window.kept), robot.controller.period / PARTS
+    wait, step = corner_wait(robot, window.kept, window.before), robot.controller.period / PARTS
     time = window.time[0] + step * np.arange(len(window.time) + round(wait.sum() / step), dtype=float)
     commanded, before = time.copy(), 0.0
     for corner, each in zip(window.corner.tolist(), wait.tolist(), strict=True):
@@ -369,5 +375,11 @@ def _smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion
     rows = window.theta if in_joints and window.theta is not None else window.position
     if len(window.corner):
         rows = np.column_stack([np.interp(commanded, window.time, column) for column in rows.T])
-    smoothed = smooth(rows, period, motion) if motion.is_smooth else rows
+    smoothed = smooth(rows, period, motion, _spread(window, commanded)) if motion.is_smooth else rows
     return (flange_pose(robot, smoothed) @ tool).position if in_joints else smoothed
+
+
+def _spread(window: Window, commanded: Array) -> Array:
+    """How far the arm is spread on the motion that leads to each time of a command, (K',) [m2]."""
+    between = commanded - np.diff(commanded, prepend=commanded[0]) / 2
+    return np.asarray(window.spread[np.searchsorted(window.time, between).clip(max=len(window.time) - 1)])

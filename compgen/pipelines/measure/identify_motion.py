@@ -74,6 +74,8 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
         "space": motion.space,
         "moving_average_ms": [round(t / MS, 2) for t in motion.moving_averages],
         **({"after_long_ms": [round(t / MS, 2) for t in motion.after_long]} if motion.after_long else {}),
+        **({"reach_percent_m2": round(motion.reach / PERCENT, 3)} if motion.reach else {}),
+        **({"reach_at_m2": round(motion.reach_at, 3)} if motion.reach else {}),
         "first_order_ms": [round(t / MS, 2) for t in motion.first_orders],
         "lag_ms": before.get("lag_ms", 0.0),
         "identified": {

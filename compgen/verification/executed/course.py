@@ -16,10 +16,12 @@ import numpy as np
 from compgen.core.arcs import Arcs, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths, unit
 from compgen.core.pose import Pose
-from compgen.robot.robot import SAME_PERIOD
+from compgen.robot.joint_path import arm_spread
+from compgen.robot.robot import SAME_PERIOD, Robot
 
 CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
 LONGEST_DIVISION = 4000  # nodes of one arc
+SAME_SPREAD = 0.05  # [m2] of an arm: a fifth of a period of means
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -77,6 +79,12 @@ class ProgramCourse:
         whole = np.bincount(self.statement, duration)[self.statement] / override
         counted = np.ceil(whole / self.period - SAME_PERIOD) * self.period
         return clock_of(duration * np.where(whole > 0, counted / np.where(whole > 0, whole, 1.0), 1.0))
+
+    def spreads(self, robot: Robot) -> Array:
+        """How far the arm is spread at most on each way's motion, (N - 1,) [m2]; NaN where joints are not known."""
+        node, widest = arm_spread(robot, self.theta), np.zeros(int(self.statement[-1]) + 1)
+        np.maximum.at(widest, self.statement, np.maximum(node[:-1], node[1:]))
+        return np.asarray(SAME_SPREAD * np.round(widest / SAME_SPREAD))[self.statement]
 
     def place(self, arc: Array) -> Array:
         """Positions at arc lengths, (M, 3) [m]."""

@@ -176,12 +176,17 @@ def first_of_runs(time: Array, program: Program) -> Array:
     return np.asarray(time[first] + np.where(program.via[first + 1], time[np.minimum(first + 1, len(time) - 1)], 0.0))
 
 
-def corner_wait(robot: Robot, kept: Array) -> Array:
-    """How long the next motion waits at CNT n when the one before is over, of n / 100 (K,), (K,) [s]."""
+def corner_wait(robot: Robot, kept: Array, spread: Array | None = None) -> Array:
+    """How long the next motion waits at CNT n when the one before is over, of n / 100 (K,), (K,) [s].
+
+    That one's means count, of how far the arm is spread on it (K,) [m2]; default as the motion's.
+    """
     if robot.motion is None or not robot.motion.is_smooth:
         return np.zeros(len(kept))
     period = robot.controller.period
-    periods = (settling_time(robot.motion) - robot.motion.lag) / period
+    motion = robot.motion
+    longer = 0.0 if spread is None else motion.reach * (spread - motion.reach_at) * sum(motion.moving_averages)
+    periods = (settling_time(motion) - motion.lag + longer) / period
     return np.asarray(period * np.floor((periods - 1) * (1 - np.sqrt(kept)) + SAME_PERIOD))
 
 

@@ -30,17 +30,26 @@ SETTLED = 16.0  # time constants after which a first-order lag has come to rest:
 FADED = 40.0  # time constants after which what was before has left the digits
 
 
-def smooth(rows: Array, step: float, motion: ControllerMotion) -> Array:
+def smooth(rows: Array, step: float, motion: ControllerMotion, spread: Array | None = None) -> Array:
     """Rows as the controller smooths and delays them.
 
     Args:
         rows: Commanded, (M, C), a step apart; the motion stands at the first row before it.
         step: Between rows [s].
         motion: What the controller does.
+        spread: How far the arm is spread on the line that leads to each row, (M,) [m2]: where the means grow by it,
+            each line has its own and what they make of them adds up. Default as the motion's means.
 
     Returns:
         (M, C); what is still on its way after the last row is missing: end with ``settling_time`` of rows that stand.
     """
+    if motion.reach and spread is not None:
+        moved = np.diff(rows, axis=0, prepend=rows[:1])
+        gone = (
+            smooth(np.cumsum(np.where(spread[:, None] == each, moved, 0.0), axis=0), step, motion.on_line(each))
+            for each in np.unique(spread).tolist()
+        )
+        return np.asarray(rows[:1] + sum(gone))
     for window in motion.moving_averages:
         rows = moving_mean(rows, window / step)
     for constant in motion.first_orders:
