@@ -34,10 +34,11 @@ def spread(points):
     return wrist**2 + elbow**2
 
 
-def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, after=1.0, override=1.0):
+def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, after=1.0, override=1.0, waits=0.0):
     """Time (M,) [s] and positions (M, 3) [mm] of a run at CNT100, at FINE where it says so.
 
-    ``speed`` is one [mm/s], or what each line is written to take (N - 1,) [s]; ``means`` are one pair, or each line's.
+    ``speed`` is one [mm/s], or what each line is written to take (N - 1,) [s]; ``means`` are one pair, or each
+    line's, and so are ``waits`` [s] behind them.
     """
     points = np.array(points, dtype=float)
     words = (
@@ -46,7 +47,7 @@ def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, a
     lasts = np.ceil(words / override / PERIOD - 1e-6)
     lasts = PERIOD * (lasts + (0 if slower is None else np.asarray(slower)))
     means = np.broadcast_to(means, (len(lasts), 2))
-    begins = np.concatenate([[0.0], np.cumsum(lasts + means.sum(axis=1) * np.array(fine[1:]))])
+    begins = np.concatenate([[0.0], np.cumsum(lasts + waits + means.sum(axis=1) * np.array(fine[1:]))])
     time = PERIOD * np.arange(round((begins[-1] + means[-1].sum() + before + after) / PERIOD)) - before
     place = np.tile(points[0], (len(time), 1))
     for k, step in enumerate(np.diff(points, axis=0)):
@@ -54,12 +55,12 @@ def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, a
     return time + before, place
 
 
-def program(points, speed, fine):
+def program(points, speed, fine, cnt=100):
     words = ["UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE"]
     each = (
         [f"{speed}mm/sec"] * len(points)
         if isinstance(speed, int | float)
         else [f"{seconds:.2f}sec" for seconds in speed]
     )
-    words += [f"L P[{n}] {each[n - 2]} {'FINE' if stops else 'CNT100'}" for n, stops in enumerate(fine[1:], 2)]
+    words += [f"L P[{n}] {each[n - 2]} {'FINE' if stops else f'CNT{cnt}'}" for n, stops in enumerate(fine[1:], 2)]
     return ls_text.program(words, [ls_text.cartesian(n, (*p, *DOWN)) for n, p in enumerate(points, 1)], name="RUN")

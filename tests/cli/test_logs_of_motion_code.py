@@ -93,15 +93,17 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
     assert held["slowed_share"] == 0  # those seven lines are taken as long as they took
 
 
-@pytest.mark.parametrize("end", [(1750, -250, 100), (1350, -520, 100)])
-def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path, end):
+@pytest.mark.parametrize(("end", "cnt"), [((1750, -250, 100), 100), ((1750, -250, 100), 50), ((1350, -520, 100), 100)])
+def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path, end, cnt):
     """As an M-900iA/350 has them: whole periods, 8 % more for each m2 of the most that the arm is spread on a line."""
     lines, fine = [(900, 500, 100), (1200, 50, 100), end], [True, False, True]
     widest = np.maximum(spread(lines)[:-1], spread(lines)[1:])
     periods = np.round(60 * (1 + 0.08 * (widest - 2)))
-    assert periods[1] - periods[0] > 4
-    time, place = driven(lines, 400, fine, means=PERIOD * np.column_stack([(periods + 1) // 2, periods // 2]))
-    write(tmp_path, time, place, program(lines, 400, fine))
+    assert periods[1] - periods[0] > 3
+    waits = PERIOD * np.floor((periods - 1) * (1 - np.sqrt(cnt / 100))) * [1, 0]
+    means = PERIOD * np.column_stack([(periods + 1) // 2, periods // 2])
+    time, place = driven(lines, 400, fine, means, waits=waits)
+    write(tmp_path, time, place, program(lines, 400, fine, cnt))
     result, motion = identify(tmp_path)
     assert result.returncode == 0
     assert motion["identified"]["verdict"] == "foretells"
