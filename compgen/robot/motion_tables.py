@@ -48,11 +48,10 @@ class MotionTable(Table):
     """Windows of up to two moving means, one after the other."""
     after_long_ms: Times = []
     """The same in a run, from a stop to the next, whose first statement lasts at least their sum; default alike."""
-    reach_percent_m2: NotNegative = 0.0
-    """By how much the means are longer where the arm is spread wider: with r1 and r2 the distances of the forearm's
-    beginning and of the wrist from the J1 axis, per m2 of the most r1^2 + r2^2 on a line; default alike."""
-    reach_at_m2: NotNegative = 0.0
-    """r1^2 + r2^2 at which they are ``moving_average_ms``."""
+    reach_percent_m2: Annotated[FiniteFloat, Field(ge=0, le=100)] = 0.0
+    """By how much means grow with the most r1^2 + r2^2 on a line, elbow and wrist from the J1 axis; default alike."""
+    reach_at_m2: Annotated[FiniteFloat, Field(ge=0, le=100)] = 0.0
+    """The sum at which they are as given."""
     first_order_ms: Times = []
     """Time constants of up to two first-order lags behind them."""
     lag_ms: Time = 0.0
