@@ -68,19 +68,17 @@ def doubt_of(
         return ""
     if log.has_air and abs(odd := float(np.median(log.air))) > HALL:
         words = f"column ambient_degC: {zero + odd:.1f} degC is more than {HALL:g} K from the reference, {zero:g}"
-        return f"{words}; degrees Fahrenheit? mend the sensor, or remove the column"
+        hint = "degrees Fahrenheit? " if abs((zero + odd - 32) / 1.8 - zero) < HALL else ""
+        return f"{words}; {hint}mend the sensor or its unit, or remove the column"
     lie = _likeliest(log, heat, warmth, expected)
     if abs(lie.z) < SIGMAS:
         return ""
     names = list(log.readings)
-    other = next(
-        (
-            words
-            for changed, words in _other_readings(log, columns, zero, expected)
-            if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS
-        ),
-        "",
-    )
+    others = [
+        f"; or {words}"
+        for changed, words in _other_readings(log, columns, zero, expected)
+        if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS
+    ]
     what = "all sensors" if lie.sensor < 0 else f"column {columns[names[lie.sensor]]}"
     value = zero + _value_at(log, names[max(lie.sensor, 0)], lie.at)
     reads = f"reads {value:.1f} degC" if lie.sensor >= 0 else f"read {lie.size:+.1f} K"
@@ -88,8 +86,8 @@ def doubt_of(
     allows = f"{value - lie.size:.1f}" if lie.sensor >= 0 else "0"
     spread = abs(lie.size / lie.z)
     return (
-        f"{what}: {reads} at {lie.at:.0f} s, where {by} allow {allows} +- {spread:.1f} ({abs(lie.z):.0f} sigma); "
-        f"{other or 'mend the sensor, or empty its cells'}"
+        f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, where {by} allow {allows} +- {spread:.1f} "
+        f"({abs(lie.z):.0f} sigma); mend the sensor, or empty its cells{''.join(others[:2])}"
     )
 
 
@@ -188,7 +186,8 @@ def _other_readings(
         moved = log.time - log.time[0] + expected.time[0]
         yield replace(log, time=moved), "does its clock begin elsewhere? give --planned on it"
         return
-    for factor, unit in ((MINUTE, "minutes"), (HOUR, "hours"), (1e-3, "milliseconds")):
+    clocks = ((MINUTE, "minutes"), (HOUR, "hours"), (1e-3, "milliseconds"))
+    for factor, unit in clocks if log.time[0] < LONGEST else ():  # dates have no other unit
         yield replace(log, time=log.time * factor), f"are its times {unit}? give seconds"
 
 

@@ -210,9 +210,8 @@ def _times(table: CsvTable) -> Array:
     falling = np.flatnonzero(np.diff(time) <= 0)
     if len(falling):
         n = int(falling[0]) + 1
-        raise InputError(
-            f"{table.location(n, 'time_s')}: {time[n]:g} after {time[n - 1]:g}: time must rise; sort the log"
-        )
+        mend = "write the times with their seconds" if time[n] == time[n - 1] else "sort the log"
+        raise InputError(f"{table.location(n, 'time_s')}: {time[n]:g} after {time[n - 1]:g}: time must rise; {mend}")
     return time
 
 

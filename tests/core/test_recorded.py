@@ -132,6 +132,11 @@ HEAD = "time;j2 [°C];TC 04\n"
         (HEAD + "08:15;20,5;3\n", {"columns": {"j9": "TC 04"}}, ("columns: j9: unknown", "known: ambient, j2")),
         (HEAD + "08:15;20,5;3;4\n08:16;20,5;3;4\n" * 30 + "08:17;1;2;3;4;5\n",
          {}, ("line 2: 4 cells", "has 3", "give each")),
+        ("t;j2 [C];\nt;x\n0;20,5;3\n1;20,5;3;4\n", {}, ("line 4: 4 cells", "has 3", "give each")),
+        ("time_s;j2 [C]\n1;0;20,5\n2;60;20,5\n", {}, ("line 2: 3 cells", "has 2", "give each")),  # names one off
+        ("date;clock;j2 [C]\n01.02.2026;08:15;20,5\n;08:14;20,5\n", {}, ("line 3", "runs back from '01.02.2026")),
+        ("No,X,j2 [C]\n1,0,20.5\n2,1,20.5\n", {"columns": {"j2": "j2"}}, ("columns = { time_s =",)),
+        ("No,Time,j2 [C]\n1,0,20.5\n2,1,20.5\n", {}, ("'Time'", 'columns = { time_s = "Time" }', "time_h in [log]")),
         ("a;j2 [C]\n1;20,5\n2;20,5\n", {}, ("line 1", "column time_s: missing", "columns = {", "there are: a, j2 [C]")),
         ("t1;t2;j2 [C]\n08:15;08:16;20\n",
          {}, ("line 1", "columns 1 and 2 both hold times", 'columns = { time = "#1" }')),
@@ -170,6 +175,14 @@ TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
          + "$RT_OFF$;22.11.2026 08:17:00;0;2;1,0\n", {"columns": {"j2": "Temp_J2"}, "unit": "degC"}),
         ("# start 8 h\n#time;TC 03\n08:15;20,5\n08:16;20,5\n", {"columns": {"j2": "TC 03"}, "unit": "degC"}),
         ("1 08:15:00 20,5\n2 08:16:00 20,5\n", {"columns": {"j2_degC": "#3"}}),
+        # as makers write: a row number named "#", a last count without a name, a date once, statistics behind
+        ('"Plot Title: R3"\n"#","Time","Temp, °C (LBL: J2)"\n1,08:15:00,20.5\n2,08:16:00,20.5\n',
+         {"columns": {"j2": "Temp, °C (LBL: J2)"}, "unit": "degC"}),
+        ("YREC\nCh\t0001\t0002\tMessage\nTag\tJ2\tJ3\nUnit\t°C\t°C\nSampling Data\n2026/11/23 08:15:00\t20.5\t1\t0\n"
+         "2026/11/23 08:16:00\t20.5\t1\t0\n", {"columns": {"j2": "J2"}}),
+        ('DATUM:;ZEIT:;M00: °C\n23.11.26;08:15:00;20,5\n;08:16:00;20,5\n', {"columns": {"j2": "M00"}}),
+        ("Id;Datum/Uhrzeit;[1] Temp [°C];\n1;23.11.2026 08:15:00;20,5;\n2;23.11.2026 08:16:00;20,5;\n;Minimum;20,5;\n"
+         ";Mittelwert;20,5;\n", {"columns": {"j2": "[1] Temp"}}),
     ],
 )  # fmt: skip
 def test_what_is_said_or_decided_by_another_row_is_read(tmp_path, text, dialect):
@@ -177,6 +190,13 @@ def test_what_is_said_or_decided_by_another_row_is_read(tmp_path, text, dialect)
     assert_allclose(column(table, "j2_degC"), [20.5, 20.5], atol=1e-9)
     assert table.recorded.words
     assert len(table.columns[table.header.index("time_s")]) == 2
+
+
+def test_degrees_of_a_japanese_logger_are_read(tmp_path):
+    text = "Tag\tJ2\nUnit\t\u2103\n2026/11/23 08:15:00\t20.5\n2026/11/23 08:16:00\t20.5\n"
+    table = read(written(tmp_path, text.encode("shift_jis")), columns={"j2": "J2"})
+    assert_allclose(column(table, "j2_degC"), 20.5)
+    assert "degC" in table.recorded.words
 
 
 def test_a_file_of_our_own_form_is_left_to_its_own_reader(tmp_path):

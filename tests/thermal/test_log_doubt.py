@@ -118,6 +118,21 @@ def test_blocks_of_rows_in_another_order_are_refused(cell):
     assert doubt(cell, replace(log, readings={n: v[mixed] for n, v in log.readings.items()}))
 
 
-def test_a_clock_in_minutes_is_told(cell):
+def test_a_clock_in_minutes_is_asked_for_beside_the_sensor_and_never_of_dates(cell):
     log = day(cell)
-    assert "are its times minutes?" in doubt(cell, replace(log, time=log.time / 60))
+    words = doubt(cell, replace(log, time=log.time / 60))
+    assert "mend the sensor, or empty its cells; or are its times minutes?" in words
+    dated = doubt(cell, replace(log, time=8e8 + log.time / 60))
+    assert "mend the sensor" in dated
+    assert "times" not in dated
+    since = float(dated.split(" degC ")[1].split(" s after the first row")[0])
+    assert 0 <= since <= 5 * 60
+
+
+def test_air_is_asked_for_fahrenheit_only_where_that_explains_it(cell):
+    log = day(cell)
+    assert "degrees Fahrenheit?" in doubt(cell, replace(log, air=log.air + 48))
+    for off in (-30, 90):
+        words = doubt(cell, replace(log, air=log.air + off))
+        assert "mend the sensor or its unit" in words
+        assert "Fahrenheit" not in words

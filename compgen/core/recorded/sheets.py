@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import groupby
 from typing import NamedTuple
 
@@ -54,11 +55,11 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
 
 
 def _text(data: bytes) -> str:
-    """Text by its byte order mark, else UTF-8, else Windows's Latin letters."""
-    try:
-        return data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("cp1252", "replace")
+    """Text by its byte order mark, else UTF-8, else Windows's Latin letters, else what Japanese loggers write."""
+    for code in ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", "cp1252"):
+        with suppress(UnicodeDecodeError):
+            return data.decode(code)
+    return data.decode("cp932", "replace")
 
 
 def _of_text(text: str, name: str) -> Sheet:
@@ -84,8 +85,9 @@ def _of_workbook(source: str, data: bytes) -> list[Sheet]:
 def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
     """Rows, and where the longest run of rows of one kind begins."""
     rows = [(line, [cell.strip() for cell in cells]) for line, cells in lines if any(map(str.strip, cells))]
-    remarks = [(line, cells) for line, cells in rows if cells[0].startswith(_REMARK)]
-    rows = [(line, cells) for line, cells in rows if not cells[0].startswith(_REMARK)]
+    kept = [not cells[0].startswith(_REMARK) or (cells[0] == "#" and name != "blanks") for _, cells in rows]
+    remarks = [row for row, keep in zip(rows, kept, strict=True) if not keep]
+    rows = [row for row, keep in zip(rows, kept, strict=True) if keep]  # "#" alone is a name, of the row's number
     seen = [kinds(cells) for _, cells in rows[:_SEEN]]
     worth = [4 * (row.count("0") + row.count("t") - 1) - row.count("a") for row in seen]  # a word and a number: nothing
     values = begin = at = 0

@@ -149,10 +149,14 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
     if head > 0 and not wanted and any(map(unit_named, rows[head][1])) and set(kinds(rows[head - 1][1])) <= set("a-"):
         head -= 1  # a row of units lies between
     body = rows[max(begin, head + 1) :]
-    while set(kinds(body[-1][1])) <= set("a-"):
-        body = body[:-1]  # words behind the last reading
+    at = kinds(body[0][1]).find("t")  # the time's column
+    while set(kinds(body[-1][1])) <= set("a-") or "".join(body[-1][1][at : at + 1]).isalpha():
+        body = body[:-1]  # words behind the last reading, or the mean of all
     line, given = rows[head] if head >= 0 else (0, [])
-    width = len(given) or max(len(cells) for _, cells in body)
+    lengths = [len(cells) for _, cells in body]
+    width = len(given) or max(lengths)
+    if sheet.name not in ("comma", "blanks") and any(len(cells) == min(lengths) for _, cells in rows[:head]):
+        width = max(width, min(lengths))  # another row of the header says so
     names = [(given[k] if k < len(given) else "") or f"#{k + 1}" for k in range(width)]
     other = next(((n, c) for n, c in body if any(c[width:]) or (sheet.name == "blanks" and len(c) != width)), None)
     if other is not None:
@@ -218,6 +222,8 @@ def _unit(layout: _Layout, k: int, by_key: str, wanted: str) -> str:
     mend = f"write it in the header, as '{layout.names[k][:20]} [{some[0]}]'"
     if measured in ("temperature", "length"):
         mend = layout.mend(" or ".join(f'unit = "{unit}"' for unit in some), mend)
+    elif measured == "time":
+        mend = layout.mend(f'columns = {{ time_s = "{layout.names[k][:20]}" }}, or time_min, or time_h', mend)
     what = f"has the units {', '.join(units)}; keep one of {measured}" if units else f"names no unit; {mend}"
     raise InputError(f"{layout.where(k, layout.line)}: {what}")
 
@@ -249,7 +255,10 @@ def _table(layout: _Layout, assigned: Mapping[str, tuple[int, str]], times: Sequ
         cells[column] = [in_unit(number_text(cell, sign) or "", given, wanted) for cell in cells[column]]
     lines = [line for line, _ in layout.body]
     if times:
-        moments = [" ".join(parts).strip() for parts in zip(*map(layout.column, times), strict=True)]
+        parts = [layout.column(k) for k in times]
+        for row in range(1, len(lines) if len(parts) > 1 else 0):
+            parts[0][row] = parts[0][row] or parts[0][row - 1]  # a date that is written once
+        moments = [" ".join(part).strip() for part in zip(*parts, strict=True)]
         mend = partial(layout.mend, otherwise="write 2026-11-22")
         seconds = seconds_of(moments, layout.dialect.dates, lambda row: layout.where(times[0], lines[row]), mend)
         cells[TIME] = list(map(repr, seconds))
