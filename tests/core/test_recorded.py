@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import name_and_unit, number_text
-from compgen.core.recorded.table import DialectTable, read_recorded
+from compgen.core.recorded.table import DialectTable, read_recorded, read_table
 from compgen.core.recorded.times import time_of
 
 NODES = ("j2", "j3", "link1", "wrist")
@@ -136,7 +136,7 @@ HEAD = "time;j2 [°C];TC 04\n"
         ("time_s;j2 [C]\n1;0;20,5\n2;60;20,5\n", {}, ("line 2: 3 cells", "has 2", "give each")),  # names one off
         ("date;clock;j2 [C]\n01.02.2026;08:15;20,5\n;08:14;20,5\n", {}, ("line 3", "runs back from '01.02.2026")),
         ("No,X,j2 [C]\n1,0,20.5\n2,1,20.5\n", {"columns": {"j2": "j2"}}, ("columns = { time_s =",)),
-        ("No,Time,j2 [C]\n1,0,20.5\n2,1,20.5\n", {}, ("'Time'", 'columns = { time_s = "Time" }', "time_h in [log]")),
+        ("No,Time,j2 [C]\n1,0,20.5\n2,1,20.5\n", {}, ("'Time'", 'columns = { time_s = "Time" }', "or time_ms, or time_min")),
         ("a;j2 [C]\n1;20,5\n2;20,5\n", {}, ("line 1", "column time_s: missing", "columns = {", "there are: a, j2 [C]")),
         ("t1;t2;j2 [C]\n08:15;08:16;20\n",
          {}, ("line 1", "columns 1 and 2 both hold times", 'columns = { time = "#1" }')),
@@ -274,6 +274,29 @@ def test_an_instruments_points_are_read_with_their_names_in_a_column(tmp_path, t
     table = read(written(tmp_path, text), PLACE, POINTS, "[path]", **dialect)
     assert_allclose(column(table, "x_mm"), np.round(2255.5 + np.arange(5) / 7, 6), atol=1e-9)
     assert_allclose(column(table, "z_mm"), -275.1 - np.arange(5), atol=1e-9)
+
+
+def test_what_others_call_a_measured_column_stands_in_a_file_beside_it(tmp_path):
+    file = written(tmp_path, "Point ID,East [m],North [m],Height,Axis 1\nA1,1.5,2,3,90\nA2,1,2,3,45\n", "tracker.csv")
+    wanted, known = (*PLACE, "j1_deg"), (*PLACE, "j1_deg", "target")
+    with pytest.raises(
+        InputError, match=r'columns x_mm.*"its name here", \.\.\. } in tracker.csv.toml; there are: Point ID, East'
+    ):
+        read_table(file, wanted, known)
+    beside = 'columns = { x = "East", y = "North", z_mm = "Height", j1 = "Axis 1" }\n'
+    written(tmp_path, beside, "tracker.csv.toml")
+    with pytest.raises(InputError, match=r'names no unit; say columns = { j1_deg = "Axis 1" }, or j1_rad, in '):
+        read_table(file, wanted, known)
+    written(tmp_path, beside.replace("j1 =", "j1_deg ="), "tracker.csv.toml")
+    table = read_table(file, wanted, known)
+    assert table.words("target") == ["A1", "A2"]
+    assert_allclose([column(table, name)[0] for name in wanted], [1500, 2000, 3, 90])
+    written(tmp_path, beside.replace("x =", "x_mm ="), "tracker.csv.toml")
+    with pytest.raises(InputError, match="has the units m, mm; keep one of length, here or in its key"):
+        read_table(file, wanted, known)
+    written(tmp_path, "column = {}\n", "tracker.csv.toml")
+    with pytest.raises(InputError, match=r"tracker\.csv\.toml: column: unknown key; did you mean 'columns'"):
+        read_table(file, wanted, known)
 
 
 @pytest.mark.parametrize(("unit", "size"), [("m", 1000.0), ("inch", 25.4), ("mm", 1.0), ("cm", 10.0)])

@@ -26,7 +26,7 @@ from compgen.core.recorded.cells import (
 )
 from compgen.core.recorded.sheets import Row, Sheet, kinds, sheet_of
 from compgen.core.recorded.times import seconds_of, time_of
-from compgen.core.toml import Table
+from compgen.core.toml import Table, check, read_toml
 
 TIME = "time_s"
 #: what others call a column
@@ -93,8 +93,14 @@ def read_findings(notes: Iterable[str]) -> list[Finding]:
 
 
 def read_table(source: str | Path, required: Sequence[str], known: Sequence[str]) -> CsvTable:
-    """A table of compgen's own form or of another writer's; refused as ``read_recorded`` and ``read_csv`` say."""
-    return read_recorded(source, required, known) or read_csv(source, required, known)
+    """A table of compgen's own form, or of another writer's as ``<source>.toml`` beside it says.
+
+    Raises:
+        InputError: What ``read_recorded`` and ``read_csv`` refuse, or a file beside it that has other keys.
+    """
+    beside = Path(f"{source}.toml")
+    dialect = check(DialectTable, read_toml(beside, "."), str(beside)) if beside.exists() else PLAIN
+    return read_recorded(source, required, known, dialect, beside.name) or read_csv(source, required, known)
 
 
 def read_recorded(
@@ -130,11 +136,11 @@ def read_recorded(
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
     if missing:
         theirs = next((n for n, cell in zip(layout.names, layout.body[0][1], strict=False) if is_number(cell)), "#1")
-        example = theirs[:20] if len(missing) == 1 else "its name here"
-        pairs = ", ".join(f'{column} = "{example}"' for column in missing)
-        names = ", ".join(missing)
-        mend = layout.mend(f"columns = {{ {pairs} }}", f"name it {names} in a header")
-        raise layout.refuse(f"{'column' if len(missing) == 1 else 'columns'} {names}: missing; {mend}")
+        several = len(missing) > 1
+        pair = f'{missing[0]} = "{"its name here" if several else theirs[:20]}"{", ..." * several}'
+        mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
+        what = f"column{'s' * several} {', '.join(missing)}: missing; {mend}"
+        raise layout.refuse(what)
     return _table(layout, assigned, times)
 
 
@@ -190,7 +196,7 @@ def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str
             mend = layout.mend(f'columns = {{ {base} = "#{fits[0] + 1}" }}', "rename one")
             raise layout.refuse(f"columns {fits[0] + 1} and {fits[1] + 1} both may be {column}; {mend}")
         if fits:
-            assigned[column] = fits[0], _unit(layout, fits[0], name_and_unit(key)[1], wanted) if wanted else ""
+            assigned[column] = fits[0], _unit(layout, fits[0], name_and_unit(key)[1], column) if wanted else ""
     return assigned
 
 
@@ -212,19 +218,24 @@ def _index(layout: _Layout, text: str) -> int:
     return fits[0]
 
 
-def _unit(layout: _Layout, k: int, by_key: str, wanted: str) -> str:
+def _unit(layout: _Layout, k: int, by_key: str, column: str) -> str:
     """The unit of a column's cells: the one that the file, its key or the user says."""
+    wanted = name_and_unit(column)[1]
     by_user, measured = unit_named(layout.dialect.unit or ""), measured_by(wanted)
     units = sorted(layout.units[k] | {u for u in (by_key, by_user) if u and measured_by(u) == measured})
     if len(units) == 1 and measured_by(units[0]) == measured:
         return units[0]
-    some = units_like(wanted)[:3]
-    mend = f"write it in the header, as '{layout.names[k][:20]} [{some[0]}]'"
+    some, name = units_like(wanted)[:3], layout.names[k][:20]
+    keys = ", or ".join(column.removesuffix(wanted) + unit for unit in some[1:])
+    words = f'columns = {{ {column} = "{name}" }}, or {keys},'
     if measured in ("temperature", "length"):
-        mend = layout.mend(" or ".join(f'unit = "{unit}"' for unit in some), mend)
-    elif measured == "time":
-        mend = layout.mend(f'columns = {{ time_s = "{layout.names[k][:20]}" }}, or time_min, or time_h', mend)
-    what = f"has the units {', '.join(units)}; keep one of {measured}" if units else f"names no unit; {mend}"
+        words = " or ".join(f'unit = "{unit}"' for unit in some)
+    mend = layout.mend(words, f"write it in the header, as '{name} [{some[0]}]'")
+    what = (
+        f"has the units {', '.join(units)}; keep one of {measured}, here or in its key"
+        if units
+        else f"names no unit; {mend}"
+    )
     raise InputError(f"{layout.where(k, layout.line)}: {what}")
 
 
