@@ -136,7 +136,7 @@ HEAD = "time;j2 [°C];TC 04\n"
         ("time_s;j2 [C]\n1;0;20,5\n2;60;20,5\n", {}, ("line 2: 3 cells", "has 2", "give each")),  # names one off
         ("date;clock;j2 [C]\n01.02.2026;08:15;20,5\n;08:14;20,5\n", {}, ("line 3", "runs back from '01.02.2026")),
         ("No,X,j2 [C]\n1,0,20.5\n2,1,20.5\n", {"columns": {"j2": "j2"}}, ("columns = { time_s =",)),
-        ("No,Time,j2 [C]\n1,0,20.5\n2,1,20.5\n", {}, ("'Time'", 'columns = { time_s = "Time" }', "or time_ms, or time_min")),
+        ("No,Time,j2 [C]\n1,0,20.5\n2,1,20.5\n", {}, ('columns = { time_s = "Time" }', "or time_ms, or time_min")),
         ("a;j2 [C]\n1;20,5\n2;20,5\n", {}, ("line 1", "column time_s: missing", "columns = {", "there are: a, j2 [C]")),
         ("t1;t2;j2 [C]\n08:15;08:16;20\n",
          {}, ("line 1", "columns 1 and 2 both hold times", 'columns = { time = "#1" }')),
