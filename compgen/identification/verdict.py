@@ -24,6 +24,7 @@ ILL = 1e4  # condition of the frames' columns beyond which poses can hardly tell
 FOURFOLD = 4.0  # a held-out error so many times smaller than the nominal arm's
 STAYS = 10 * MM  # frames of the nominal and the identified arm: no further apart
 NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
+WIDE = 180 * DEG  # no pose helps because a joint moves further yet
 MOST = 0.05  # share of the rows that may be set aside: of all, of a joint's, of a series'
 FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
@@ -189,6 +190,8 @@ def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
     poses = len(data.theta)
     if poses < 20:
         return f"{poses} poses are few: measure 20 or more, as 'cgen plan-poses' says"
+    if span[k] > WIDE:
+        return f"{poses} poses move every joint far: measure more of them, as 'cgen plan-poses' says"
     return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'cgen plan-poses' says"
 
 

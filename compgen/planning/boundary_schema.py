@@ -63,7 +63,7 @@ class BoundaryTable(Table):
     corners_mm: Corners | None = None
     """Corners [x, y] in order round the part; a polygon needs them."""
     holes: list[HoleTable] = []
-    """Holes, in any shape of the edge; over them the tool is not on the part."""
+    """Holes, in any shape of the edge; sweeps and turns run on over them at the height of the part, without contact."""
     rotation_deg: Angle | None = None
     """Turn about z; default 0: two corners of a hexagon lie on x, the sides of a rectangle along x and y."""
 

@@ -156,3 +156,15 @@ def test_a_file_of_somebody_is_not_taken_for_the_sarif_file(programs):
     before = (programs / "notes.txt").read_bytes()
     refused(run("inspect", programs, "--sarif", programs / "notes.txt"), 2, "notes.txt: it is there", "inspect --sarif")
     assert (programs / "notes.txt").read_bytes() == before
+
+
+def test_a_position_that_a_motion_uses_and_the_program_lacks_is_no_success(programs):
+    text = (GOLDEN / "MOVES.LS").read_bytes()
+    begin, end = re.search(rb"(?m)^P\[\d+[^{\n]*\{", text).start(), text.index(b"};") + 2
+    name = re.match(rb"P\[(\d+)", text[begin:])[1].decode()
+    bad = programs / "LACKS.LS"
+    bad.write_bytes(text[:begin] + text[end:].lstrip())
+    refused(run("inspect", "-q", bad), 1, f"P[{name}]: used but not defined; mend the program")
+    record = json.loads(run("inspect", "--json", bad).stdout)
+    assert record["positions"]["undefined"] == [int(name)]
+    assert run("inspect", "-q", programs / "MOVES.LS").returncode == 0

@@ -155,6 +155,8 @@ def test_an_arc_that_no_controller_drives_is_not_written(program, words):
     [
         (b"\r\n    :  P[4] 100mm/sec CNT100    ;", b"", r"line 27: this C has no end point"),
         (b"   6:C P[3]    \r\n    :  P[4]", b"   6:C P[4]", r"line 27: .* C has a via and an end"),
+        (b"\r\n    :  P[4] 100mm/sec CNT100    ;", b" 100mm/sec CNT100    ;", r"line 27: this C has no end point"),
+        (b"\r\n    :  P[4] 100mm/sec CNT100    ;", b" ;", r"line 27: this C has no end point"),
         (b"   5:L P[2]", b"   5:L P[2] P[3]", r"line 26: .* C has a via and an end"),
         (b"   6:C P[3]    \r\n    :  P[4]", b"   6:C P[4]    \r\n    :  P[3]", r"not driven once each in order"),
         (b"P[4] 100mm/sec", b"P[4] 10%", r"line 27: "),

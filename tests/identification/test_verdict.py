@@ -14,7 +14,7 @@ from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.verdict import left_findings, refuse_foreign_lengths, refuse_set_aside
+from compgen.identification.verdict import _poses_to_add, left_findings, refuse_foreign_lengths, refuse_set_aside
 
 
 @pytest.fixture(scope="module")
@@ -128,3 +128,15 @@ def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
     assert sag not in finding.message
     assert left_findings(data, 70e-6 * distance, wild, 40e-6, []) == []  # 1.5 x hypot(30, 40) um
     assert len(left_findings(data, 76e-6 * distance, wild, 40e-6, [])) == 1
+
+
+def test_no_joint_is_sent_further_that_turns_far_already(truth):
+    rng = np.random.default_rng(7)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
+    robot = truth.arm.robot
+    narrow = replace(data, theta=np.where(np.arange(6) == 3, data.theta / 20, data.theta))
+    assert "move J4 further than" in _poses_to_add(robot, narrow, np.ones(6, bool))
+    far = np.linspace(robot.lower, robot.upper, 40)
+    far[:, 3] *= 0.3 * np.pi / np.abs(far[:, 3]).max() * 2  # 216 deg of 720: least of its range, and far
+    words = _poses_to_add(robot, replace(data, theta=far), np.ones(6, bool))
+    assert words == "40 poses move every joint far: measure more of them, as 'cgen plan-poses' says"

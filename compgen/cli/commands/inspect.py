@@ -42,7 +42,10 @@ def inspect(
     frames, registers = tables.read()
 
     def judge(program: str) -> tuple[dict[str, Any], str]:
-        return {"command": Command.INSPECT, **inspect_file(program, robot, frames, registers)}, ""
+        record = inspect_file(program, robot, frames, registers)
+        missing = ", ".join(f"P[{n}]" for n in record["positions"]["undefined"][:6])
+        mend = f"{program}: {missing}: used but not defined; mend the program" if missing else ""
+        return {"command": Command.INSPECT, **record}, mend
 
     judged = judge_all(names, judge, None, sarif)
 

@@ -59,7 +59,7 @@ class StatementParser:
             InputError: What came before is a C without its end point.
         """
         if self.state == "C":
-            raise InputError(f"program: line {self.move.line}: this C has no end point; mend it")
+            raise InputError(f"program: line {self.move.line}: this C has no end point: a C has a via and an end; mend it")
         self.state = ""
 
     def read(self, at: int, stop: int, number: int) -> None:
@@ -82,13 +82,13 @@ class StatementParser:
         if self.state == "":
             body = self._open_statement(body, limit, number)
         if self.state == "C" and (close >= 0 or number == self.move.line or data[body:limit].strip(b" \t")):
-            self._continue_motion(body, limit, number, last=close >= 0)
+            self._continue_motion(body, limit, number)
         elif self.state == "m":
             if limit - self.move.span[0] > LONGEST_STATEMENT:
                 raise too_long(self.move.line)
             _continue_options(data, self.move, body, limit)
         if close >= 0:
-            self.state = ""
+            self.begin_statement()
 
     def _open_statement(self, body: int, limit: int, number: int) -> int:
         """What kind of statement begins on a line; where the rest of it is to be read."""
@@ -105,7 +105,7 @@ class StatementParser:
             self.state = "x"
         return body
 
-    def _continue_motion(self, at: int, limit: int, number: int, *, last: bool) -> None:
+    def _continue_motion(self, at: int, limit: int, number: int) -> None:
         """Targets of a motion, and what follows the last of them."""
         data, move = self.data, self.move
         at = take_targets(data, move, at, limit)
@@ -117,7 +117,7 @@ class StatementParser:
             raise InputError(f"program: line {number}: the target of this move is not understood; mend it")
         if any(position_number(data, move, i) > LARGEST_NUMBER for i in range(len(move.target))):
             raise InputError(f"program: line {number}: no position has a number above {LARGEST_NUMBER}; mend it")
-        if last or move.letter != "C" or len(move.target) > 1 or number > move.line:
+        if move.letter != "C" or len(move.target) > 1:
             options = _take_speed_and_termination(data, move, at, limit)
             move.options = f"{move.options} {options}".strip(" \t")
             move.has_tail = bool(options)
