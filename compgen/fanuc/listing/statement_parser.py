@@ -59,7 +59,7 @@ class StatementParser:
             InputError: What came before is a C without its end point.
         """
         if self.state == "C":
-            raise InputError(f"program: line {self.move.line}: this C has no end point: a C has a via and an end; mend it")
+            raise InputError(f"program: line {self.move.line}: this C has no end point; a C has a via and an end")
         self.state = ""
 
     def read(self, at: int, stop: int, number: int) -> None:
