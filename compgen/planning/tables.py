@@ -236,8 +236,10 @@ def questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
         kind, wide = "sweep", float((high - low).min()) / MM
     if table.stepover_mm <= wide * (1 + ROUNDING):
         return ()
-    what = f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm)"
-    message = f"{what}: less than one {kind} more fits on it; make it smaller, or mend the part's size"
+    message = (
+        f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm): less than one "
+        f"{kind} more fits on it; make it smaller, or mend the part's size"
+    )
     return (Finding(Level.WARNING, Code.PATH_STEPOVER, message),)
 
 

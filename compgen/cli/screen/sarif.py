@@ -71,5 +71,4 @@ def _rule(rule: str) -> dict[str, Any]:
 def _result(path: str, line: int, rule: str, level: str, message: str) -> dict[str, Any]:
     place = Path(path).as_uri() if Path(path).is_absolute() else quote(Path(path).as_posix())
     where = {"artifactLocation": {"uri": place}, "region": {"startLine": max(line, 1)}}
-    head = {"ruleId": rule, "level": level, "message": {"text": message}}
-    return {**head, "locations": [{"physicalLocation": where}]}
+    return dict(ruleId=rule, level=level, message={"text": message}, locations=[{"physicalLocation": where}])

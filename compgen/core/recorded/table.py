@@ -86,6 +86,11 @@ class _Layout(NamedTuple):
         line = f"line {self.line}" if self.line else f"line {self.body[0][0]}: no header above it"
         return InputError(f"{self.place}: {line}: {what}; there are: {listed[: 200 - len(what)]}")
 
+    def both(self, columns: Sequence[int], are: str, key: str, otherwise: str) -> InputError:
+        """A refusal of two columns where one is wanted."""
+        mend = self.mend(f'columns = {{ {key} = "#{columns[0] + 1}" }}', otherwise)
+        return self.refuse(f"columns {columns[0] + 1} and {columns[1] + 1} {are}; {mend}")
+
 
 def read_findings(notes: Iterable[str]) -> list[Finding]:
     """How files were understood, for the user."""
@@ -139,8 +144,7 @@ def read_recorded(
         several = len(missing) > 1
         pair = f'{missing[0]} = "{"its name here" if several else theirs[:20]}"{", ..." * several}'
         mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
-        what = f"column{'s' * several} {', '.join(missing)}: missing; {mend}"
-        raise layout.refuse(what)
+        raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
 
 
@@ -166,9 +170,9 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
     names = [(given[k] if k < len(given) else "") or f"#{k + 1}" for k in range(width)]
     other = next(((n, c) for n, c in body if any(c[width:]) or (sheet.name == "blanks" and len(c) != width)), None)
     if other is not None:
-        what = f"{len(other[1])} cells where the header has {width}; give each column a cell"
         raise InputError(
-            f"{source}: line {other[0]}: {what} (commas, or blanks, in cells and between them? use others)"
+            f"{source}: line {other[0]}: {len(other[1])} cells where the header has {width}; give each column a cell "
+            "(commas, or blanks, in cells and between them? use others)"
         )
     units = []
     for k, name in enumerate(names):
@@ -193,8 +197,7 @@ def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str
         others = _fitting(layout, {base}, wanted) or _fitting(layout, _ALIASES.get(base, set()), wanted)
         fits = [k] if key else [n for n in others if n not in taken]
         if len(fits) > 1:
-            mend = layout.mend(f'columns = {{ {base} = "#{fits[0] + 1}" }}', "rename one")
-            raise layout.refuse(f"columns {fits[0] + 1} and {fits[1] + 1} both may be {column}; {mend}")
+            raise layout.both(fits, f"both may be {column}", base, "rename one")
         if fits:
             assigned[column] = fits[0], _unit(layout, fits[0], name_and_unit(key)[1], column) if wanted else ""
     return assigned
@@ -249,8 +252,7 @@ def _times(layout: _Layout) -> list[int]:
     both, dates, clocks = ([k for k, kind in is_time.items() if kind == wanted] for wanted in ("dc", "d", "c"))
     several = next((some for some in (both, dates, clocks) if len(some) > 1), [])
     if several:
-        mend = layout.mend(f'columns = {{ time = "#{several[0] + 1}" }}', "keep one")
-        raise layout.refuse(f"columns {several[0] + 1} and {several[1] + 1} both hold times; {mend}")
+        raise layout.both(several, "both hold times", "time", "keep one")
     return both or dates + clocks
 
 

@@ -56,8 +56,9 @@ def seconds_of(
     parts = [time_of(cell) for cell in cells]
     other = next((row for row, part in enumerate(parts) if part[0] != parts[0][0]), None)
     if other is not None:
-        what = f"'{cells[other][:30]}' is no time like '{cells[0][:30]}'; mend or remove the row"
-        raise InputError(f"{where(other)}: {what}")
+        raise InputError(
+            f"{where(other)}: '{cells[other][:30]}' is no time like '{cells[0][:30]}'; mend or remove the row"
+        )
     days = _days(sorted({date for _, date, _ in parts} - {""}), order, f"{where(0)}: '{cells[0][:30]}'", mend)
     times = [days.get(date, 0.0) + clock for _, date, clock in parts]
     back = next((row for row in range(1, len(times)) if times[row] < times[row - 1]), None)

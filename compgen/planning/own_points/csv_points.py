@@ -65,21 +65,28 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
 def _normals(table: CsvTable) -> Array:
     normal = np.column_stack([table.numbers(c, largest=1e3) for c in NORMAL])
     length = row_norms(normal)
-    fault = "the normal i, j, k has length {:.4g}, not 1; divide it by its length"
-    table.refuse_first(np.abs(length - 1) > UNIT, "", lambda row: fault.format(length[row]))
+    table.refuse_first(
+        np.abs(length - 1) > UNIT,
+        "",
+        lambda row: f"the normal i, j, k has length {length[row]:.4g}, not 1; divide it by its length",
+    )
     return np.asarray(normal / length[:, None])
 
 
 def _feeds(table: CsvTable) -> Array:
     feed = table.numbers("feed_mm_s", gaps=True)
     low, high = FEEDS
-    fault = f"{{:g}} mm/s is outside {low:g} to {high:g}; mend it"
-    table.refuse_first((feed < low) | (feed > high), "feed_mm_s", lambda row: fault.format(feed[row]))
+    table.refuse_first(
+        (feed < low) | (feed > high),
+        "feed_mm_s",
+        lambda row: f"{feed[row]:g} mm/s is outside {low:g} to {high:g}; mend it",
+    )
     return feed * MM
 
 
 def _flags(table: CsvTable, column: str) -> BoolArray:
     flag = table.numbers(column)
-    fault = "{:g} is neither 0 nor 1; give one of them"
-    table.refuse_first((flag != 0) & (flag != 1), column, lambda row: fault.format(flag[row]))
+    table.refuse_first(
+        (flag != 0) & (flag != 1), column, lambda row: f"{flag[row]:g} is neither 0 nor 1; give one of them"
+    )
     return np.asarray(flag == 1)
