@@ -114,8 +114,7 @@ def _add(name: str, command: Callable[..., Outcome]) -> None:
     title = "Examples" if "\n" in examples else "Example"
     page = next(page for page, names in PAGES.items() if name in names)
     lines = [f"\b\nExplained in {page_place(page)}\n\n\b\n{title}:", *(f"  {e.strip()}" for e in examples.splitlines())]
-    epilog = "\n".join(lines)
-    app.command(name, help=words, epilog=epilog)(framed(command))
+    app.command(name, help=words, epilog="\n".join(lines))(framed(command))
 
 
 for title, commands in SECTIONS.items():

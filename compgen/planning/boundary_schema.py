@@ -10,7 +10,7 @@ from compgen.core.toml import Angle, Coordinate, Length, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries
 from compgen.planning.boundaries import Boundary
-from compgen.planning.holes import Hole, pierced, ring_hole, slot_hole
+from compgen.planning.holes import moved, pierced, ring_hole, slot_hole
 
 Corner = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Corners = Annotated[list[Corner], Field(min_length=3, max_length=200)]
@@ -103,7 +103,7 @@ def _outline(shape: str, size: Any, rotation: float) -> Boundary:
     return boundaries.polygon(np.array(size) * MM).turned(rotation)
 
 
-def _hole(table: HoleTable, name: str) -> Hole:
+def _hole(table: HoleTable, name: str) -> Boundary:
     given = {key for key in table.model_fields_set if getattr(table, key) is not None} - {"kind"}
     needed = OF_HOLE[table.kind]
     if missing := sorted(needed - given):
@@ -117,10 +117,10 @@ def _hole(table: HoleTable, name: str) -> Hole:
     centre = np.array([table.x_mm, table.y_mm]) * MM
     if table.kind == "rectangle":
         x, y = np.array(table.size_mm) / 2 * MM
-        return ring_hole(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]), name).turned(angle).moved(centre)
+        return moved(ring_hole(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]), name).turned(angle), centre)
     length, width = table.length_mm or table.diameter_mm or 0.0, table.width_mm or table.diameter_mm or 0.0
     if length < width:
         raise InputError(
             f"{name}.length_mm: {length:g} is less than width_mm = {width:g}; turn it by rotation_deg = 90"
         )
-    return slot_hole(length * MM, width * MM).turned(angle).moved(centre)
+    return moved(slot_hole(length * MM, width * MM).turned(angle), centre)

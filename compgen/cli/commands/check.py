@@ -229,8 +229,7 @@ def _distinct(paths: list[str]) -> list[str]:
     """Each file once, by its first name."""
     by_file: dict[str, str] = {}
     for path in paths:
-        first = by_file.setdefault(os.path.realpath(path), path)
-        if first is not path:
+        if by_file.setdefault(os.path.realpath(path), path) is not path:
             print_note_once(f"{path}: given twice; it is checked once")
     return list(by_file.values())
 

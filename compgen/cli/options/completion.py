@@ -24,8 +24,7 @@ def complete_paths(incomplete: str) -> list[str]:
 
 def complete_programs(incomplete: str) -> list[str]:
     """Programs here, in the folder that is typed and in those of ``outputs``."""
-    outputs = [f"outputs/{name}" for name in _names("outputs")]
-    return _files(incomplete, ".ls", "", *outputs)
+    return _files(incomplete, ".ls", "", *(f"outputs/{name}" for name in _names("outputs")))
 
 
 def complete_jobs(incomplete: str) -> list[str]:
@@ -36,8 +35,7 @@ def complete_jobs(incomplete: str) -> list[str]:
 def complete_page_folders(incomplete: str) -> list[str]:
     """Folders of ``outputs`` that hold pages."""
     folders = [f"outputs/{name}" for name in _names("outputs")]
-    held = [f for f in folders if any(name.endswith(".pages.json") for name in _names(f))]
-    return [folder for folder in held if folder.startswith(incomplete)]
+    return [folder for folder in folders if folder.startswith(incomplete) and _names(folder, ".pages.json")]
 
 
 def complete_robots(incomplete: str) -> list[str]:

@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -61,8 +61,7 @@ class Labels:
 
     def named(self) -> tuple[tuple[str, str], ...]:
         """Those that are given, in the order of the page."""
-        labels = (("part", self.part), ("order", self.order), ("operator", self.operator))
-        return tuple((name, words.strip()) for name, words in labels if words is not None)
+        return tuple((name, words.strip()) for name, words in asdict(self).items() if words is not None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,8 +102,7 @@ def page_place(folder: Path, page: PageChoice, date: str | None = None, labels: 
     from compgen.pipelines.files.project_file import find_project
     from compgen.report.page import PageOptions
 
-    shown = "" if date is None else page_date(date)
-    options = PageOptions(shown, labels=() if labels is None else labels.named())
+    options = PageOptions("" if date is None else page_date(date), labels=labels.named() if labels else ())
     project = find_project(Path.cwd()) if page.assets is None else None
     assets = project.table.assets if project else page.assets
     if assets != Assets.SHARED:
