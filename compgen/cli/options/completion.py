@@ -34,7 +34,7 @@ def complete_jobs(incomplete: str) -> list[str]:
 
 def complete_page_folders(incomplete: str) -> list[str]:
     """Folders of ``outputs`` that hold pages."""
-    folders = [f"outputs/{name}" for name in _names("outputs")]
+    folders = (f"outputs/{name}" for name in _names("outputs"))
     return [folder for folder in folders if folder.startswith(incomplete) and _names(folder, ".pages.json")]
 
 
@@ -121,5 +121,4 @@ def _tables(schema: dict[str, Any], entry: dict[str, Any]) -> list[dict[str, Any
     """The tables that a key may hold."""
     kinds = [entry, entry.get("items", {}), *(k for way in ("oneOf", "anyOf", "allOf") for k in entry.get(way, []))]
     kinds += [inner for way in ("oneOf", "anyOf") for inner in entry.get("items", {}).get(way, [])]
-    names = [str(kind["$ref"]).rpartition("/")[2] for kind in kinds if "$ref" in kind]
-    return [schema.get("$defs", {}).get(name, {}) for name in names]
+    return [schema.get("$defs", {}).get(kind["$ref"].rpartition("/")[2], {}) for kind in kinds if "$ref" in kind]

@@ -53,20 +53,18 @@ def every_file(ending: str, what: str) -> Callable[[typer.CallbackParam, list[st
 
     def expanded(param: typer.CallbackParam, values: list[str]) -> list[str]:
         if len(values) == 1 and not matching(values[0]):
-            why = "in this folder" if os.path.isdir(values[0]) else "matches"
             raise InputError(
-                f"{values[0]}: no {what} {why}; give a file, a folder that holds some, or a pattern in quotes"
+                f"{values[0]}: no {what} {'in this folder' if os.path.isdir(values[0]) else 'matches'}; give a file, a "
+                "folder that holds some, or a pattern in quotes"
             )
         return [file for value in values for file in matching(value) or [value]]  # of several a bad one stops no other
 
     def matching(name: str) -> list[str]:
         if os.path.isdir(name):
-            files = glob(os.path.join(escape(name), "*"))
-        elif has_magic(name) and not os.path.lexists(name):
-            files = glob(name, recursive=True)
-        else:
+            name = os.path.join(escape(name), "*")
+        elif os.path.lexists(name) or not has_magic(name):
             return [name]
-        files = [f for f in files if f.lower().endswith(ending) and os.path.basename(f) != PROJECT]
+        files = [f for f in glob(name, recursive=True) if f.lower().endswith(ending) and os.path.basename(f) != PROJECT]
         return sorted(filter(os.path.isfile, files))
 
     return expanded

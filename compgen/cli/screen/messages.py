@@ -77,8 +77,9 @@ def stdout_console() -> "Console":
     from rich.console import Console
 
     terminal = sys.stdout.isatty()
-    width = None if terminal else UNWRAPPED
-    return Console(width=width, highlight=False, markup=False, force_terminal=terminal)  # whatever FORCE_COLOR says
+    return Console(  # whatever FORCE_COLOR says
+        width=None if terminal else UNWRAPPED, highlight=False, markup=False, force_terminal=terminal
+    )
 
 
 def finding_lines(findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> list[str]:
@@ -89,8 +90,7 @@ def finding_lines(findings: Iterable[Finding | Mapping[str, str]], *, verbose: b
     """
     shown = in_reading_order(findings)
     folded = [] if verbose else [finding for finding in shown if is_for_every_job(finding)]
-    codes = [f" [{finding.code}]" if verbose else "" for finding in shown]
-    lines = [f"{f.level}{code}: {f.message}" for f, code in zip(shown, codes, strict=True) if f not in folded]
+    lines = [f"{f.level}{f' [{f.code}]' if verbose else ''}: {f.message}" for f in shown if f not in folded]
     if folded:
         several = len(folded) > 1
         lines.append(

@@ -60,10 +60,10 @@ def _line(path: str, key: str) -> int:
 
 def _rule(rule: str) -> dict[str, Any]:
     """What a code means and what to do; of a refusal its exit code in words."""
-    known = [code for code in Code if code == rule]
     return {"id": rule} | {
         key: {"text": text}
-        for code in known
+        for code in Code
+        if code == rule
         for key, text in (("shortDescription", code.meaning), ("help", code.remedy))
     }
 

@@ -142,7 +142,7 @@ def read_recorded(
     if missing:
         theirs = next((n for n, cell in zip(layout.names, layout.body[0][1], strict=False) if is_number(cell)), "#1")
         several = len(missing) > 1
-        pair = f'{missing[0]} = "{"its name here" if several else theirs[:20]}"{", ..." * several}'
+        pair = f'{missing[0]} = "its name here", ...' if several else f'{missing[0]} = "{theirs[:20]}"'
         mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)

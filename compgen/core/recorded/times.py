@@ -5,6 +5,7 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from datetime import datetime, timedelta
 
 from compgen.core.exceptions import InputError
@@ -89,8 +90,6 @@ def _days(dates: Sequence[str], order: str | None, first: str, mend: Callable[[s
 def _seconds(written: str, formats: Sequence[str]) -> float | None:
     """Seconds from the year 2000 to a date; None where no format fits."""
     for text in formats:
-        try:
+        with suppress(ValueError):
             return (datetime.strptime(written, text) - _START).days * DAY
-        except ValueError:
-            continue
     return None

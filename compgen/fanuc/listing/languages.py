@@ -6,7 +6,8 @@ file, and an edit changes the file's own bytes.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from itertools import count
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.vocabulary import GERMAN, GERMAN_HEAD, GERMAN_REGISTERS
@@ -33,11 +34,11 @@ _TEXTS = (
 )
 
 
-def _either(words: Mapping[str, str]) -> str:
+def _either(words: Collection[str]) -> str:
     return "|".join(re.escape(word) for word in sorted(words, key=len, reverse=True))
 
 
-def _pattern(words: Mapping[str, str], registers: Mapping[str, str], second: str) -> re.Pattern[bytes]:
+def _pattern(words: Collection[str], registers: Collection[str], second: str) -> re.Pattern[bytes]:
     begin = r"(?<![\w$.])(?<!\w/)"
     return re.compile(
         rf"{_TEXTS}|(?P<word>{begin}(?:{_either(words)})(?![\w.])|{begin}(?:{_either(registers)})(?=\[)"
@@ -45,10 +46,8 @@ def _pattern(words: Mapping[str, str], registers: Mapping[str, str], second: str
     )
 
 
-_REGISTERS_BACK = {english: german for german, english in GERMAN_REGISTERS.items()}
-_BACK = {english: german for german, english in GERMAN.items()}
 _TO_ENGLISH = _pattern(GERMAN, GERMAN_REGISTERS, "sek")
-_TO_GERMAN = _pattern(_BACK, _REGISTERS_BACK, "sec")
+_TO_GERMAN = _pattern(GERMAN.values(), GERMAN_REGISTERS.values(), "sec")
 _ENGLISH_WORDS = {**GERMAN, **GERMAN_REGISTERS, "sek": "sec", "msek": "msec"}
 _GERMAN_WORDS = {english: german for german, english in _ENGLISH_WORDS.items()}
 
@@ -66,9 +65,8 @@ def in_english(source: bytes) -> bytes:
         InputError: A line has no room for its words; names it.
     """
     positions = tag.start() if (tag := _POS.search(source)) else len(source)
-    lines = enumerate(source[:positions].splitlines(keepends=True), 1)
-    statements = b"".join(_english_line(line, number) for number, line in lines)
-    return statements + _POSTURE.sub(GERMAN["KONFIG"].encode(), source[positions:])
+    lines = source[:positions].splitlines(keepends=True)
+    return b"".join(map(_english_line, lines, count(1))) + _POSTURE.sub(GERMAN["KONFIG"].encode(), source[positions:])
 
 
 def _english_line(line: bytes, number: int) -> bytes:
