@@ -145,6 +145,7 @@ HEAD = "time;j2 [°C];TC 04\n"
         ("time,j2 [C],j3 [C]\n08:15,20,5,21,5\n08:16,20,5,21,5\n", {}, ("line 2: 5 cells", "has 3", "use others")),
         ("No j2 [C] time\n1 20 08:15\n2 21 08:16\n", {}, ("line 2: 3 cells", "has 4", "give each column")),
         ("only words\nand more\n", {}, ("no rows of readings", "give a table")),
+        ("1;2\n", {}, ("no header above it", "column time_s: missing")),
         (b"PK\x03\x04 torn", {}, ("no workbook", "save it as CSV")),
     ],
 )  # fmt: skip
@@ -267,6 +268,8 @@ TRACKER = "".join(
         ("// SpatialAnalyzer\n// AXES = CARTESIAN: X,  Y,  Z (mm)\n" + TRACKER,
          {"columns": {"x_mm": "#4", "y_mm": "#5", "z_mm": "#6"}}),
         ("Name\tX [mm]\tY [mm]\tZ [mm]\tDev\n" + TRACKER.replace("Path, G1, ", "P").replace(", ", "\t"), {}),
+        ("Part: dish\nUnits: mm\n\nPOINT\tX\tY\tZ\tI\tJ\tK\n" + TRACKER.replace("Path, G1, ", "P").replace(
+            ", 02/12/25 16:56:08", ", 0, 0, 1").replace(", ", "\t"), {"unit": "mm"}),  # K is no unit there
         ("Id;X;Y;Z;T\n" + TRACKER.replace("Path, G1, ", "P").replace(", ", ";").replace(".", ","), {"unit": "mm"}),
     ],
 )  # fmt: skip
