@@ -157,8 +157,8 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
     ]
     head = heads[-1] if wanted and heads else begin - 1
     if head > 0 and not wanted and any(map(unit_named, rows[head][1])) and set(kinds(rows[head - 1][1])) <= set("a-"):
-        names, units = (sum(map(bool, cells)) for _, cells in rows[head - 1 : head + 1])
-        head -= 2 * names > units  # a row of units lies between; of a title above names it is none: K is a normal's
+        above, below = (sum(map(bool, cells)) for _, cells in rows[head - 1 : head + 1])
+        head -= 2 * above > below  # a row of units lies between; of a title above names it is none: K is a normal's
     body = rows[max(begin, head + 1) :]
     at = kinds(body[0][1]).find("t")  # the time's column
     while set(kinds(body[-1][1])) <= set("a-") or "".join(body[-1][1][at : at + 1]).isalpha():
