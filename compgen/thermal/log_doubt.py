@@ -74,11 +74,14 @@ def doubt_of(
     if abs(lie.z) < SIGMAS:
         return ""
     names = list(log.readings)
-    others = [
-        f"; or {words}"
-        for changed, words in _other_readings(log, columns, zero, expected)
-        if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS
-    ]
+    other = next(
+        (
+            f"; or {words}"
+            for changed, words in _other_readings(log, columns, zero, expected)
+            if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS
+        ),
+        "",
+    )
     what = "all sensors" if lie.sensor < 0 else f"column {columns[names[lie.sensor]]}"
     value = zero + _value_at(log, names[max(lie.sensor, 0)], lie.at)
     reads = f"reads {value:.1f} degC" if lie.sensor >= 0 else f"read {lie.size:+.1f} K"
@@ -87,7 +90,7 @@ def doubt_of(
     spread = abs(lie.size / lie.z)
     return (
         f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, where {by} allow {allows} +- {spread:.1f} "
-        f"({abs(lie.z):.0f} sigma); mend the sensor, or empty its cells{''.join(others[:2])}"
+        f"({abs(lie.z):.0f} sigma); mend the sensor, or empty its cells{other}"
     )
 
 
