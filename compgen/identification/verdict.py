@@ -24,7 +24,7 @@ ILL = 1e4  # condition of the frames' columns beyond which poses can hardly tell
 FOURFOLD = 4.0  # a held-out error so many times smaller than the nominal arm's
 STAYS = 10 * MM  # frames of the nominal and the identified arm: no further apart
 NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
-WIDE = 180 * DEG  # no pose helps because a joint moves further yet
+WIDE = np.pi  # [rad] no pose helps because a joint moves further yet
 MOST = 0.05  # share of the rows that may be set aside: of all, of a joint's, of a series'
 FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
@@ -151,7 +151,7 @@ def _refuse_no_gain(
     message = (
         f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
         f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
-        f"{_poses_to_add(robot, data, moved)}"
+        f"{poses_to_add(robot, data, moved)}"
     )
     return [Finding(Level.REFUSED, Code.NO_GAIN, message)]
 
@@ -182,7 +182,7 @@ def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> list[Finding]:
     return [Finding(Level.NOTE, Code.HELD, message)]
 
 
-def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
+def poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
     """The mend: which poses would help most."""
     span = np.ptp(data.theta, axis=0)
     share = span / (robot.upper - robot.lower)

@@ -14,7 +14,7 @@ from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.verdict import _poses_to_add, left_findings, refuse_foreign_lengths, refuse_set_aside
+from compgen.identification.verdict import poses_to_add, left_findings, refuse_foreign_lengths, refuse_set_aside
 
 
 @pytest.fixture(scope="module")
@@ -135,8 +135,8 @@ def test_no_joint_is_sent_further_that_turns_far_already(truth):
     data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
     robot = truth.arm.robot
     narrow = replace(data, theta=np.where(np.arange(6) == 3, data.theta / 20, data.theta))
-    assert "move J4 further than" in _poses_to_add(robot, narrow, np.ones(6, bool))
+    assert "move J4 further than" in poses_to_add(robot, narrow, np.ones(6, bool))
     far = np.linspace(robot.lower, robot.upper, 40)
     far[:, 3] *= 0.3 * np.pi / np.abs(far[:, 3]).max() * 2  # 216 deg of 720: least of its range, and far
-    words = _poses_to_add(robot, replace(data, theta=far), np.ones(6, bool))
+    words = poses_to_add(robot, replace(data, theta=far), np.ones(6, bool))
     assert words == "40 poses move every joint far: measure more of them, as 'cgen plan-poses' says"
