@@ -14,7 +14,7 @@ from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.verdict import poses_to_add, left_findings, refuse_foreign_lengths, refuse_set_aside
+from compgen.identification.verdict import left_findings, poses_to_add, refuse_foreign_lengths, refuse_set_aside
 
 
 @pytest.fixture(scope="module")
