@@ -13,6 +13,7 @@ from compgen.core.recorded.table import read_findings
 from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
 from compgen.thermal.filled_rises import fill_rises
+from compgen.thermal.law_fit import falling_part
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.temperature_log import COLD_START, Reference, Temperatures, check_sensors, read_temperature_log
@@ -57,9 +58,9 @@ def with_temperatures(
     log = read_temperature_log(source, heat.names, sensors)
     check_sensors(log, [f"{name}_degC" for name in (*heat.names, *sensors)])
     _check_covered(data, log)
-    if reference == "start":
-        _check_cold(log)
     rises = log.rises(reference, COLD_START)
+    if reference == "start":
+        _check_cold(log, rises)
     _check_clock(log, rises)
     filled = fill_rises(rises, heat, data.time, cold=reference == "start")
     moved = fill_rises(rises, heat, np.add.outer(CLOCK_SHIFTS, data.time).ravel(), cold=reference == "start").rise
@@ -157,8 +158,10 @@ def _distance_from_cold(log: Temperatures) -> tuple[float, str]:
     return first[highest] - first[lowest], words
 
 
-def _check_cold(log: Temperatures) -> None:
+def _check_cold(log: Temperatures, rises: TemperatureLog) -> None:
     distance, words = _distance_from_cold(log)
+    if falling := falling_part(rises):
+        distance, words = falling[1], f"{log.column[falling[0]]} falls by {falling[1]:.1f} K from there"
     if distance > WARM:
         raise InputError(
             f"{log.table.source}: line {log.table.line[0]}: the log does not begin cold ({words}), and rises count "

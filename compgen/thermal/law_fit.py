@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from compgen.core.arrays import Array, IntArray, owns
 from compgen.thermal.ambient import Ambient
@@ -32,6 +33,8 @@ COMMON, EACH_LAG = 0.7, 0.3  # of the logarithm of the time constants: of all to
 WORK, BLOCK, SLOWER = 0.5, 0.5, 0.5  # of the heat at the reference feed
 PROGRAM = 0.05  # of a node's rise
 PLAUSIBLE = 3.0  # sigmas of its prior, beyond which a value is not believed
+FALLEN = 4.0  # [K] below its beginning: more than the air of a cell does within a log
+AROUND = 5  # readings whose median stands for each
 SHOWN = 0.5  # share of a rise's prior variance that the log takes away, below which it does not show the node
 WORKS = BLOCKS + 5  # amounts of work: the mean, by how much it is off, a slower feed, blocks and what was before
 STEP, DAMPING, ROUNDS, CLOSE = 0.05, 0.5, 60, 0.005  # of the logarithms
@@ -87,6 +90,23 @@ class _WarmUp:
         )
         shown = np.eye(len(law.names))[self.node]
         return np.hstack([shown * course[:, None], shown * ((slower - faster) / (2 * STEP))[:, None]])
+
+
+def falling_part(log: TemperatureLog) -> tuple[str, float] | None:
+    """The part that falls farthest below its first readings, and how far [K]; None: parts rise by half as much, too.
+
+    A warm-up that begins while the arm still cools rises after it, and a day that ends cold has risen before.
+
+    Args:
+        log: Rises, of one node at least; what the measured air does is no fall.
+    """
+    fallen, risen = {}, 0.0
+    for name, values in log.readings.items():
+        course = median_filter((values - log.air)[np.isfinite(values)], AROUND)
+        fallen[name] = float(course[0] - course.min())
+        risen = max(risen, float((course - np.minimum.accumulate(course)).max()))
+    worst = max(fallen, key=lambda name: fallen[name])
+    return (worst, fallen[worst]) if fallen[worst] > max(2 * risen, FALLEN) else None
 
 
 def fit_law(log: TemperatureLog, law: NodeModel, warmth: ThermalUncertainty) -> FittedLaw:

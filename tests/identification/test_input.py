@@ -259,6 +259,11 @@ WRONG_LOGS = {
         lambda log: (log + WARM_START)[:, [0, 2, 3]],
         ("does not begin cold", "j2_degC = 26", "link1_degC = 22"),
     ),
+    "cools, without air": (
+        "time_s,j2_degC,part_6_degC",
+        lambda log: np.column_stack([log[:, 0], 60 - log[:, [2, 4]]]),
+        ("line 2", "does not begin cold (part_6_degC falls by 8.1 K from there)", "--reference"),
+    ),
     "unknown sensor": ("time_s,elbow_degC", lambda log: log[:, :2], ("column elbow_degC", "unknown", "wrist_degC")),
     "one rise twice": ("time_s,j3_degC,part_6_degC", lambda log: log[:, :3], ("both show the rise of 'j3'",)),
     "infinite": (FIVE, lambda log: log * [1, 1, np.inf, 1, 1, 1], ("line 2, column j2_degC", "not a finite number")),

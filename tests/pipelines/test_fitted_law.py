@@ -87,6 +87,15 @@ def test_sensors_on_other_parts_leave_the_law(shipped, warming, tmp_path):
     assert "link1 warms otherwise than any arm" in finding.message
 
 
+def test_an_arm_that_cools_leaves_the_law(shipped, tmp_path):
+    time = np.arange(6 * HOUR, 12 * HOUR + 1, 60.0)
+    cooled = with_law_of(shipped, log_of(tmp_path, 22 + WiderArm(1).rises(time)), "22")
+    assert cooled.text == shipped.text
+    finding = cooled.input_findings[-1]
+    assert (finding.level, finding.code) == (Level.WARNING, Code.HELD)
+    assert "j2 falls by 12.5 K" in finding.message
+
+
 def test_a_network_and_an_arm_without_nodes_are_left(warming, tmp_path):
     log = log_of(tmp_path, warming)
     assert with_law_of(load_arm("ur5"), log, "start").text == load_arm("ur5").text

@@ -9,7 +9,7 @@ from wider_arm import NODES, WiderArm
 
 from compgen.core.units import HOUR
 from compgen.pipelines.files.path_file import load_job
-from compgen.thermal.law_fit import fit_law
+from compgen.thermal.law_fit import falling_part, fit_law
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_fit import TemperatureLog
 
@@ -148,3 +148,38 @@ def test_a_sensor_on_another_part_is_no_law(cell):
     fitted = fit_law(replace(log, readings=exchanged(log, "j3", "wrist")), cell.heat, cell.warmth)
     assert not fitted.is_plausible
     assert {NODES[k] for k in np.argsort(fitted.ratio)[-2:]} == {"j3", "wrist"}
+
+
+@pytest.mark.parametrize("names", [NODES, ("j2", "j3"), ("j3",)])
+@pytest.mark.parametrize(("step_s", "digit"), [(10.0, 1.0), (60.0, 0.01), (300.0, 0.1), (1200.0, 1.0)])
+def test_parts_that_cool_are_no_warm_up_and_right_logs_are(names, step_s, digit):
+    """Cooling; against warm-ups, one with a pause, a day to its end, a weekend in colder air, and a second warm-up."""
+    for seed in range(3):
+        arm = WiderArm(seed)
+
+        def course(hours, rises, arm=arm, seed=seed):
+            time = np.arange(0.0, hours * HOUR + 1, step_s)
+            rise = rises(arm, time) + np.random.default_rng(seed).normal(0, 0.05, (len(time), 5))
+            return falling_part(logged(time, np.round(rise / digit) * digit, names))
+
+        part, fall = course(4, lambda arm, time: arm.rises(time + 6 * HOUR))
+        assert part in ("j2", "j3")
+        assert fall > 4
+        assert course(6, lambda arm, time: arm.rises(time)) is None
+        assert course(24, lambda arm, time: arm.rises(time) - 4 * time[:, None] / (24 * HOUR)) is None
+        assert course(7, lambda arm, time: arm.rises(time, 3) + later(arm, time, 4)) is None
+        assert course(66, lambda arm, time: later(arm, time, 60) - 6 * time[:, None] / (66 * HOUR)) is None
+        assert course(9, lambda arm, time: arm.rises(time + 6 * HOUR) + later(arm, time, 2)) is None
+
+
+def later(arm, time, hours):
+    """Rises by work that begins so much later."""
+    return np.where(time[:, None] > hours * HOUR, arm.rises(np.maximum(time - hours * HOUR, 0.0), 24), 0.0)
+
+
+def test_air_that_grows_colder_cools_no_part():
+    time = np.arange(0.0, 6 * HOUR + 1, 60.0)
+    air = -5 * time / time[-1]
+    log = logged(time, np.tile(air[:, None], (1, 5)))
+    assert falling_part(log) == ("j2", pytest.approx(5, abs=0.1))
+    assert falling_part(replace(log, air=air)) is None

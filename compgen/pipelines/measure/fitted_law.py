@@ -13,7 +13,7 @@ from compgen.core.units import HOUR
 from compgen.identification.identified_robot_file import text_with_nodes
 from compgen.identification.warm_up import swapped_sensors
 from compgen.pipelines.files.robot_file import Arm, arm_of
-from compgen.thermal.law_fit import FittedLaw, fit_law
+from compgen.thermal.law_fit import FittedLaw, falling_part, fit_law
 from compgen.thermal.temperature_log import (
     COLD_START,
     COLDEST,
@@ -26,7 +26,7 @@ from compgen.thermal.temperature_log import (
 
 
 def with_law_of(arm: Arm, source: str, reference: str) -> Arm:
-    """An arm with the law of its nodes as a log shows it; with its own where it has no nodes, or sensors are exchanged.
+    """An arm with the law of its nodes as a log shows it; its own where parts cool, or sensors are exchanged.
 
     Raises:
         InputError: A bad log.
@@ -39,6 +39,12 @@ def with_law_of(arm: Arm, source: str, reference: str) -> Arm:
     rises = log.rises(rise_reference(reference), COLD_START)
     if any(swapped_sensors(log, rises, arm.law)):  # which is said with the measurements
         return arm
+    if falling := falling_part(rises):
+        message = (
+            f"{source}: {falling[0]} falls by {falling[1]:.1f} K, and no part rises by half as much: that is no "
+            "warm-up, and rise_K and tau_h of all nodes stay; give a log that begins with the cold arm"
+        )
+        return replace(arm, input_findings=(*arm.input_findings, Finding(Level.WARNING, Code.HELD, message)))
     fitted = fit_law(rises, arm.law, arm.warmth)
     values = _values(fitted) if fitted.is_plausible else {}
     text = text_with_nodes(arm.text, values)
