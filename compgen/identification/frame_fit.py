@@ -3,7 +3,7 @@ r"""Where a part stands: its frame from spheres touched by an arm whose errors a
 The touches are rows of a fit (``fit``) in which the arm's parameters are known and the part's frame (o, Q), the probe
 t in the flange and the spheres whose places are not certain are free, by their priors N(t_0, PROBE^2) and
 N(s_0, sigma^2). The noise is the touches' own, or what the residuals say where that is more. What the model of the
-temperatures leaves unknown is added: the frame is fitted again with each modelled node's rise moved by its sigma.
+temperatures leaves unknown is added, and what sensors err by: the frame is fitted again with rises moved by a sigma.
 """
 
 from dataclasses import dataclass, replace

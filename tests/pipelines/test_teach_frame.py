@@ -253,6 +253,27 @@ def test_what_touches_of_a_sphere_share_is_noise_of_theirs_less_the_fit_noise_of
     assert noise_um(40) == alone
 
 
+def test_what_all_sensors_err_by_moves_the_frame_of_a_warm_arm_and_not_of_a_cold_one(cell, truth):
+    """sigma^2 grows by the square of what a log moves the part by that shows 0.5 K more of every node."""
+
+    def place_and_square(sensors_K, rises):
+        write_log(cell, truth.arm.nodes, rises)
+        text = (cell / "mine.toml").read_text()
+        (cell / "known.toml").write_text(re.sub("sensors_K = .*", f"sensors_K = {sensors_K}", text))
+        record = taught(cell, robot="known.toml", name="by_known.toml")
+        middle = np.array(record["middle_mm"]) - flange_of_touches(cell / "by_known.toml") @ record["probe_mm"]
+        return middle * MM / UM, np.array(record["sigma_um"]) ** 2
+
+    at, with_none = place_and_square(0, HOT)
+    hotter, _ = place_and_square(0, HOT + 0.5)
+    _, with_half = place_and_square(0.5, HOT)
+    assert np.linalg.norm(hotter - at) > 5
+    assert np.allclose(with_half - with_none, (hotter - at) ** 2, atol=2.0)
+    cold = [place_and_square(sensors_K, HOT / 20)[1] for sensors_K in (0, 0.5)]
+    write_log(cell, truth.arm.nodes, HOT)
+    assert np.allclose(*cold, atol=1e-6)
+
+
 def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, record):
     nominal = taught(cell, "--nominal", name="pendant.toml")
     assert "frame.hot" in {f["code"] for f in nominal["findings"]}

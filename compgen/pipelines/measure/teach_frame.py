@@ -88,8 +88,9 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     fitted = pendant = fit_frame(artefact, touches, model, data, [])
     if not nominal:
         model = build_model(arm.robot, sources, len(arm.nodes))
+        variants = _variants(data, arm.warmth.sensors)
         fitted = fit_frame(
-            artefact, touches, model, data, _variants(data), MISSING if limits.missing is None else limits.missing
+            artefact, touches, model, data, variants, MISSING if limits.missing is None else limits.missing
         )
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
@@ -108,9 +109,12 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     )
 
 
-def _variants(data: Measurements) -> list[Measurements]:
-    """The poses with the rise of each node without a sensor moved by its sigma: its height, then its lag."""
-    variants = []
+def _variants(data: Measurements, sensors: float) -> list[Measurements]:
+    """The poses with rises moved by a sigma: all of a warm arm by what its sensors share, then those without a sensor.
+
+    These by their height and by their lag.
+    """
+    variants = [replace(data, rise=data.rise + sensors * (data.rise.max(initial=0.0) > WARM))]
     for k in data.modelled:
         unit = np.eye(data.rise.shape[1])[k]
         variants += [replace(data, rise=data.rise + change * unit) for change in (HEIGHT * data.rise, LAG * data.lag)]
