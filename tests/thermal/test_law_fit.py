@@ -170,6 +170,7 @@ def test_parts_that_cool_are_no_warm_up_and_right_logs_are(names, step_s, digit)
         assert course(7, lambda arm, time: arm.rises(time, 3) + later(arm, time, 4)) is None
         assert course(66, lambda arm, time: later(arm, time, 60) - 6 * time[:, None] / (66 * HOUR)) is None
         assert course(9, lambda arm, time: arm.rises(time + 6 * HOUR) + later(arm, time, 2)) is None
+        assert course(66, lambda arm, time: arm.rises(time + 6 * HOUR) + 0.8 * later(arm, time, 60)) is None
 
 
 def later(arm, time, hours):
@@ -183,3 +184,4 @@ def test_air_that_grows_colder_cools_no_part():
     log = logged(time, np.tile(air[:, None], (1, 5)))
     assert falling_part(log) == ("j2", pytest.approx(5, abs=0.1))
     assert falling_part(replace(log, air=air)) is None
+    assert falling_part(logged(time, np.tile(0.7 * air[:, None], (1, 5)))) is None
