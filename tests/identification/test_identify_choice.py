@@ -1,0 +1,37 @@
+"""Which model is identified: the richest of those whose foretelling of poses left out no measurement tells apart."""
+
+import numpy as np
+import pytest
+
+from compgen.core.units import UM
+from compgen.identification.cross_validation import CrossValidation
+from compgen.identification.identify import _richest_of_the_best
+
+BLOCKS, ROWS = 50, 4
+
+
+def foretold(*worse_um, scatter_um=2.0):
+    """Models from the plainest, whose held-out distances are so much above 45 um and scatter by blocks."""
+    rng, block = np.random.default_rng(5), np.repeat(np.arange(BLOCKS), ROWS)
+    each = rng.normal(0, scatter_um, (len(worse_um), BLOCKS))
+    each -= each.mean(axis=1, keepdims=True)  # the means are those that are named
+    return [CrossValidation((45 + w + e[block]) * UM, block) for w, e in zip(worse_um, each, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("worse_um", "chosen"),
+    [
+        ((600, 60, 0.0, 0.2), 3),  # 0.2 um, and the blocks leave 0.4 open
+        ((600, 60, 0.0, 2.0), 2),
+        ((600, 0.1, 2.0, 0.0), 3),
+        ((600, 0.0, 0.3, 9.0), 2),
+        ((0.0, 60, 80, 90), 0),
+    ],
+)
+def test_the_richest_is_taken_that_foretells_no_worse(worse_um, chosen):
+    assert _richest_of_the_best(foretold(*worse_um)) == chosen
+
+
+def test_the_more_poses_scatter_the_less_tells_models_apart():
+    assert _richest_of_the_best(foretold(9, 0.0, 1.0, scatter_um=1.0)) == 1
+    assert _richest_of_the_best(foretold(9, 0.0, 1.0, scatter_um=4.0)) == 2
