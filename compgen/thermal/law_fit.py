@@ -98,13 +98,13 @@ def falling_part(log: TemperatureLog) -> tuple[str, float] | None:
     A warm-up that begins while the arm still cools rises after it, and a day that ends cold has risen before.
 
     Args:
-        log: Rises, of one node at least; what the measured air does is no fall.
+        log: Rises, of one node at least; what falls with the measured air, or beside it, does not cool.
     """
     fallen, risen = {}, 0.0
     for name, values in log.readings.items():
-        course = median_filter((values - log.air)[np.isfinite(values)], AROUND)
-        fallen[name] = float(course[0] - course.min())
-        risen = max(risen, float((course - np.minimum.accumulate(course)).max()))
+        courses = [median_filter(rise[np.isfinite(values)], AROUND) for rise in (values, values - log.air)]
+        fallen[name] = min(float(course[0] - course.min()) for course in courses)
+        risen = max(risen, *(float((course - np.minimum.accumulate(course)).max()) for course in courses))
     worst = max(fallen, key=lambda name: fallen[name])
     return (worst, fallen[worst]) if fallen[worst] > max(2 * risen, FALLEN) else None
 
