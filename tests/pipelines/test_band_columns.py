@@ -147,6 +147,17 @@ def test_nothing_unknown_is_no_band(plain):
     assert not band.half_widths(plain.path).any()
 
 
+def test_fit_noise_and_repeatability_are_rows_of_the_band_by_hand_and_scaled(plain):
+    """Alike along three coordinates, 7 and 11 um, with what blocks of measurements asked for: 1.2 times."""
+    cell, none = plain.job.cell, {"law": 0.0, "sensors": 0.0, "air": 0.0, "feed": 0.0, "missing": 0.0, "growth": {}}
+    warmth = replace(cell.warmth, expansion=(0.0, 0.0), **none)
+    fit = FitLimits(noise=7 * UM, repeatability=11 * UM, scale=1.2)
+    band = band_along(replace(plain, job=replace(plain.job, cell=replace(cell, warmth=warmth, fit=fit))))
+    assert_allclose(band.world(), 2 * 1.2 * np.hypot(7, 11) * UM, rtol=1e-6)
+    budget = {share.source: share.largest / (1.2 * np.sqrt(chi2.ppf(0.95, 3)) * UM) for share in band.budget}
+    assert budget == pytest.approx({"repeatability": 11, "fit noise": 7}, rel=1e-5)
+
+
 def test_the_second_moment_is_positive_and_alike_in_both_frames(plain):
     band = band_along(plain, WINDOW)
     xx, xy, xz, yy, yz, zz = band.moment.T
