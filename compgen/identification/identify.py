@@ -16,7 +16,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertain_sources import UncertainSource
-from compgen.identification.cross_validation import CrossValidation, cross_validate, improvement_interval
+from compgen.identification.cross_validation import cross_validate, richest_of_the_best
 from compgen.identification.fit import Fit, fit
 from compgen.identification.fit_limits import (
     assess_fit_limits,
@@ -147,7 +147,7 @@ def identify(
     check_plausible(robot, model, data)
     data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
     candidates = _fitted_candidates(model, data, progress)
-    best = _richest_of_the_best([c.cross_validation for c in candidates])
+    best = richest_of_the_best([c.cross_validation for c in candidates])
     progress(stages.WARMTH, 0.9)
     misread = log_findings(model, data, candidates[best].fit, facts.nodes) if facts is not None else []
     data, selected, of_warmth = _with_needed_warmth(model, data, candidates[best], temperatures=temperatures)
@@ -210,15 +210,6 @@ def _fitted_candidates(model: ArmModel, data: Measurements, progress: Progress) 
         fitted = fit(model, data, active_in_groups(model, candidate.groups))
         candidates.append(FittedCandidate(candidate, fitted, cross_validate(model, data, fitted)))
     return candidates
-
-
-def _richest_of_the_best(foretold: Sequence[CrossValidation]) -> int:
-    """The richest model that foretells no worse than the best, at 95 %.
-
-    What a plainer one leaves out would count as known to be nothing, and no measurement has shown that.
-    """
-    best = foretold[int(np.nanargmin([f.robust_mean for f in foretold]))]
-    return max(i for i, f in enumerate(foretold) if f is best or improvement_interval(best, f)[0] <= 0)
 
 
 def _millimetres(names: Sequence[str], place: Array) -> dict[str, list[float]]:

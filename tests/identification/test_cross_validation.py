@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from compgen.core.units import UM
-from compgen.identification.cross_validation import CrossValidation
-from compgen.identification.identify import _richest_of_the_best
+from compgen.identification.cross_validation import CrossValidation, richest_of_the_best
 
 BLOCKS, ROWS = 50, 4
 
@@ -29,9 +28,9 @@ def foretold(*worse_um, scatter_um=2.0):
     ],
 )
 def test_the_richest_is_taken_that_foretells_no_worse(worse_um, chosen):
-    assert _richest_of_the_best(foretold(*worse_um)) == chosen
+    assert richest_of_the_best(foretold(*worse_um)) == chosen
 
 
 def test_the_more_poses_scatter_the_less_tells_models_apart():
-    assert _richest_of_the_best(foretold(9, 0.0, 1.0, scatter_um=1.0)) == 1
-    assert _richest_of_the_best(foretold(9, 0.0, 1.0, scatter_um=4.0)) == 2
+    assert richest_of_the_best(foretold(9, 0.0, 1.0, scatter_um=1.0)) == 1
+    assert richest_of_the_best(foretold(9, 0.0, 1.0, scatter_um=4.0)) == 2
