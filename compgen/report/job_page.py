@@ -1,11 +1,18 @@
-"""A job as one page that opens offline: findings first, then the error, the path, the temperatures, the joints."""
+"""A job as one page that opens offline: findings first, then the error, the path, the temperatures, the joints.
 
+The files of a planned program by their names, whole or in parts; who wants them on a disk writes them.
+
+The first is the record that tells whose the others are.
+"""
+
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.json_text import json_text
 from compgen.core.units import MM, UM
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
@@ -18,6 +25,7 @@ from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import SHORT, Inputs, job_inputs
 from compgen.report.job_summary import band_of, job_summary
 from compgen.report.page import PLAIN, PageOptions, fixed, page
+from compgen.report.waypoints_csv import waypoints_blocks
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
 
@@ -225,3 +233,21 @@ def _joint_use(data: dict[str, Any]) -> Figure:
     ]
     alt = curves_in_words("Largest use of the joints' limits", traces, "%")
     return figure(traces, 320, alt, yaxis=axis("largest share of the limit [%]"), shapes=[horizontal_line(100)])
+
+
+def job_reports(
+    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, *, with_program: bool = True
+) -> dict[str, bytes | Iterable[bytes]]:
+    """The reports of a planned program, or of a corrected one.
+
+    Args:
+        planned: The program without its correction.
+        corrected: With it; None: it was only predicted.
+        options: Of the page.
+        with_program: Whether the program is written; the page says of one that is not.
+    """
+    return {
+        "report.json": json_text(job_summary(planned, corrected) | options.labelled()),
+        "report.html": job_html(planned, corrected, options, with_program=with_program),
+        "waypoints.csv": waypoints_blocks(planned, corrected),
+    }

@@ -30,7 +30,7 @@ from compgen.report.band_words import (
     times_words,
     unknown_words,
 )
-from compgen.report.job_files import job_reports
+from compgen.report.job_page import job_reports
 from compgen.report.job_summary import job_summary
 from compgen.report.study_tables import band_caveat
 from compgen.verification.band import Band, BudgetShare

@@ -166,7 +166,7 @@ class JobOutput:
     ) -> dict[str, Content]:
         """Write programs and reports; an earlier run's program and pages go where this run writes none."""
         from compgen.program.manifest import MANIFEST_SUFFIX
-        from compgen.report.job_files import job_reports
+        from compgen.report.job_page import job_reports
 
         progress(stages.REPORT, 0.0)
         options, with_program = self.place.options, corrected is None or bool(programs)

@@ -16,8 +16,7 @@ from compgen.pipelines.files.robot_file import load_robot as read_robot
 from compgen.pipelines.planned import generate as pipeline
 from compgen.pipelines.planned.averaging import Averaged
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.report.job_files import job_reports
-from compgen.report.job_page import FIGURES, job_figures
+from compgen.report.job_page import FIGURES, job_figures, job_reports
 from compgen.report.job_summary import band_of, job_summary
 from compgen.report.notebook.arguments import (
     STATE,
