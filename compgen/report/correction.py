@@ -1,5 +1,11 @@
-"""A correction of an existing program as data (JSON, and CSV with a row for each station) and as one page."""
+"""A correction of an existing program as data (JSON, and CSV with a row for each station) and as one page.
 
+The files of a corrected program that existed, by their names; who wants them on a disk writes them.
+
+The first is the record that tells whose the others are.
+"""
+
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -7,6 +13,8 @@ from markupsafe import Markup
 
 from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.commands import Command
+from compgen.core.files import PROVENANCE
+from compgen.core.json_text import json_text
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.findings.motion_findings import with_motion
@@ -19,7 +27,7 @@ from compgen.report.figure import COOL, WARM, Figure, rows_to_draw
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import correction_inputs
 from compgen.report.page import PLAIN, PageOptions, page
-from compgen.report.provenance import SCHEMA, inputs_record, provenance
+from compgen.report.provenance import SCHEMA, inputs_record, provenance, provenance_json
 from compgen.report.view import close_together
 from compgen.verification.deviation import percentile99
 from compgen.verification.flight import PoseErrors
@@ -224,3 +232,25 @@ def _program_in_space(result: Correction) -> Figure:
         for name, error in (("before", result.error), ("after", result.residual))
     ]
     return figure_in_space("Error of the program's positions in space", paths, places, part)
+
+
+def correction_files(
+    correction: Correction, name: str, options: PageOptions = PLAIN, *, with_program: bool
+) -> dict[str, bytes]:
+    """The reports of a program that existed, and the program with its provenance.
+
+    Args:
+        correction: Of the program.
+        name: The program's file.
+        with_program: Whether it may be loaded.
+        options: Of the page.
+    """
+    files = {
+        "report.json": json_text(correction_summary(correction) | options.labelled()),
+        "positions.csv": correction_csv(correction),
+        "report.html": correction_html(correction, options, with_program=with_program),
+    }
+    if with_program:
+        files[PurePath(name).stem + PROVENANCE] = provenance_json(correction)
+        files[name] = correction.text
+    return files

@@ -137,7 +137,7 @@ def correct(
 def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *, force: bool, verbose: bool) -> Outcome:
     """Put the program, where it may be loaded, and its reports into their folder."""
     from compgen.cli.screen.correction_table import show_correction
-    from compgen.report.correction_files import correction_files
+    from compgen.report.correction import correction_files
 
     written = correction.is_usable or force
     files = correction_files(correction, file, place.options, with_program=written)

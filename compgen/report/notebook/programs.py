@@ -23,8 +23,13 @@ from compgen.pipelines.correct.program_file import (
 )
 from compgen.pipelines.correct.program_file import read_program as read_bytes
 from compgen.pipelines.correct.result import options_of
-from compgen.report.correction import FIGURES, correction_columns, correction_figures, correction_summary
-from compgen.report.correction_files import correction_files
+from compgen.report.correction import (
+    FIGURES,
+    correction_columns,
+    correction_figures,
+    correction_files,
+    correction_summary,
+)
 from compgen.report.notebook.arguments import (
     STATE,
     File,
