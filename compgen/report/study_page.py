@@ -1,5 +1,12 @@
-"""A study as one page: the error against what was varied, maps over two keys, answers, and every scenario."""
+"""A study as one page: the error against what was varied, maps over two keys, answers, and every scenario.
 
+The files of a study by their names; who wants them on a disk writes them.
+
+The first is the record that tells whose the others are.
+"""
+
+from collections.abc import Sequence
+from pathlib import PurePath
 from typing import Any
 
 from markupsafe import Markup
@@ -12,9 +19,21 @@ from compgen.report.band_words import rounded
 from compgen.report.figure import Figure, Limit
 from compgen.report.inputs import Inputs, job_inputs
 from compgen.report.key_words import capital, title_of, unit_of, words_of
+from compgen.report.live import NONE, LiveSection
 from compgen.report.page import PLAIN, PageOptions, page
 from compgen.report.study_figures import curves, error_map
-from compgen.report.study_tables import Grid, StudyOutcome, band_caveat, column_names, grid_of, headline, plain
+from compgen.report.study_tables import (
+    Grid,
+    StudyOutcome,
+    answer_csv,
+    band_caveat,
+    column_names,
+    grid_of,
+    headline,
+    plain,
+    study_csv,
+    study_json,
+)
 
 MOST_ROWS = 500  # of the table on the page; the CSV file has all
 #: columns that the page leaves to the CSV file
@@ -147,3 +166,28 @@ def _cell(grid: Grid, row: Row, name: str) -> str:
     if isinstance(value, float):
         return f"{value:.2f}" if name.endswith(("_um", "_s")) else f"{value:.6g}"
     return str(value)
+
+
+def study_files(
+    path: str,
+    overrides: Sequence[str],
+    outcome: StudyOutcome,
+    options: PageOptions = PLAIN,
+    live: LiveSection = NONE,
+) -> dict[str, bytes]:
+    """The tables and the page of a study of a path file, and of the answers to its questions."""
+    study, rows = outcome.study, outcome.rows
+    sentences = study_sentences(outcome)
+    return {
+        "whatif.json": study_json(path, overrides, study, rows, sentences, outcome.base, live.record),
+        **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
+        **{f"{answer.key}.csv": answer_csv(answer) for answer in outcome.answers},
+        "whatif.html": study_html(f"What if: {PurePath(path).stem}", outcome, options=options, live=live.html),
+    }
+
+
+def study_sentences(outcome: StudyOutcome) -> list[str]:
+    """What a study comes to: a headline, a sentence for each question, and what none of the numbers says."""
+    study, rows = outcome.study, outcome.rows
+    of_scenarios = [headline(study, rows)] if study is not None else []
+    return [*of_scenarios, *(answer.sentence for answer in outcome.answers), band_caveat(rows)]

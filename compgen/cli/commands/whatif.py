@@ -136,7 +136,7 @@ def _publish(
     verbose: bool,
 ) -> Outcome:
     """Put the journal and the reports of a study, and of what was asked, into their folder."""
-    from compgen.report.study_files import study_files, study_sentences
+    from compgen.report.study_page import study_files, study_sentences
 
     study, rows, base = outcome.study, outcome.rows, outcome.base
     journal = {files_of_study.JOURNAL: files_of_study.journal_text(study.identity, rows)} if study else {}

@@ -33,7 +33,7 @@ from compgen.report.notebook.arguments import (
 )
 from compgen.report.notebook.machine import data_frame, logger, numpy_alone, plotly_figure
 from compgen.report.study_figures import error_against
-from compgen.report.study_files import study_files, study_sentences
+from compgen.report.study_page import study_files, study_sentences
 from compgen.report.study_tables import StudyOutcome, column_names
 
 MAX_PROCESSES = 1024
