@@ -25,8 +25,8 @@ import compgen
 from compgen.core.evaluation import parallel_for, run_in_background
 from compgen.core.evaluation.threads import MIN_BACKGROUND_ROWS, worker_count
 from compgen.core.units import DEG, MM, UM
+from compgen.report.notebook.arguments import first_difference, require_unchanged
 from compgen.report.notebook.machine import machine
-from compgen.report.notebook.unchanged import first_difference, require_unchanged
 
 HALF_A_DIGIT = 0.00501  # of micrometres in a file, which have two decimals
 LINE, CIRCLE = path_file("line_y"), path_file("circle_1300")

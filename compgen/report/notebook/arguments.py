@@ -1,14 +1,21 @@
-"""Arguments of the public functions, checked where they come in: what is wrong raises an InputError that names it."""
+"""Arguments of the public functions, checked where they come in: what is wrong raises an InputError that names it.
+
+Whether a job is what its files and overrides say: a program names their hash as what it is made from.
+"""
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 import numpy as np
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.stages import Progress
 from compgen.core.toml import brief_value, toml_value
+from compgen.job.job import Job
+from compgen.pipelines.files.path_file import load_job
 
 MAX_WORKERS = 64
 STATE = "a state that cgen anchor wrote, as 'state.toml'"
@@ -19,6 +26,7 @@ T = TypeVar("T")
 File = str | os.PathLike[str]
 #: Keys of a path or robot file and their values, or ``key=value`` as the command line takes them.
 Overrides = Mapping[str, Any] | Sequence[str]
+_as_read: WeakSet[Job] = WeakSet()  # jobs that are known to be what was read
 
 
 def file_name(file: object, argument: str, what: str) -> str:
@@ -124,3 +132,56 @@ def _plain(value: object, key: str) -> Any:
     if isinstance(value, Mapping):
         return {key_of(name, key): _plain(entry, key) for name, entry in value.items()}
     raise InputError(f"{key}: {brief_value(value)} cannot stand in a file; give a number, a text, a list or a dict")
+
+
+def remember(job: Job) -> Job:
+    """A job that has just been read."""
+    _as_read.add(job)
+    return job
+
+
+def require_unchanged(job: Job) -> None:
+    """Raises InputError for a job with other contents than the inputs that it names; those are read again if need be.
+
+    A job whose files are gone, or have changed since it was read, is taken as it is.
+    """
+    if job in _as_read:
+        return
+    try:
+        read = load_job(job.source, job.cell.robot_file, job.overrides)
+    except CompgenError:
+        return
+    if read.inputs_hash == job.inputs_hash:
+        place = first_difference(job, read)
+        if place is not None:
+            raise InputError(
+                f"job {job.name}: {place or 'it'} was changed since it was read from {job.source}; give what shall be "
+                "different to compgen.load_job as overrides"
+            )
+    remember(job)
+
+
+def first_difference(one: object, other: object, place: str = "") -> str | None:
+    """Where two trees of frozen data differ first, dotted; None where they are the same."""
+    if one is other:
+        return None
+    if type(one) is not type(other):
+        return place
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        same = one.shape == other.shape and bool(((one == other) | ((one != one) & (other != other))).all())
+        return None if same else place
+    if is_dataclass(one):
+        names = [field.name for field in fields(one)]
+        pairs = [(name, getattr(one, name), getattr(other, name)) for name in names]
+    elif isinstance(one, tuple | list) and isinstance(other, tuple | list):
+        pairs = [(str(k), *pair) for k, pair in enumerate(zip(one, other, strict=False))]
+        if len(one) != len(other):
+            return place
+    elif isinstance(one, Mapping) and isinstance(other, Mapping):
+        if list(one) != list(other):
+            return place
+        pairs = [(str(key), one[key], other[key]) for key in one]
+    else:
+        return None if one == other or (one != one and other != other) else place
+    inner = (first_difference(a, b, f"{place}.{name}" if place else name) for name, a, b in pairs)
+    return next((difference for difference in inner if difference is not None), None)

@@ -27,10 +27,11 @@ from compgen.report.notebook.arguments import (
     instance,
     optional_name,
     progress_of,
+    remember,
+    require_unchanged,
     text_of,
 )
 from compgen.report.notebook.machine import data_frame, log_findings, logger, machine, plotly_figure
-from compgen.report.notebook.unchanged import remember, require_unchanged
 from compgen.report.waypoints_csv import at_waypoints, waypoint_columns
 from compgen.robot.robot import Robot
 from compgen.verification.verdict import Verdict
