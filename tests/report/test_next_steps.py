@@ -6,8 +6,7 @@ import numpy as np
 from command_line import run
 from numpy.testing import assert_allclose
 
-from compgen.report.band_words import next_words
-from compgen.report.next_steps import STEPS, next_steps
+from compgen.report.band_words import STEPS, next_steps, next_words
 
 #: of the shipped spiral, docs/uncertainty.md
 SPIRAL = {
