@@ -11,8 +11,7 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
 from compgen.pipelines.files.robot_file import Arm
-from compgen.program.configuration import config_letters
-from compgen.program.digits import pose_numbers
+from compgen.program.digits import config_letters, pose_numbers
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.kinematics import flange_pose, frames_at_zero, joint_places
 from compgen.robot.robot import Robot
