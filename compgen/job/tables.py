@@ -10,8 +10,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.toml import Angle, NotNegative, Number, Point, Positive, Table, check, table_of_words
 from compgen.core.units import MDEG, PERCENT, UM
-from compgen.job.bounds import Bounds, Guarantee
-from compgen.job.order_statistics import draws_needed, draws_that_may_break
+from compgen.job.bounds import Bounds, Guarantee, draws_needed, draws_that_may_break
 
 MOST_DRAWS = 10_000
 

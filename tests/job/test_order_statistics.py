@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from compgen.job.order_statistics import draws_needed, draws_that_may_break
+from compgen.job.bounds import draws_needed, draws_that_may_break
 
 CASES = [(0.95, 0.95), (0.9, 0.9), (0.99, 0.95), (0.5, 0.5), (0.95, 0.99), (0.999, 0.9), (0.05, 0.95)]
 
