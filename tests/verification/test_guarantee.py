@@ -8,7 +8,7 @@ from compgen.core.units import MDEG, UM
 from compgen.job.bounds import Bounds, Guarantee
 from compgen.job.tables import BoundsTable, bounds_of
 from compgen.verification.deviation import COMPONENTS, Extent
-from compgen.verification.guarantee import drawn_bounds, judge_draws
+from compgen.verification.verdict import drawn_bounds, judge_draws
 
 
 def guarantee_of(**keys: object) -> Guarantee:

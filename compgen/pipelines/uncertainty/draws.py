@@ -29,9 +29,9 @@ from compgen.planning.toolpath import ToolPath
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.band import Columns, directed_moment, radius_of
 from compgen.verification.deviation import Deviation, Extent, deviation_from_path
-from compgen.verification.guarantee import DrawnBound, drawn_bounds, judge_draws
 from compgen.verification.random_field import LENGTH, random_field
 from compgen.verification.twin import Execution, PreparedProgram
+from compgen.verification.verdict import DrawnBound, drawn_bounds, judge_draws
 
 CONFIRMED = 20  # samples of a draw that pinocchio repeats
 FIELD_STEP = LENGTH / 8  # of the path, between which a field is a straight line
