@@ -20,8 +20,8 @@ from compgen.error_model.posterior import KnownParameter, numbers_of
 from compgen.job.job import Cell
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient
-from compgen.thermal.history import STANDING, History
 from compgen.thermal.model import state_with_rises
+from compgen.thermal.schedule import STANDING, History
 
 ROBOT_FILE = "robot_file"  # its key in what a state was made from
 AGE_UNITS = {"h": HOUR, "min": MINUTE, "s": 1.0}

@@ -9,8 +9,7 @@ from compgen.job.job import Cell, ProgramPlan
 from compgen.job.motion_plan import plan_written_motion
 from compgen.thermal import Ambient, Duty, JointMotion
 from compgen.thermal.duty import MeanLosses
-from compgen.thermal.history import STANDING, History
-from compgen.thermal.schedule import Shift, Step, expand_steps
+from compgen.thermal.schedule import STANDING, History, Shift, Step, expand_steps
 
 MOST_RUNS = 20_000
 

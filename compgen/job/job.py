@@ -28,9 +28,9 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 from compgen.thermal import Duty, Profile, ThermalModel, state_after
 from compgen.thermal.ensemble import Ensemble, Start, duties_before
-from compgen.thermal.history import History
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.model import ArmHeat
+from compgen.thermal.schedule import History
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
 
 

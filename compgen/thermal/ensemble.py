@@ -21,9 +21,9 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.thermal.ambient import Ambient, advance
 from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.history import History
 from compgen.thermal.integration import ROWS, initial_state, rises_during, state_after, states_at
 from compgen.thermal.model import ThermalModel
+from compgen.thermal.schedule import History
 
 SHORT = 1.0  # [s] an interval of delays below it counts as its middle
 DELAYS, DELAYS_OF_MANY = 33, 9  # evenly, alone or with runs or overrides

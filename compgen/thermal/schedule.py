@@ -1,14 +1,22 @@
-"""From the steps of a cell's day to stretches of duty: repeats, dwells, shifts and breaks."""
+"""From the steps of a cell's day to stretches of duty: repeats, dwells, shifts and breaks.
+
+What a cell does around the runs of a program, and how warm that leaves the robot.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR
+from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty
+from compgen.thermal.integration import state_after
+from compgen.thermal.model import ThermalModel
 
 MAX_STRETCHES = 200_000  # stretches
+STANDING = Duty("idle", 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,3 +127,24 @@ def check_shifts(shifts: Sequence[Shift], where: str) -> None:
                         f"{where}: shift.{i}: {s.start / HOUR:g} to {s.end / HOUR:g} h overlaps shift.{k}, "
                         f"{other.start / HOUR:g} to {other.end / HOUR:g} h; part them"
                     )
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class History:
+    """Duties before a program, between its runs and after them; without any it starts cold and runs once."""
+
+    before: tuple[Duty, ...] = ()
+    cycle: tuple[Duty, ...] = ()  # the program's own runs and what is between them; empty: one run
+    after: tuple[Duty, ...] = ()
+    runs: tuple[float, ...] = (0.0,)  # [s] when each run of the program begins, counted from the first
+    standing: Duty = STANDING  # one second of servo on before the program
+    air: Ambient = field(default_factory=still_air)  # from the first duty of ``before`` on
+
+    @property
+    def clock(self) -> float:
+        """When the program starts, counted from the first duty of ``before`` [s]."""
+        return sum(d.duration for d in self.before)
+
+    def state(self, heat: ThermalModel) -> Array:
+        """Thermal state when the program starts, (S,)."""
+        return state_after(heat, self.before, air=self.air)

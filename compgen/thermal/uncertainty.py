@@ -19,10 +19,10 @@ import numpy as np
 from compgen.core.arrays import Array, owns
 from compgen.thermal.ambient import advance
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
-from compgen.thermal.history import History
 from compgen.thermal.integration import state_after
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.node_model import NodeModel
+from compgen.thermal.schedule import History
 
 STEP = 1e-3  # relative, over which the effects of feed, rises and time constants are differenced
 

@@ -13,8 +13,8 @@ from compgen.program.driven import DrivenProgram
 from compgen.program.ways import chains, commanded_joints, interpolate_poses, path_samples
 from compgen.thermal import Duty, initial_state
 from compgen.thermal.ensemble import Start, duties_before
-from compgen.thermal.history import History
 from compgen.thermal.model import with_losses
+from compgen.thermal.schedule import History
 from compgen.verification.twin import Twin
 from compgen.verification.twin.heat import mode_states, state_after_duties
 

@@ -39,7 +39,7 @@ from compgen.pipelines.measure.identification_files import MeasurementFiles, ide
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
 from compgen.robot.joint_path import follow_branch  # noqa: E402
-from compgen.thermal.history import History  # noqa: E402
+from compgen.thermal.schedule import History  # noqa: E402
 from compgen.verification.band import COVERAGE, band_of  # noqa: E402
 from compgen.verification.random_field import random_field  # noqa: E402
 

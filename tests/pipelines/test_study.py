@@ -29,7 +29,7 @@ from compgen.pipelines.study.questions import passes
 from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import StudyOutcome, answer_csv, headline, study_csv
-from compgen.thermal.history import History
+from compgen.thermal.schedule import History
 from compgen.verification.deviation import deviation_from_path, statistics
 
 PATH = path_file("line_y")

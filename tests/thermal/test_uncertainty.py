@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from compgen.core.units import HOUR, MM
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.thermal import Ambient, Duty, JointMotion, rises_during, state_after
-from compgen.thermal.history import History
 from compgen.thermal.node_model import NodeModel
+from compgen.thermal.schedule import History
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, missed_rise, rise_by_air, rise_by_model
 
 CELL = load_cell("m710ic50")

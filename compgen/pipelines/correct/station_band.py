@@ -16,8 +16,8 @@ from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.program.directions import station_directions
 from compgen.program.frames import Frames
 from compgen.thermal import Duty
-from compgen.thermal.history import History
 from compgen.thermal.model import with_losses
+from compgen.thermal.schedule import History
 from compgen.verification.band import Band, Columns, band_of, parted_by_teaching
 
 MOST = 20_000  # stations at which a band is evaluated; of more, so many along the program

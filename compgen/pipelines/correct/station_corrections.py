@@ -25,8 +25,8 @@ from compgen.robot.joint_path import nearest_turns
 from compgen.robot.turns import postures_of, turn_digits
 from compgen.thermal import Duty, rises_during, state_after
 from compgen.thermal.ensemble import Ensemble, mean_rises
-from compgen.thermal.history import STANDING, History
 from compgen.thermal.model import with_losses
+from compgen.thermal.schedule import STANDING, History
 
 ITERATIONS = 6  # of c <- c - e(c)
 SAME_PLACE = 1e-6  # [m]

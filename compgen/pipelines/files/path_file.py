@@ -63,8 +63,8 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.tables import TOOL_POSE, ToolTable, tool_pose
 from compgen.thermal import Ambient, tables
 from compgen.thermal.ensemble import Ensemble, started
-from compgen.thermal.history import History
 from compgen.thermal.log_end import end_of
+from compgen.thermal.schedule import History
 from compgen.thermal.temperature_log import read_temperature_log
 from compgen.verification.own_file.second_reading import read_own_file
 

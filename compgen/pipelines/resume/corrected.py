@@ -39,9 +39,9 @@ from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.pages import Capacity
 from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
-from compgen.thermal.history import STANDING
 from compgen.thermal.log_end import end_of
 from compgen.thermal.model import with_losses
+from compgen.thermal.schedule import STANDING
 from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors

@@ -27,9 +27,9 @@ from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.thermal import JointMotion, state_after
-from compgen.thermal.history import STANDING, History
 from compgen.thermal.model import with_losses
 from compgen.thermal.rise_filter import STEP
+from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
 
 

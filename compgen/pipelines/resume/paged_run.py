@@ -23,9 +23,9 @@ from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion
-from compgen.thermal.history import History
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.rise_filter import STEP
+from compgen.thermal.schedule import History
 from compgen.thermal.temperature_log import Reference
 
 

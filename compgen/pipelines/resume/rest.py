@@ -13,7 +13,7 @@ from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
 from compgen.program.program import Program
 from compgen.thermal import rises_during
-from compgen.thermal.history import History
+from compgen.thermal.schedule import History
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import PreparedProgram, prepare
 from compgen.verification.written_motion import WrittenMotion, read_motion

@@ -17,7 +17,7 @@ from compgen.pipelines.planned.program_text import planned_program
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion
-from compgen.thermal.history import History
+from compgen.thermal.schedule import History
 from compgen.verification.band import Band, band_of
 from compgen.verification.twin import Execution, PreparedProgram, prepare
 

@@ -26,7 +26,7 @@ from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
 from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, scatter_along, taken_at
 from compgen.thermal import NodeModel
-from compgen.thermal.history import History
+from compgen.thermal.schedule import History
 from compgen.thermal.uncertainty import (
     STEP,
     DisturbedHeat,

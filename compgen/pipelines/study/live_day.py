@@ -11,8 +11,7 @@ from compgen.job.day_plan import Programs, plan_history
 from compgen.job.job import Cell
 from compgen.thermal import Duty, ThermalModel, state_after
 from compgen.thermal.ensemble import Start, duties_before, started
-from compgen.thermal.history import History
-from compgen.thermal.schedule import Shift, Step
+from compgen.thermal.schedule import History, Shift, Step
 
 STARTS = ("delay", "run")  # kinds of sliders that say which start is meant
 ONE_START = "compensation.average_over={override_percent=[100]}"  # of a file that serves several: this one alone

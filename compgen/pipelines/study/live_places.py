@@ -29,7 +29,7 @@ from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with, model_of, turns_at
 from compgen.pipelines.study.live_day import Cycle, Day, Setting, history_at
 from compgen.thermal import Duty, ThermalModel, rise_history, still_air
-from compgen.thermal.history import History
+from compgen.thermal.schedule import History
 from compgen.verification.deviation import deviation_from_path, percentile99, sample_lengths
 
 PLACES = 600  # along the part

@@ -18,7 +18,7 @@ from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
-from compgen.thermal.history import History
+from compgen.thermal.schedule import History
 from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
 from compgen.verification.band import Band, Columns, band_of, parted_by_teaching
 from compgen.verification.random_field import field_correlation
