@@ -1,5 +1,10 @@
-"""The table of how a robot's own controller moves, and where its numbers come from."""
+"""The table of how a robot's own controller moves, and where its numbers come from.
 
+The table of what controllers of a class of arm do, where a robot file does not know its own motion.
+"""
+
+from dataclasses import replace
+from math import inf
 from typing import Annotated, Final, Literal
 
 from pydantic import Field, FiniteFloat
@@ -7,13 +12,14 @@ from pydantic import Field, FiniteFloat
 from compgen.core.exceptions import InputError
 from compgen.core.toml import NotNegative, Table
 from compgen.core.units import MS, PERCENT, UM
-from compgen.robot.motion import ControllerMotion, MotionEvidence, MotionVerdict, RunBeginning
+from compgen.robot.motion import ANY_ARM, ControllerMotion, ExpectedMotion, MotionEvidence, MotionVerdict, RunBeginning
 
 LONGEST = 2000.0  # ms
 MOST = 2  # moving means, and first-order lags
 Time = Annotated[FiniteFloat, Field(json_schema_extra={"minimum": 0, "maximum": LONGEST})]  # ms
 Times = Annotated[list[Time], Field(json_schema_extra={"maxItems": MOST})]
 OLD: Final = "accepted"  # as older files say that a motion may be commanded against
+TwoMeans = Annotated[list[Annotated[FiniteFloat, Field(ge=0, le=LONGEST)]], Field(min_length=2, max_length=2)]  # ms
 
 
 class MotionIdentifiedTable(Table):
@@ -121,3 +127,44 @@ def _check_times(table: MotionTable, where: str) -> None:
             if not 0 <= time <= LONGEST:
                 limits = f"0 to {LONGEST:g} ms; give it in milliseconds"
                 raise InputError(f"{where}: motion.{key}: {time:g} is outside {limits}")
+
+
+class ExpectedMotionTable(Table):
+    """What controllers of this class of arm do, by evidence; predicted without [motion], never commanded against."""
+
+    moving_average_ms: TwoMeans
+    """Windows of the two moving means that are expected."""
+    after_long_ms: TwoMeans | None = None
+    """The same in a run, from a stop to the next, whose first statement lasts at least their sum; default alike."""
+    lowest_ms: TwoMeans
+    """Windows that smooth least of what was seen."""
+    highest_ms: TwoMeans
+    """Windows that smooth most of what was seen."""
+    evidence: Literal["simulated", "other arms"]
+    """The maker's motion code (a virtual controller) of such an arm, or logs and motion code of other arms."""
+    source: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
+    """What was seen where."""
+
+
+def expected_motion_of(table: ExpectedMotionTable | None, where: str) -> ExpectedMotion:
+    """What the controller is expected to do where its motion is not known; of a file without a word, what any arm does.
+
+    Raises:
+        InputError: What is expected does not lie between the lowest and the highest.
+    """
+    if table is None:
+        return ANY_ARM
+    lowest, expected, highest = (
+        ControllerMotion(moving_averages=tuple(window * MS for window in windows))
+        for windows in (table.lowest_ms, table.moving_average_ms, table.highest_ms)
+    )
+    expected = replace(expected, after_long=tuple(window * MS for window in table.after_long_ms or ()))
+    for key, means in (("moving_average_ms", expected), ("after_long_ms", expected.in_run(inf))):
+        if not lowest.variance <= means.variance <= highest.variance:
+            raise InputError(
+                f"{where}: expected_motion.{key}: {getattr(table, key)} must lie between lowest_ms {table.lowest_ms} "
+                f"and highest_ms {table.highest_ms}, by the sum of their squares"
+            )
+    return ExpectedMotion(
+        expected=expected, lowest=lowest, highest=highest, evidence=table.evidence, source=table.source
+    )

@@ -25,9 +25,8 @@ from compgen.job.job import Cell
 from compgen.job.tables import IdentifiedTable, drifting_of, fit_limits_of
 from compgen.pipelines.files.posterior_file import posterior_beside
 from compgen.pipelines.files.schema import RobotFile
-from compgen.robot.expected_motion_table import expected_motion_of
 from compgen.robot.inverse_kinematics import check_arm_class
-from compgen.robot.motion_tables import motion_of
+from compgen.robot.motion_tables import expected_motion_of, motion_of
 from compgen.robot.robot import Robot
 from compgen.robot.tables import robot_from_tables
 from compgen.thermal import NodeModel, Profile, cold_arm, tables

@@ -16,8 +16,7 @@ from compgen.error_model.unknown import UnknownTable
 from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable
 from compgen.planning.boundary_schema import BoundaryTable
 from compgen.planning.tables import AnyPattern, FrameTable, ProcessTable, SurfaceTable
-from compgen.robot.expected_motion_table import ExpectedMotionTable
-from compgen.robot.motion_tables import MotionTable
+from compgen.robot.motion_tables import ExpectedMotionTable, MotionTable
 from compgen.robot.tables import (
     ControllerTable,
     DhTable,
