@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.planning.retiming.edge_speeds import change_duration, reachable_speed
+from compgen.planning.retiming.blocks import change_duration, reachable_speed
 
 
 @pytest.mark.parametrize(("dv", "expected"), [(0.08, 0.4), (0.02, 0.2), (0.32, 1.0)])

@@ -12,8 +12,7 @@ from compgen.core.exceptions import ImpossibleError
 from compgen.pipelines.files.path_file import load_job
 from compgen.planning import retiming
 from compgen.planning.retiming import state_to_state
-from compgen.planning.retiming.blocks import Blocks
-from compgen.planning.retiming.edge_speeds import reachable_speed
+from compgen.planning.retiming.blocks import Blocks, reachable_speed
 from compgen.planning.retiming.phases import Passage
 from compgen.planning.retiming.state_to_state import drive_blocks
 

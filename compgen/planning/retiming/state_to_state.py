@@ -18,8 +18,7 @@ from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
 from compgen.core.arrays import Array, IntArray, first_true
 from compgen.core.exceptions import ImpossibleError
-from compgen.planning.retiming.blocks import Blocks
-from compgen.planning.retiming.edge_speeds import change_duration
+from compgen.planning.retiming.blocks import Blocks, change_duration
 from compgen.planning.retiming.phases import Phases
 
 STRETCHES = 7  # of constant jerk in a block
