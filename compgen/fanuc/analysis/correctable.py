@@ -14,7 +14,7 @@ from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION, written_frames
 from compgen.program.digits import parse_config
 from compgen.program.driven import NONE, DrivenProgram
-from compgen.program.singular_ways import singular_ways
+from compgen.program.ways import singular_ways
 from compgen.robot.joint_path import elbow_margins, wrist_centre
 from compgen.robot.robot import Robot
 
