@@ -6,8 +6,11 @@ On such a way joints turn round for a small move of the tool, and which way roun
 may be another one than planned. Where a way's step and turn move the wrist centre by at most h from the nearer end, and
 both ends are r from the J1 axis and m from full stretch or fold, the forearm turns by less than 1.5 h (1 / r + 3 / m):
 only ways that this leaves open are sampled.
+
+Direction of motion along an existing program: that of joints and TCP at its stations, and midway between them.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +20,8 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen, norm
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import DEG, MM
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, direction_states, reversal_widths
+from compgen.error_model.source import Source
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns, wrist_centre
@@ -27,6 +32,7 @@ REACH_BLOCK = 1000  # ways sampled at a time
 IN_LINE = 2e-6  # [m] height of an arc that the last of three decimals may make, or take away
 SINGULAR_SUBDIVISIONS = 256
 BLOCK = 250  # ways sampled at a time
+DIRECTION_SUBDIVISIONS = 16  # of each straight way; even, so that its middle is a sample
 
 
 def path_samples(driven: DrivenProgram, inside: Array) -> tuple[IntArray, Array]:
@@ -253,3 +259,33 @@ def _words(nearest: Array, dips: BoolArray) -> str:
         f"J5 = 0 by {wrist / DEG:.3f} deg",
     )  # fmt: skip
     return " and ".join(text for text, dip in zip(words, dips, strict=True) if dip)
+
+
+def station_directions(
+    robot: Robot, sources: Sequence[Source], driven: DrivenProgram
+) -> tuple[DirectionState, DirectionState]:
+    """Direction of motion at each station, and midway on the way to it; ``NO_DIRECTION`` for an arm without memory.
+
+    Straight ways are followed in steps; a joint motion turns each joint in one direction. Where it is not sure from
+    which station the robot comes, nothing is known of the direction, as at the program's start.
+    """
+    memory = reversal_widths(sources)
+    if memory is None:
+        return NO_DIRECTION, NO_DIRECTION
+    station, fraction = path_samples(driven, np.arange(1, DIRECTION_SUBDIVISIONS) / DIRECTION_SUBDIVISIONS)
+    tcp = interpolate_poses(driven, station, fraction)
+    theta, _ = commanded_joints(robot, driven, station, fraction, tcp)
+    states = [direction_states(memory, theta[some], tcp.position[some]) for some in chains(driven, station)]
+    if not states:
+        return NO_DIRECTION, NO_DIRECTION
+    along = DirectionState(
+        np.concatenate([state.direction for state in states]), np.concatenate([state.travel for state in states])
+    )
+    at, half = fraction == 1, fraction == 0.5
+    return _at_stations(along, station, at, len(driven.pose)), _at_stations(along, station, half, len(driven.pose))
+
+
+def _at_stations(along: DirectionState, station: IntArray, rows: BoolArray, count: int) -> DirectionState:
+    direction, travel = np.zeros((count, 6)), np.zeros((count, 3))
+    direction[station[rows]], travel[station[rows]] = along.direction[rows], along.travel[rows]
+    return DirectionState(direction, travel)

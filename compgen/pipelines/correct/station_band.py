@@ -13,8 +13,8 @@ from compgen.job.part_frame import PartFrame
 from compgen.job.uncertainty import JobUncertainty, is_identified, quantities_in_frame
 from compgen.pipelines.correct.result import CorrectionPlan
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
-from compgen.program.directions import station_directions
 from compgen.program.frames import Frames
+from compgen.program.ways import station_directions
 from compgen.thermal import Duty
 from compgen.thermal.model import with_losses
 from compgen.thermal.schedule import History
