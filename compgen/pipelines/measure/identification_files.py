@@ -25,6 +25,7 @@ from compgen.identification.distances import read_distances
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identified_robot_file import (
     SensorlessNode,
+    posterior_of,
     robot_text,
     sensorless_findings,
     sensorless_nodes,
@@ -33,7 +34,6 @@ from compgen.identification.identified_robot_file import (
 )
 from compgen.identification.identify import Identification, identify
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
-from compgen.identification.parameter_posterior import posterior_of
 from compgen.identification.pose_files import read_poses
 from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
