@@ -42,10 +42,9 @@ from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
-from compgen.pipelines.correct.draws import fly_draws
 from compgen.pipelines.correct.proof import ServedStarts, residue_of, unexplained_turns, worst_of_starts
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options, corrected_stations
-from compgen.pipelines.correct.station_band import station_band
+from compgen.pipelines.correct.station_band import fly_draws, station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.files.program_course import course_of_driven
 from compgen.pipelines.files.twin_of_job import twin_of_cell
