@@ -8,7 +8,7 @@ from shipped import ROOT, quiet
 
 from compgen.core.pose import IDENTITY
 from compgen.pipelines.correct import Options, correct
-from compgen.pipelines.files.history_words import load_before
+from compgen.pipelines.correct.program_file import load_before
 from compgen.program.frames import Frames, default_frames
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"

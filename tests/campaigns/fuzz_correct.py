@@ -24,7 +24,7 @@ from compgen.core.exceptions import CompgenError
 from compgen.core.pose import IDENTITY
 from compgen.fanuc import loads
 from compgen.pipelines.correct import Options, correct
-from compgen.pipelines.files.history_words import load_before
+from compgen.pipelines.correct.program_file import load_before
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.program.frames import Frames
 from compgen.report.correction import correction_csv, correction_summary

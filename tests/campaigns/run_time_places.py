@@ -26,7 +26,7 @@ from compgen.fanuc.analysis.correctable import read_scope  # noqa: E402
 from compgen.fanuc.analysis.program_context import ProgramContext  # noqa: E402
 from compgen.fanuc.analysis.traversal import read_traversal  # noqa: E402
 from compgen.pipelines.correct import Options, correct  # noqa: E402
-from compgen.pipelines.files.history_words import load_before  # noqa: E402
+from compgen.pipelines.correct.program_file import load_before  # noqa: E402
 from compgen.pipelines.files.robot_file import load_cell, load_robot  # noqa: E402
 from compgen.program.frames import Frames  # noqa: E402
 from compgen.program.pose_table import pose_of  # noqa: E402

@@ -17,7 +17,7 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.inspection import inspect
 from compgen.pipelines.correct import Options, correct
-from compgen.pipelines.files.history_words import load_before
+from compgen.pipelines.correct.program_file import load_before
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.program.frames import default_frames, load_frames
 from compgen.program.registers import load_registers
