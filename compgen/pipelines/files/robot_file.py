@@ -1,4 +1,7 @@
-"""Robot files to cells: TOML with overrides, checked against ``schema``, turned into SI."""
+"""Robot files to cells: TOML with overrides, checked against ``schema``, turned into SI.
+
+The posterior beside a robot file: found by the name that the file gives, refused where it is not the one meant.
+"""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,18 +15,19 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.units import UM
 from compgen.core.version import __version__
 from compgen.error_model.loads import loads_of
+from compgen.error_model.posterior import ParameterPosterior, numbers_of, posterior_hash, read_posterior
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources
 from compgen.error_model.unknown import OF_WARMTH, unknown_of
 from compgen.job.job import Cell
 from compgen.job.tables import IdentifiedTable, drifting_of, fit_limits_of
-from compgen.pipelines.files.posterior_file import posterior_beside
 from compgen.pipelines.files.schema import RobotFile
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.motion_tables import expected_motion_of, motion_of
@@ -44,6 +48,8 @@ ROUNDED_UP = Finding(
     "the robot file does not have controller.rounds_up_to_period: each line is counted as a whole number of "
     "interpolation periods, as FANUC's controllers were seen to do; give true or false",
 )
+MOST_BYTES = 64_000_000
+_TOO_WIDE = "the sigmas alone say how well its parameters are known, and without their correlations a band is too wide"
 
 
 def load_robot(name: str) -> Robot:
@@ -310,3 +316,56 @@ def _warmth(
         heat, profiles = tables.network_of(facts.thermal, robot, nodes, where)
     growth = tables.growth_of(robot, heat.names, heat.reference_rise, profiles)
     return heat, profiles, growth, tables.uncertainty_of(facts.thermal, heat, profiles, where)
+
+
+def posterior_beside(
+    identified: IdentifiedTable | None,
+    robot_file: Path,
+    known: Sequence[UncertainSource],
+    heat: ArmHeat | None,
+    *,
+    is_overridden: bool = False,
+) -> tuple[ParameterPosterior | None, list[Finding]]:
+    """The posterior of an identified robot file, None without one, and what the user must know of it.
+
+    Args:
+        identified: The file's record of its identification.
+        robot_file: Where it was read.
+        known: Its sources.
+        heat: Its heat model.
+        is_overridden: Whether values were given that are not the file's.
+
+    Raises:
+        InputError: There is a file of that name, and it is not this robot file's posterior.
+    """
+    if identified is None:
+        return None, []
+    if not identified.posterior:
+        if not any(k.sigma for k in known):
+            return None, []
+        message = f"{robot_file}: identified.posterior: no file is named; {_TOO_WIDE}; identify again"
+        return None, [Finding(Level.WARNING, Code.POSTERIOR_MISSING, message)]
+    beside = [folder / identified.posterior for folder in (robot_file.parent, robot_file.resolve().parent)]
+    file = next((f for f in beside if f.exists()), None)
+    if file is None:
+        message = f"{beside[0]}: not there; {_TOO_WIDE}; copy it along with its robot file"
+        return None, [Finding(Level.WARNING, Code.POSTERIOR_MISSING, message)]
+    try:
+        content = read_regular(file, MOST_BYTES)
+    except OSError as failure:
+        raise InputError(f"{file}: cannot be read: {failure.strerror}") from failure
+    if posterior_hash(content) != identified.posterior_sha256:
+        raise InputError(
+            f"{file}: its sha256 begins with {posterior_hash(content)[:12]}, {robot_file.name} names one that begins "
+            f"with {identified.posterior_sha256[:12] or 'nothing'}: of another identification; take the file that "
+            "was written with this robot file, or identify again"
+        )
+    law = None if heat is None else heat.law
+    rise, tau = (None, None) if law is None else (law.reference_rise, law.tau)
+    try:
+        return read_posterior(content, numbers_of(known, rise, tau), str(file)), []
+    except InputError:
+        if not is_overridden:
+            raise
+        message = f"{file}: it belongs to the values that the robot file has without overrides; {_TOO_WIDE}"
+        return None, [Finding(Level.WARNING, Code.POSTERIOR_OVERRIDDEN, message)]
