@@ -25,9 +25,9 @@ from compgen.pipelines.resume.from_log import read_log, state_at_end
 from compgen.pipelines.resume.page_times import PageStart, PageTimes
 from compgen.pipelines.resume.paged_run import planned_run
 from compgen.pipelines.resume.pages_anew import read_written, steps_of
+from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.result import size_of
 from compgen.pipelines.resume.resume import resume, segments_on_part
-from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 from compgen.program.pages import join_programs
 from compgen.thermal import Ambient, state_after, states_at

@@ -12,7 +12,7 @@ from compgen.core.exceptions import CompgenError
 from compgen.core.units import MM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.resume.whole import plan_whole
+from compgen.pipelines.resume.rest import plan_whole
 from compgen.report.job_summary import job_summary
 from compgen.robot.kinematics import flange_pose
 

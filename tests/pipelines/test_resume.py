@@ -23,8 +23,8 @@ from compgen.pipelines.planned import generate
 from compgen.pipelines.resume.beginning import begin_at, begin_late, known_state
 from compgen.pipelines.resume.from_state import begin_with_state
 from compgen.pipelines.resume.pages_anew import prove_pages
+from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.resume import resume
-from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 from compgen.program.manifest import CHECKSUM, with_checksum
 from compgen.program.pages import JoinError

@@ -182,8 +182,8 @@ def _load(
     from compgen.pipelines.resume.corrected_job import read_corrected
     from compgen.pipelines.resume.corrected_run import corrected_run
     from compgen.pipelines.resume.paged_run import planned_run
+    from compgen.pipelines.resume.rest import plan_whole
     from compgen.pipelines.resume.resume import require_unedited
-    from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import job_of, read_written_job
 
     finish_replacing(folder)

@@ -181,8 +181,8 @@ def _job_anew(
     written: "WrittenJob", job: "Job", from_page: int, cause: Cause, at: Progressed, date: str, progress: Progress
 ) -> "Resumed":
     """The remaining pages of a planned job."""
+    from compgen.pipelines.resume.rest import plan_whole
     from compgen.pipelines.resume.resume import resume as pipeline
-    from compgen.pipelines.resume.whole import plan_whole
 
     whole = plan_whole(job, progress)
     begin = partial(cause.begin, whole)
