@@ -15,8 +15,7 @@ from compgen.core.units import DAY
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.job.job import Cell
 from compgen.pipelines.resume.beginning import MOST_LATE
-from compgen.pipelines.resume.driven_course import Course, model_course
-from compgen.pipelines.resume.page_forecast import Forecast, Forecaster
+from compgen.pipelines.resume.page_forecast import Course, Forecast, Forecaster, model_course
 from compgen.pipelines.resume.page_times import PageTimes
 from compgen.pipelines.resume.paged_run import FoundStart, PagedRun
 from compgen.thermal import Ambient
