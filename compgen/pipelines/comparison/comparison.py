@@ -20,7 +20,7 @@ from compgen.core.findings import beyond_text
 from compgen.core.toml import dotted_keys
 from compgen.core.units import UM
 from compgen.pipelines.comparison import numbers
-from compgen.pipelines.comparison.error_along import ErrorAlong, error_along
+from compgen.pipelines.comparison.numbers import ErrorAlong, error_along
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number, read_output
 from compgen.pipelines.comparison.positions import Movement, movement
 from compgen.verification.verdict import Verdict
