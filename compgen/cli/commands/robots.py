@@ -95,7 +95,7 @@ def export_robot(
     Examples:
         cgen export-robot m710ic50 --rise-K j2=11,j3=13 -o hot.urdf
     """
-    from compgen.pipelines.files.robot_export import export_arm
+    from compgen.pipelines.files.robot_sheet import export_arm
     from compgen.report.robot_files import export_record, urdf_text
 
     kind = Path(output).suffix if output is not None else ".urdf"

@@ -1,4 +1,7 @@
-"""What a robot file says of an arm, for comparing with its data sheet and its pendant: reach, limits, poses at zero."""
+"""What a robot file says of an arm, for comparing with its data sheet and its pendant: reach, limits, poses at zero.
+
+A robot file for other software: its arm, identified or not, cold or with its nodes at given rises.
+"""
 
 from dataclasses import dataclass
 
@@ -9,8 +12,10 @@ from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.core.units import DEG
-from compgen.pipelines.files.robot_file import Arm
+from compgen.core.toml import suggest
+from compgen.core.units import DEG, UM
+from compgen.error_model.rigid_chain import RigidChain, rigid_chain
+from compgen.pipelines.files.robot_file import Arm, load_arm
 from compgen.program.digits import config_letters, pose_numbers
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.kinematics import flange_pose, frames_at_zero, joint_places
@@ -22,6 +27,7 @@ TURN = 30.0  # deg by which each joint is turned for the table
 DOWN = -90.0  # deg of J5 that bring the tool of FANUC's layout to point down
 MIXED = (20.0, -15.0, 10.0, 25.0, -70.0, 40.0)  # deg: a pose in which every joint shows
 WRIST = 4  # its centre is the frame behind this row
+RANGE = (-100.0, 200.0)  # K of a rise
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -118,3 +124,53 @@ def _reach(robot: Robot) -> Reach:
         float(away.max()), float(wrist[:, 2].min()), float(wrist[:, 2].max()),
         float(away[before].min()) if before.any() else 0.0,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExportedArm:
+    """An arm as six lines."""
+
+    arm: Arm
+    rise_K: dict[str, float]
+    chain: RigidChain
+
+    def words(self) -> tuple[str, ...]:
+        """What the file says of itself."""
+        warm = ", ".join(f"{name} {rise:g} K" for name, rise in self.rise_K.items() if rise) or "cold"
+        robot = self.arm.robot
+        joint_3 = f"joint 3 is {robot.joint_names[2]} of the pendant"
+        lines = [f"{robot.name} as its robot file knows it, {warm}; base is World; {joint_3}"]
+        if self.chain.left_out:
+            left = ", ".join(self.chain.left_out)
+            lines.append(
+                f"left out, for they are no fixed lines: {left}; up to {self.chain.off / UM:.3g} um of the flange"
+            )
+        return tuple(lines)
+
+
+def export_arm(name: str, rises: str | None = None) -> ExportedArm:
+    """An arm by its robot's name or file.
+
+    Args:
+        name: Robot name or file.
+        rises: Of its nodes, ``j2=11,j3=13`` [K]; those that are not named are cold.
+
+    Raises:
+        InputError: An unknown robot or node, or a rise that is no number or out of range.
+    """
+    arm = load_arm(name)
+    rise_K = dict.fromkeys(arm.nodes, 0.0)
+    for item in (rises or "").split(",") if rises is not None else ():
+        node, sign, number = (word.strip() for word in item.partition("="))
+        if node not in rise_K:
+            known = f"known: {', '.join(arm.nodes)}" if arm.nodes else f"{name} has no nodes: leave it out"
+            raise InputError(f"--rise-K: no node '{node:.40}'{suggest(node, arm.nodes)}; {known}")
+        try:
+            value = float(number)
+        except ValueError:
+            value = np.nan
+        if not sign or not RANGE[0] <= value <= RANGE[1]:
+            raise InputError(f"--rise-K: {node}: '{number:.40}' is no rise of {RANGE[0]:g} to {RANGE[1]:g} K; mend it")
+        rise_K[node] = value
+    sources = [known.source for known in arm.known]
+    return ExportedArm(arm, rise_K, rigid_chain(arm.robot, sources, np.array(list(rise_K.values()))))
