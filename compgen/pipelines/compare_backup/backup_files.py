@@ -6,7 +6,7 @@ from pathlib import Path
 from compgen import fanuc
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import read_regular
-from compgen.fanuc.comparison.backup import ComparedProgram, compare_programs, not_there
+from compgen.fanuc.comparison import ComparedProgram, compare_programs, not_there
 from compgen.pipelines.correct.program_file import read_program
 from compgen.program.manifest import MANIFEST_SUFFIX
 

@@ -18,6 +18,8 @@ A controller numbers lines anew (or hides the numbers, $LN_DISP), sets blanks as
 says the names of registers and signals in their brackets (``R[5:COUNT]``, $MNDSP_CMNT) and capitals on some versions.
 None of this changes what is run. What is left of a statement without it is compared, one after the other, in order;
 remarks too, for they say which version of a program it is.
+
+A program as it was written and as a controller gives it back, and one thing in which they differ.
 """
 
 import re
@@ -29,12 +31,12 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.fanuc.comparison import NOTHING, Difference
 from compgen.fanuc.listing.listing import LsProgram, head_text, statement_texts
 from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
 from compgen.fanuc.listing.positions import Positions, decimal_places, units
 from compgen.fanuc.vocabulary import UNSAFE_HEADERS
 
+NOTHING = "-"  # where the other one has something
 _GROUPS = 64  # more than a controller has: (position, group) as one number
 _ANGLES, _EXTENDED = slice(3, 6), slice(15, 18)
 _WHOLE_TURN = 360.0
@@ -47,6 +49,23 @@ _MOTION_PARTS = re.compile(
     r"([A-Z])((?:P|PR|PAL_\d+)\[.*?\](?:(?:P|PR)\[.*?\])?)([\d.]+[A-Z%/]+|A?R\[.*?\][A-Z%/]+|[A-Z_]+?)(FINE|CNT.*?|C[RD]\d+)(?=[^\d]|$)(.*)"
 )
 _PARTS = ("letter", "target", "speed", "termination", "options")
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """What was written and what came back, as texts."""
+
+    where: str  # "P[17]", "line 24", "head"
+    what: str  # "X", "speed", "statement", ...
+    written: str
+    backup: str
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}: written {self.written}, backup {self.backup}"
+
+    def record(self) -> dict[str, str]:
+        """The difference as a report writes it."""
+        return {"where": self.where, "what": self.what, "written": self.written, "backup": self.backup}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
