@@ -79,7 +79,7 @@ def check_backup(
         cgen check-backup out/SPIRAL_1300.LS backup/SPIRAL_1300.LS
         cgen check-backup outputs/optic_spiral backup --json
     """
-    from compgen.pipelines.compare_backup.backup_files import verify_backup as compare
+    from compgen.pipelines.comparison.backup_files import verify_backup as compare
 
     programs = compare(written, backup)
     count = sum(len(program.differences) for program in programs)

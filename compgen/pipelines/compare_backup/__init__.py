@@ -1,1 +1,0 @@
-"""Programs beside a backup of the controller."""
