@@ -19,8 +19,16 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.evidence import Posterior, Scales, pose_equations
 from compgen.identification.frames import InstrumentFrames, initial_frames, measured_distance
-from compgen.identification.linear_problem import FRAME_PRECISION, LinearProblem, prior_at, unknowns_at
-from compgen.identification.linearisation import Linearisation, Unknowns, linearise, unknowns_of
+from compgen.identification.linearisation import (
+    FRAME_PRECISION,
+    Linearisation,
+    LinearProblem,
+    Unknowns,
+    linearise,
+    prior_at,
+    unknowns_at,
+    unknowns_of,
+)
 from compgen.identification.measurements import KINDS, KNOWN, ORIENTATION, PLACE, Measurements
 from compgen.identification.model import ArmModel
 

@@ -19,8 +19,7 @@ from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.identification.exchange import Choice
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.linear_problem import FRAME_PRECISION
-from compgen.identification.linearisation import linearise
+from compgen.identification.linearisation import FRAME_PRECISION, linearise
 from compgen.identification.measurements import Measurements, blank_rows
 from compgen.identification.model import ArmModel
 from compgen.identification.pose_files import motion_directions

@@ -21,7 +21,7 @@ from compgen.core.findings import Finding
 from compgen.error_model.source import ArmFacts
 from compgen.identification.evidence import NormalEquations
 from compgen.identification.fit import Fit, fit
-from compgen.identification.linear_problem import LinearProblem
+from compgen.identification.linearisation import LinearProblem
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
 
