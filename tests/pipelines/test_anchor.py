@@ -18,8 +18,8 @@ from compgen.core.units import HOUR, MDEG, MM, UM
 from compgen.error_model.anchored_state import read_state
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import base_rows
+from compgen.pipelines.anchor.anchor import anchor_files
 from compgen.pipelines.anchor.estimate import compare, estimate, path_places, widened
-from compgen.pipelines.anchor.files import anchor_files
 from compgen.pipelines.anchor.forecast import forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, Judged, left_out, weigh
 from compgen.pipelines.anchor.touching import innovation_of, touched

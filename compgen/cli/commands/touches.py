@@ -58,7 +58,7 @@ def anchor(
         cgen anchor paths/spiral_1300.toml --touches touches.csv --artefact artefact.toml -o state.toml
         cgen anchor paths/spiral_1300.toml --touches touches.csv --log temperatures.csv --json
     """
-    from compgen.pipelines.anchor.files import anchor_files
+    from compgen.pipelines.anchor.anchor import anchor_files
 
     touches = opt.given("--touches", touches, "the CSV of touches")
     target = opt.toml_file(output, Path("outputs") / f"{Path(path).stem}_anchor" / "state.toml", "state's")

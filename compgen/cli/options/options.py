@@ -243,7 +243,7 @@ class JobChoice:
 
     def load_with_log(self, path: str, log: str | None, reference: str | None) -> "Job":
         """The job of a path file, with a temperature log in place of its history."""
-        from compgen.pipelines.anchor.files import log_overrides
+        from compgen.pipelines.anchor.anchor import log_overrides
         from compgen.pipelines.files.path_file import load_job
 
         if log is not None and self.state is not None:
