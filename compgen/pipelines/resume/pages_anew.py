@@ -1,7 +1,13 @@
-"""The pages of a rest, under their old names, and the proof that they go on where the page before stops."""
+"""The pages of a rest, under their old names, and the proof that they go on where the page before stops.
 
+The manifest of pages that were written anew: the same pages by name, and what was replaced when and why.
+"""
+
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from typing import Any
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
@@ -11,7 +17,9 @@ from compgen.fanuc.paging.join_check import read_pages
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import PageStart, page_remarks, require_equal
 from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.resume.result import Join, PageResult
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.program.manifest import with_checksum
 from compgen.program.pages import JoinError, excerpt, join_programs, require_meeting
 from compgen.program.program import Program
 
@@ -88,3 +96,57 @@ def prove_pages(before: Program | None, files: Mapping[str, bytes], program: Pro
     rest, _ = join_programs(pages)
     require_equal(rest, program)
     return rest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rewriting:
+    """Which pages were written anew, when and why."""
+
+    from_page: int
+    date: str
+    why: str
+    cause: Mapping[str, Any]  # the same in plain types
+    loaded: int  # the last page that the controller has, 0 where nobody says
+    done: int  # the last page that has run
+    start: Mapping[str, Any]  # how the robot begins, to go on from
+    join: Join | None
+
+
+def manifest_anew(
+    written: WrittenJob,
+    files: Mapping[str, bytes],
+    pages: Sequence[PageResult],
+    rewriting: Rewriting,
+    facts: Mapping[str, Mapping[str, Any]] | None = None,
+) -> bytes:
+    """The manifest's text.
+
+    Args:
+        written: The pages so far.
+        files: The new ones, by name.
+        pages: What each of them comes to.
+        rewriting: Why they were written.
+        facts: What the manifest says of each beside its bytes, by the file's name.
+    """
+    record: dict[str, Any] = json.loads(json.dumps(dict(written.record)))
+    by_name = {str(entry["name"]): entry for entry in record["pages"]}
+    replaced = []
+    for page in pages:
+        data, entry = files[page.file], by_name[page.name]
+        checksum = sha256(data).hexdigest()
+        sums = {"old_sha256": entry["sha256"], "new_sha256": checksum}
+        replaced.append({"name": page.name, **sums, "before": page.before.record(), "after": page.after.record()})
+        entry.update(sha256=checksum, bytes=len(data), **(facts or {}).get(page.file, {}))
+    known_pages = {"loaded": rewriting.loaded, "done": rewriting.done}
+    entry = {
+        "from_page": rewriting.from_page,
+        "date": rewriting.date,
+        "why": rewriting.why,
+        **rewriting.cause,
+        **{key: page for key, page in known_pages.items() if page},
+        **rewriting.start,
+        "join": None if rewriting.join is None else rewriting.join.record(),
+        "pages": replaced,
+    }
+    record["resumed"] = [*record.get("resumed", []), entry]
+    return with_checksum(record)

@@ -32,8 +32,14 @@ from compgen.pipelines.planned.generate import final_timing, find_correction, st
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.pipelines.resume.beginning import Beginning, Known, known_state
-from compgen.pipelines.resume.pages_anew import prove_pages, read_written, steps_of, write_pages
-from compgen.pipelines.resume.record import Rewriting, manifest_anew
+from compgen.pipelines.resume.pages_anew import (
+    Rewriting,
+    manifest_anew,
+    prove_pages,
+    read_written,
+    steps_of,
+    write_pages,
+)
 from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_end
 from compgen.pipelines.resume.result import Join, PageResult, Resumed, Size, page_results, size_of
 from compgen.pipelines.resume.written_job import WrittenJob
