@@ -19,8 +19,8 @@ from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import build_error_model
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
-from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.rigid_share import RigidShare, rigid_share
+from compgen.error_model.uncertain_sources import Cause, Quantity
 from compgen.job.job import Cell
 from compgen.job.part_frame import WARM
 from compgen.planning.tables import TaughtTable

@@ -10,8 +10,8 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
-from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
+from compgen.error_model.uncertain_sources import Cause, Quantity
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
 from compgen.job.taught_frame import TakenUp, frame_rows, is_own_teaching, is_probe, open_of_frame, taken_up

@@ -10,7 +10,7 @@ from shipped import path_file, quiet
 
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, UM
-from compgen.error_model.quantities import combined
+from compgen.error_model.uncertain_sources import combined
 from compgen.job.uncertainty import changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of

@@ -13,8 +13,8 @@ from compgen.core.units import MDEG, UM
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.model import build_error_model
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior
-from compgen.error_model.quantities import combined
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
+from compgen.error_model.uncertain_sources import combined
 from compgen.job.tables import FitLimits
 from compgen.job.uncertainty import amounts, changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job

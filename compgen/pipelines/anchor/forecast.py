@@ -18,7 +18,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE
-from compgen.error_model.quantities import Quantity
+from compgen.error_model.uncertain_sources import Quantity
 from compgen.identification.touches import Touches
 from compgen.job.job import Cell, Job
 from compgen.job.motion_plan import plan_written_motion

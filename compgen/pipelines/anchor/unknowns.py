@@ -22,8 +22,8 @@ from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.posterior import numbers_of
-from compgen.error_model.quantities import Quantity
 from compgen.error_model.rigid_share import rigid_share
+from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.anchored_start import base_rows, drifting_row
 from compgen.job.job import Cell, Job
 from compgen.job.uncertainty import quantities_of_cell

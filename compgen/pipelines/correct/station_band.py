@@ -15,7 +15,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, rms, row_norms
 from compgen.core.pose import IDENTITY, Pose
 from compgen.error_model.model import build_error_model
-from compgen.error_model.quantities import Cause
+from compgen.error_model.uncertain_sources import Cause
 from compgen.job.job import Cell
 from compgen.job.part_frame import PartFrame
 from compgen.job.uncertainty import JobUncertainty, changed_cell, is_identified, quantities_in_frame

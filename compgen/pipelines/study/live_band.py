@@ -18,7 +18,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, rms
 from compgen.error_model.parameter_slopes import build_slopes
-from compgen.error_model.quantities import Quantity
+from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.job import Job
 from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, model_of, part_weight, some_samples, turns_at, uncertainty_along

@@ -12,8 +12,8 @@ from compgen.core.units import PERCENT
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.error_model.parameter_slopes import build_slopes
-from compgen.error_model.quantities import Quantity
 from compgen.error_model.source import Source
+from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.job import Cell, Job
 from compgen.job.start_window import late_rise
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of

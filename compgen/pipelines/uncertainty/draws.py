@@ -19,7 +19,7 @@ from compgen.core.codes import Code, Level
 from compgen.core.evaluation import map_blocks
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.error_model.quantities import Cause, combined
+from compgen.error_model.uncertain_sources import Cause, combined
 from compgen.job.bounds import Guarantee
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, amounts, changed_job
