@@ -53,8 +53,7 @@ from compgen.pipelines.planned.program_text import running_override
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
-from compgen.program.sample_lengths import sample_lengths
-from compgen.program.ways import interpolate_poses, straight_lines
+from compgen.program.ways import interpolate_poses, sample_lengths, straight_lines
 from compgen.robot.robot import Robot
 from compgen.thermal import Duty
 from compgen.verification.course_motion import course_motion
