@@ -11,7 +11,7 @@ from states import state_of, written
 
 from compgen import fanuc as ls
 from compgen.pipelines.files.path_file import load_job
-from compgen.program.manifest import with_checksum
+from compgen.program.pages import with_checksum
 
 RESUME = ("--late", "35min", "--max-um", "5", "--date", "2026-01-31")
 

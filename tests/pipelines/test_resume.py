@@ -26,8 +26,7 @@ from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.written_job import job_of, read_written_job
-from compgen.program.manifest import CHECKSUM, with_checksum
-from compgen.program.pages import JoinError
+from compgen.program.pages import CHECKSUM, JoinError, with_checksum
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import Duty, state_after
 from compgen.verification.deviation import deviation_from_path

@@ -165,7 +165,7 @@ class JobOutput:
         self, planned: "Planned", corrected: "Corrected | None", programs: Mapping[str, bytes], progress: Progress
     ) -> dict[str, Content]:
         """Write programs and reports; an earlier run's program and pages go where this run writes none."""
-        from compgen.program.manifest import MANIFEST_SUFFIX
+        from compgen.program.pages import MANIFEST_SUFFIX
         from compgen.report.job_page import job_reports
 
         progress(stages.REPORT, 0.0)

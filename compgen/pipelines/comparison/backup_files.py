@@ -8,7 +8,7 @@ from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import read_regular
 from compgen.fanuc.comparison import ComparedProgram, compare_programs, not_there
 from compgen.pipelines.correct.program_file import read_program
-from compgen.program.manifest import MANIFEST_SUFFIX
+from compgen.program.pages import MANIFEST_SUFFIX
 
 BINARY = "is a binary .TP; save it as ASCII: SELECT or FILE > SAVE AS .LS, FILE > BACKUP > ASCII Programs, or PrintTP"
 

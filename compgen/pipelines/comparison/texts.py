@@ -19,7 +19,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc import LsProgram, loads
 from compgen.pipelines.comparison.outputs import Output, naming_damage
-from compgen.program.manifest import MANIFEST_SUFFIX
+from compgen.program.pages import MANIFEST_SUFFIX
 
 SPACING = 1e-3  # [m] of the marks by which segments of a path are looked up
 MOST_MARKS = 2_000_000

@@ -21,9 +21,8 @@ from compgen.fanuc.paging.join_check import check_join, check_manifest
 from compgen.fanuc.paging.plan import program_size
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.correct.program_file import provenance_beside
-from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
 from compgen.program.page_stops import controller_capacity
-from compgen.program.pages import Capacity, PagedProgram, ProgramSize
+from compgen.program.pages import MANIFEST_SUFFIX, Capacity, PagedProgram, ProgramSize, manifest_json
 from compgen.robot.robot import Robot
 
 _NUMBER = re.compile(rb"\d+")  # in "P[12: name]": the first one

@@ -19,9 +19,8 @@ from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
 from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks
 from compgen.program.digits import as_written
-from compgen.program.manifest import MANIFEST_SUFFIX, manifest_json
 from compgen.program.page_stops import PageStops, canonical_size, controller_capacity, head_line_count
-from compgen.program.pages import JoinError, Page, PagedProgram, excerpt
+from compgen.program.pages import MANIFEST_SUFFIX, JoinError, Page, PagedProgram, excerpt, manifest_json
 from compgen.program.program import REMARK_LENGTH, Program
 
 BLOCK_ROWS = 16384  # positions compared at a time

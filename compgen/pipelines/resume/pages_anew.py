@@ -19,8 +19,7 @@ from compgen.pipelines.planned.delivery import PageStart, page_remarks, require_
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.result import Join, PageResult
 from compgen.pipelines.resume.written_job import WrittenJob
-from compgen.program.manifest import with_checksum
-from compgen.program.pages import JoinError, excerpt, join_programs, require_meeting
+from compgen.program.pages import JoinError, excerpt, join_programs, require_meeting, with_checksum
 from compgen.program.program import Program
 
 

@@ -14,7 +14,7 @@ from compgen.job.job import Job
 from compgen.pipelines.correct.program_pages import CORRECTED
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.resume.manifest_schema import JobManifest, ProgramManifest
-from compgen.program.manifest import MANIFEST_SUFFIX, SCHEMA, is_as_written
+from compgen.program.pages import MANIFEST_SUFFIX, SCHEMA, is_as_written
 
 WRITTEN = "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into"
 EDITED = "it was edited since: put the file back as it was written, or write the pages anew"
