@@ -21,11 +21,11 @@ from compgen.job.anchored_start import cell_with_state
 from compgen.pipelines.anchor import anchor
 from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.twin_of_job import faults_of
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.thermal import Ambient, Duty, rise_history
 from compgen.thermal.node_model import NodeModel
-from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
 
 SPHERES = {"a": (800, -700, 250), "b": (800, 640, 250), "c": (1700, -600, 250), "d": (1700, 540, 250)}

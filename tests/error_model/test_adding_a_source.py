@@ -23,10 +23,10 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.error_model.uncertain_sources import source_table
 from compgen.identification import parameters
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.files.twin_of_job import faults_of
 from compgen.robot.kinematics import is_zero
-from compgen.verification.sources_to_faults import faults_of
 
-PLACES = ("error_model/sources/", "error_model/schema.py", "verification/sources_to_faults.py")
+PLACES = ("error_model/sources/", "error_model/schema.py", "pipelines/files/twin_of_job.py")
 #: modules that treat one source in a way of its own, which no other source asks for
 SPECIAL = {
     "compensation/refinement.py": {"ThermalGrowth"},  # smooth along straight lines: nothing to refine

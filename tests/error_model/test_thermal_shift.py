@@ -15,7 +15,7 @@ from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.error_model.sources.thermal_shift import ThermalShift
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.verification.sources_to_faults import faults_of
+from compgen.pipelines.files.twin_of_job import faults_of
 from compgen.verification.twin import Twin
 
 SHIFT = 'sources.thermal_shift={of=["tool", "fixture x"], node=["face", "wrist"], rate_um_K=[2, -1.5]}'

@@ -29,10 +29,10 @@ from compgen.identification.identify import fitted_sources
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.files.twin_of_job import faults_of
 from compgen.pipelines.planned import generate
 from compgen.thermal.schedule import History
 from compgen.verification.deviation import deviation_from_path
-from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin, execute
 
 assert identify

@@ -26,10 +26,10 @@ from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.files.twin_of_job import faults_of
 from compgen.pipelines.planned.generate import generate
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
-from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin, execute
 
 PROBE = np.array([12.0, -8.0, 150.0]) * MM

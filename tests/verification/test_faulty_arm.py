@@ -15,7 +15,7 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.sources import ORDER
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.verification.sources_to_faults import faults_of
+from compgen.pipelines.files.twin_of_job import faults_of
 from compgen.verification.twin import Twin
 from compgen.verification.twin.direction_history import DirectionHistory, joint_side, recurrence
 from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm

@@ -6,7 +6,7 @@ To add one, touch three places:
    parameters with units and priors, how its other fields come from its table (``DeclaredSource``: there are none),
    what measurements can tell of it, and what it does to the chain. ``ORDER`` below says when it acts.
 2. Its table in ``error_model/schema.py``, each key described below its field, and the table's name in ``SourcesTable``.
-3. The twin: its numbers in ``verification/sources_to_faults.py``, its physics, written again, in
+3. The twin: its numbers in ``pipelines/files/twin_of_job.py``, its physics, written again, in
    ``verification/twin/``. Until then every proof of a robot that has it is refused.
 
 Reading, writing, identification, findings and reports follow from what it declares. A test holds this
