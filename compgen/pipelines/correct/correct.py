@@ -40,9 +40,15 @@ from compgen.fanuc.editing.shared_positions import (
 )
 from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
-from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
-from compgen.pipelines.correct.proof import ServedStarts, residue_of, unexplained_turns, worst_of_starts
+from compgen.pipelines.correct.proof import (
+    ServedStarts,
+    flat_arcs,
+    residue_of,
+    unexplained_turns,
+    wide_arcs,
+    worst_of_starts,
+)
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options, corrected_stations
 from compgen.pipelines.correct.station_band import fly_draws, station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
