@@ -12,6 +12,16 @@ physics misses, repeatability). Half-widths are 2 sqrt(d^T S d) along a directio
 
 exact for an error along one line, and for one that is alike in all directions. Columns are taken at some waypoints,
 and S is a straight line between them.
+
+An error of which only its size is known: a smooth random field over the cell, for draws of whole paths.
+
+What no quantity explains (fit noise, what the thermal physics misses) has a size at each waypoint and no direction. Two
+waypoints side by side share it, two at either end of a part do not. Component i of a draw is
+
+    z_i(p) = sqrt(2 / F) sum_f cos(w_if . p + b_if),     w_if ~ N(0, I / L^2),  b_if ~ U(0, 2 pi)
+
+F random waves of a field of unit variance with E[z(p) z(q)] = exp(-|p - q|^2 / (2 L^2)) (Rahimi and Recht 2007).
+L is assumed: half a metre, over which the cold error maps of arms of this size turn.
 """
 
 from collections.abc import Iterable, Mapping
@@ -34,6 +44,8 @@ SHARE = 0.95
 ONE_SIDED = "one-sided intervals"  # in the budget: how far those lie from what the program uses
 ALONG = 1e-3  # sine of the angle to the axis, below which the path runs along it
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+LENGTH = 0.5  # m, over which the field changes
+WAVES = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,3 +218,17 @@ def _moment(columns: Columns, source: str) -> Array:
 def squares(C: Array) -> Array:
     """C C^T of columns (M, 3, Q), (M, 6)."""
     return np.stack([np.einsum("mq,mq->m", C[:, i], C[:, j]) for i, j in _PAIRS], axis=1)
+
+
+def field_correlation(one: Array, other: Array) -> Array:
+    """E[z(p) z(q)] between places (M, 3) and (T, 3) [m], (M, T)."""
+    square = ((one[:, None] - other[None]) ** 2).sum(axis=2)
+    return np.asarray(np.exp(-square / (2 * LENGTH**2)))
+
+
+def random_field(rng: np.random.Generator, position: Array) -> Array:
+    """One draw of the field at places (M, 3) [m], (M, 3) of unit variance."""
+    frequency = rng.standard_normal((3, WAVES, 3)) / LENGTH
+    phase = rng.uniform(0, 2 * np.pi, (3, WAVES))
+    sums = [np.cos(position @ w.T + b).sum(axis=1) for w, b in zip(frequency, phase, strict=True)]
+    return np.asarray(np.column_stack(sums) * np.sqrt(2 / WAVES))

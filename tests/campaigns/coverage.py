@@ -40,8 +40,7 @@ from compgen.pipelines.uncertainty.band_columns import Places, columns_at  # noq
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
 from compgen.robot.joint_path import follow_branch  # noqa: E402
 from compgen.thermal.schedule import History  # noqa: E402
-from compgen.verification.band import COVERAGE, band_of  # noqa: E402
-from compgen.verification.random_field import random_field  # noqa: E402
+from compgen.verification.band import COVERAGE, band_of, random_field  # noqa: E402
 
 JOURNAL = Path(__file__).with_name("coverage.jsonl")
 STATES = (("cold", 0, 0), ("2h", 6, 2), ("6h", 6, 6), ("cooled", 6, 8))  # hours of warming, and when

@@ -17,8 +17,7 @@ from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.generate import predict
 from compgen.pipelines.uncertainty.band_columns import band_along, columns_along, uncertainty_of
 from compgen.robot.inverse_kinematics import Posture, solve_tool
-from compgen.verification.band import radius_of
-from compgen.verification.random_field import random_field
+from compgen.verification.band import radius_of, random_field
 
 PROBE = np.array([0.0, 0.0, 0.05])  # m, in the flange
 RISE = np.array([8.0, 3.0, 9.0, 2.0, 1.0])  # K while it was taught

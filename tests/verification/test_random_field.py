@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from compgen.verification.random_field import LENGTH, random_field
+from compgen.verification.band import LENGTH, random_field
 
 
 def test_the_field_has_unit_variance_and_the_correlation_of_its_kernel() -> None:

@@ -20,8 +20,7 @@ from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end,
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.schedule import History
 from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
-from compgen.verification.band import Band, Columns, band_of, parted_by_teaching
-from compgen.verification.random_field import field_correlation
+from compgen.verification.band import Band, Columns, band_of, field_correlation, parted_by_teaching
 
 ROWS = 8192  # waypoints at which a band is evaluated, at a time; all of a program of so many
 SPACING = 0.01  # [m] of a longer one's path between two of them

@@ -27,9 +27,8 @@ from compgen.pipelines.files.twin_of_job import at_start, twin_of
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, columns_along, rows_of_band, uncertainty_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.ensemble import Ensemble, Start
-from compgen.verification.band import Columns, directed_moment, radius_of
+from compgen.verification.band import LENGTH, Columns, directed_moment, radius_of, random_field
 from compgen.verification.deviation import Deviation, Extent, deviation_from_path
-from compgen.verification.random_field import LENGTH, random_field
 from compgen.verification.twin import Execution, PreparedProgram
 from compgen.verification.verdict import DrawnBound, drawn_bounds, judge_draws
 
