@@ -7,8 +7,6 @@ may be another one than planned. Where a way's step and turn move the wrist cent
 both ends are r from the J1 axis and m from full stretch or fold, the forearm turns by less than 1.5 h (1 / r + 3 / m):
 only ways that this leaves open are sampled.
 
-Direction of motion along an existing program: that of joints and TCP at its stations, and midway between them.
-
 The length of path that each sample of an execution stands for: by it a corrected program's errors are averaged.
 
 From a sample to the next on the same way, or from the station that the robot surely comes from to the first sample of
@@ -21,7 +19,6 @@ while all joints turn evenly, on the nominal arm. What the robot may drive betwe
 counts for nothing; where nothing is left that counts, all judged samples count alike.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,8 +28,6 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen, norm
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import DEG, MM
-from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, direction_states, reversal_widths
-from compgen.error_model.source import Source
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns, wrist_centre
@@ -44,7 +39,6 @@ REACH_BLOCK = 1000  # ways sampled at a time
 IN_LINE = 2e-6  # [m] height of an arc that the last of three decimals may make, or take away
 SINGULAR_SUBDIVISIONS = 256
 BLOCK = 250  # ways sampled at a time
-DIRECTION_SUBDIVISIONS = 16  # of each straight way; even, so that its middle is a sample
 JOINT_PIECES = 8  # chords of the tool's way on a joint motion: 0.2 % short for a quarter turn
 
 
@@ -272,36 +266,6 @@ def _words(nearest: Array, dips: BoolArray) -> str:
         f"J5 = 0 by {wrist / DEG:.3f} deg",
     )  # fmt: skip
     return " and ".join(text for text, dip in zip(words, dips, strict=True) if dip)
-
-
-def station_directions(
-    robot: Robot, sources: Sequence[Source], driven: DrivenProgram
-) -> tuple[DirectionState, DirectionState]:
-    """Direction of motion at each station, and midway on the way to it; ``NO_DIRECTION`` for an arm without memory.
-
-    Straight ways are followed in steps; a joint motion turns each joint in one direction. Where it is not sure from
-    which station the robot comes, nothing is known of the direction, as at the program's start.
-    """
-    memory = reversal_widths(sources)
-    if memory is None:
-        return NO_DIRECTION, NO_DIRECTION
-    station, fraction = path_samples(driven, np.arange(1, DIRECTION_SUBDIVISIONS) / DIRECTION_SUBDIVISIONS)
-    tcp = interpolate_poses(driven, station, fraction)
-    theta, _ = commanded_joints(robot, driven, station, fraction, tcp)
-    states = [direction_states(memory, theta[some], tcp.position[some]) for some in chains(driven, station)]
-    if not states:
-        return NO_DIRECTION, NO_DIRECTION
-    along = DirectionState(
-        np.concatenate([state.direction for state in states]), np.concatenate([state.travel for state in states])
-    )
-    at, half = fraction == 1, fraction == 0.5
-    return _at_stations(along, station, at, len(driven.pose)), _at_stations(along, station, half, len(driven.pose))
-
-
-def _at_stations(along: DirectionState, station: IntArray, rows: BoolArray, count: int) -> DirectionState:
-    direction, travel = np.zeros((count, 6)), np.zeros((count, 3))
-    direction[station[rows]], travel[station[rows]] = along.direction[rows], along.travel[rows]
-    return DirectionState(direction, travel)
 
 
 def sample_lengths(robot: Robot, driven: DrivenProgram, station: IntArray, fraction: Array, judged: BoolArray) -> Array:

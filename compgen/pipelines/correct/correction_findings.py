@@ -23,9 +23,10 @@ from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.motion_findings import motion_of_a_listing
 from compgen.pipelines.planned.averaging import WIDE, spread_finding
+from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.page_stops import controller_capacity
-from compgen.program.ways import chains, station_directions
+from compgen.program.ways import chains
 from compgen.thermal.model import extrapolations
 
 ROUNDING = 3 * UM  # what rounding alone may add to a corrected station

@@ -18,8 +18,8 @@ from compgen.core.units import DEG
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.job.job import Cell
+from compgen.program.directions import station_directions
 from compgen.program.driven import DrivenProgram, Positions
-from compgen.program.ways import station_directions
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.turns import postures_of, turn_digits

@@ -24,8 +24,8 @@ from compgen.pipelines.resume.corrected import (
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob
 from compgen.pipelines.resume.paged_run import FoundStart, LogZero, PagedRun
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
-from compgen.program.ways import station_directions
 from compgen.thermal import JointMotion, state_after
 from compgen.thermal.model import with_losses
 from compgen.thermal.rise_filter import STEP
