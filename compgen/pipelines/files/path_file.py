@@ -151,7 +151,7 @@ def job_of(files: JobFiles) -> Job:
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
     notes = (*(files.project.notes if files.project else ()), *notes, *read_findings(read))
-    programs = _programs(program, cell)
+    programs = programs_of(program, cell)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
@@ -238,13 +238,8 @@ def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "state": {k: v for k, v in state.items() if k != "file"}} if isinstance(state, dict) else data
 
 
-def programs_of(job: Job) -> Programs:
-    """Motions of a job's program and of those that its day names, at any feed."""
-    return _programs(job.plan, job.cell)
-
-
-def _programs(plan: ProgramPlan, cell: Cell) -> Programs:
-    """A program, and by their names those that its path file's day names."""
+def programs_of(plan: ProgramPlan, cell: Cell) -> Programs:
+    """Motions of a program and, by their names, of those that its path file's day names, at any feed."""
     return Programs(plan, cell, lambda name: _other_program(find_program(name, plan.source), cell))
 
 
@@ -282,17 +277,13 @@ def _process(table: ProcessTable, acc: int | None) -> Process:
 def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[ProgramPlan, tuple[Finding, ...]]:
     """What a path file's program does, and what was changed in it for the play of a cell's robot."""
     frame = frame_of(path.frame, cell.robot.controller.decimals, source)
-    process, name, controller = path.process, Path(source).stem, cell.robot.controller
+    process, controller = path.process, cell.robot.controller
     tool = _tool(path.tool, controller.payload, source)
-    if not name.isprintable():
-        raise InputError(f"{name!r}: a path file's name must be printable text; rename it")
-    if not re.search("[A-Z0-9]", name.upper()):
-        raise InputError(f"{source}: its name gives the program's, which has only A to Z, 0 to 9, _; rename the file")
+    _check_name(source)
     if process.lead_in and process.lift_mm == 0:
         raise InputError(f"{source}: process.lead_in: it begins above the part, and lift_mm = 0; raise process.lift_mm")
     boundary = boundary_from_table(path.boundary, source)
     surface = surface_from_table(path.surface, path.path, source)
-    feed = process.feed_mm_s * MM
     mesh = mesh_of(path.surface, source) if path.surface.kind == "stl" else None
 
     def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]:
@@ -308,7 +299,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     tolerance = 0.0
     if isinstance(path.path, OwnPoints):
         refuse_leaning(process, source)
-        pattern, surface, notes = own_points_path(path.path, surface, tool.spin, feed, source, mesh)
+        pattern, surface, notes = own_points_path(path.path, surface, tool.spin, process.feed_mm_s * MM, source, mesh)
         edge = boundary or unbounded()
         tolerance = path.path.tolerance_um * UM
     else:
@@ -322,6 +313,15 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     )
     program, longer = _with_run_in(program, cell, rate, path.path, patterned)
     return program, (*notes, *longer)
+
+
+def _check_name(source: str) -> None:
+    """Raises InputError where a path file's name gives no program a name."""
+    name = Path(source).stem
+    if not name.isprintable():
+        raise InputError(f"{name!r}: a path file's name must be printable text; rename it")
+    if not re.search("[A-Z0-9]", name.upper()):
+        raise InputError(f"{source}: its name gives the program's, which has only A to Z, 0 to 9, _; rename the file")
 
 
 def _tool(table: ToolTable, payload: int | None, source: str) -> Tool:

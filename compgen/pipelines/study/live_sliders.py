@@ -39,7 +39,7 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
         overrides: Of the job.
         job: As planned, but for the start, which is the first run's, at once.
     """
-    files, programs = read_job_files(path_file, robot, overrides), programs_of(job)
+    files, programs = read_job_files(path_file, robot, overrides), programs_of(job.plan, job.cell)
     path = check(PathFile, files.path_data, path_file)
     stages = _stages(path, programs, job)
     parts = (_before(path, stages), _air(path, job), _start(path, job), _cte(files.robot_text.tables))
