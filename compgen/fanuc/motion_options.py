@@ -8,9 +8,7 @@ import re
 from dataclasses import dataclass
 from enum import Enum
 
-
-def _ignoring_case(pattern: str) -> re.Pattern[str]:
-    return re.compile(pattern, re.IGNORECASE)
+from compgen.fanuc.vocabulary import any_case
 
 
 class OnInsertion(Enum):
@@ -121,7 +119,7 @@ MOTION_OPTIONS = (
 OFFSETS = ("OFFSET", "TOOL_OFFSET")  # a position register's value is added
 _BLANK = "\0"  # what stands in brackets, where only the brackets matter
 #: An option with its arguments, a termination that stands behind it, or a word that is none of them.
-_OPTION_OR_WORD = _ignoring_case(
+_OPTION_OR_WORD = any_case(
     r"(?:"
     + "|".join(
         f"(?P<option{i}>{option.word}(?:{option.arguments})?)".replace("[]", rf"\[{_BLANK}*\]")
@@ -129,18 +127,18 @@ _OPTION_OR_WORD = _ignoring_case(
     )
     + r"|FINE|CNT\s*\d*|C[RD]\s*\d+)(?=[\s,]|$)|(?P<unknown>[^\s,]+)"
 )
-_UNSAFE_OPTIONS = [(option, _ignoring_case(option.pattern)) for option in MOTION_OPTIONS if option.unsafe]
+_UNSAFE_OPTIONS = [(option, any_case(option.pattern)) for option in MOTION_OPTIONS if option.unsafe]
 #: An option after which the robot is elsewhere than at the motion's position.
-TARGET_MODIFIER = _ignoring_case("|".join(option.pattern for option in MOTION_OPTIONS if option.modifies_target))
+TARGET_MODIFIER = any_case("|".join(option.pattern for option in MOTION_OPTIONS if option.modifies_target))
 _LONGEST_QUOTE = 40  # characters of unknown words in a message
 
 # Parts of options that some readers need.
-TIMED_BEFORE_END = _ignoring_case(
+TIMED_BEFORE_END = any_case(
     r"\b(?:DB\s*(\d*\.?\d+)\s*mm|T[AB]\s*(\d*\.?\d+)\s*sec)"
 )  # mm, or seconds, before (after) it
-TIME_AFTER_STOP = _ignoring_case(r"(?<![A-Z_])TA\s+[\d.]")  # its logic runs after the stop
-ACC_OR_NOTHING = _ignoring_case(r"\s*(?:ACC\s*(\d+)\s*)?")  # nothing else is asked of the motion
-POINT_LOGIC = _ignoring_case(r"P-SPS")  # a listing of its own follows, up to a rule of dashes
+TIME_AFTER_STOP = any_case(r"(?<![A-Z_])TA\s+[\d.]")  # its logic runs after the stop
+ACC_OR_NOTHING = any_case(r"\s*(?:ACC\s*(\d+)\s*)?")  # nothing else is asked of the motion
+POINT_LOGIC = any_case(r"P-SPS")  # a listing of its own follows, up to a rule of dashes
 POINT_LOGIC_END = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*-{3,}[ \t]*(?=[\r\n]|\Z)")
 
 

@@ -14,7 +14,8 @@ from compgen.core.units import INCH, MINUTE, MM, MS
 REMARKS = ("!", "//", "--")  # what a remark, a disabled statement and an instruction comment begin with
 
 
-def _words(pattern: str) -> re.Pattern[str]:
+def any_case(pattern: str) -> re.Pattern[str]:
+    """A pattern of words in capitals or not, as programs have them."""
     return re.compile(pattern, re.IGNORECASE)
 
 
@@ -102,67 +103,67 @@ TERMINATION = re.compile(rb"[ \t]*(FINE|CNT[ \t]*(?:\d+|R\[[^\r\n]*?\])|C[RD][ \
 NUMBER_AND_NAME = re.compile(rb"\s*(\d+)\s*(?::(.*))?$", re.DOTALL)
 
 CONSTANT_SPEED = re.compile(r"(\d*\.?\d+)\s*(\S+)$")  # number and unit; not a register or a word
-SPEED_OF_WHOLE_MOTION = _words(r"(?<![/a-z])m?sec$|deg/sec$")  # a part of the motion would need another number
-SPEED_NEEDS_LENGTH = _words(r"(?<!/)sec$|WELD_SPEED$")  # a motion of no length cannot be told it
+SPEED_OF_WHOLE_MOTION = any_case(r"(?<![/a-z])m?sec$|deg/sec$")  # a part of the motion would need another number
+SPEED_NEEDS_LENGTH = any_case(r"(?<!/)sec$|WELD_SPEED$")  # a motion of no length cannot be told it
 ARC_LETTERS = ("A", "S")  # a curve through several motions
 
 
 # ---- Positions and registers in any statement ------------------------------------------------------------------------
 
-POSITION = _words(r"(?<![A-Za-z_$])P\[\s*(\d*)")  # n of P[n]; empty for one that is found at run time
-INDIRECT_POSITION = _words(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?")  # P[R[n]], and whether it is written
+POSITION = any_case(r"(?<![A-Za-z_$])P\[\s*(\d*)")  # n of P[n]; empty for one that is found at run time
+INDIRECT_POSITION = any_case(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?")  # P[R[n]], and whether it is written
 POSITION_WRITTEN = re.compile(r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=")
-POSITION_BEFORE_EQUALS = _words(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=")  # written, a component of it too
+POSITION_BEFORE_EQUALS = any_case(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=")  # written, a component of it too
 #: Kind, and number: n of UFRAME[n]; of the system variable $MNUFRAME[group,n] too, or a component of it.
 FRAME_WRITTEN = re.compile(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
-REGISTER = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")
-REGISTER_WRITTEN = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=")
-POSITION_REGISTER = _words(r"(?<![A-Z_$])PR\[\s*(\d*)")  # n of PR[n]; empty for one that is found at run time
-POSITION_REGISTER_SET = _words(r"(?<![A-Z_$])PR\[[^\]=]*\]\s*=")
-NUMBER_REGISTER_SET = _words(r"(?<![A-Z])R\[[^\]]*\]\s*=")
+REGISTER = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")
+REGISTER_WRITTEN = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=")
+POSITION_REGISTER = any_case(r"(?<![A-Z_$])PR\[\s*(\d*)")  # n of PR[n]; empty for one that is found at run time
+POSITION_REGISTER_SET = any_case(r"(?<![A-Z_$])PR\[[^\]=]*\]\s*=")
+NUMBER_REGISTER_SET = any_case(r"(?<![A-Z])R\[[^\]]*\]\s*=")
 REGISTER_INDEX = re.compile(r"\s*(\d{1,4})\s*(?::.*)?", re.DOTALL)  # n and its name, inside the brackets
 #: What may write a register, a frame or the offset of later motions.
-MAY_SET = _words(r"(?:PR|(?<![A-Z])R|UFRAME|UTOOL)\[.*=|\$MNU|CONDITION\b|\b(?:Search|Touch|VISION)\b|P-SPS")
-SEARCH = _words(r"\bSearch\b")
-PALLETIZING = _words(r"^PALLETIZING-")  # its begin or its end
-LOCAL_REGISTER = _words(r"(?<![A-Z_])(AR|LR)\[")  # known to one program only
+MAY_SET = any_case(r"(?:PR|(?<![A-Z])R|UFRAME|UTOOL)\[.*=|\$MNU|CONDITION\b|\b(?:Search|Touch|VISION)\b|P-SPS")
+SEARCH = any_case(r"\bSearch\b")
+PALLETIZING = any_case(r"^PALLETIZING-")  # its begin or its end
+LOCAL_REGISTER = any_case(r"(?<![A-Z_])(AR|LR)\[")  # known to one program only
 
 
 # ---- Order -----------------------------------------------------------------------------------------------------------
 
 #: A statement that may change the order in which others are run.
-FLOW = _words(r"(?:IF|JMP|FOR|ENDFOR|SELECT|CALL|RUN|LBL|WHEN|ELSE|ENDIF|SKIP CONDITION|MONITOR)\b")
-LABEL = _words(r"(?<![A-Za-z_])LBL\[\s*(\d*)")  # said or jumped to; empty for one that is found at run time
-CALL = _words(r"(?:^|[\s,])(?:CALL|RUN)\s+([A-Z_][^\s(;]*)")  # the program's name
-CALL_ALONE = _words(r"^CALL\s+([^\s(;]+)$")
-MESSAGE_OR_PAUSE = _words(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$")
-END = _words(r"(?:^|,)\s*END\s*$")
-WAIT = _words(r"WAIT\s+(\d*\.?\d+)\s*\(?\s*sec\s*\)?")  # seconds
-JUMP = _words(r"^JMP\b")
-LABEL_ALONE = _words(r"^LBL\[\s*(\d*)")
-ABORT = _words(r"^(?:END|ABORT)\s*$")
-IF_THEN = _words(r"^IF\b.*\bTHEN\s*$")
-ELSE_ALONE = _words(r"^ELSE\s*$")
-ENDIF = _words(r"^ENDIF\b")
-FOR = _words(r"^FOR\b")
-ENDFOR = _words(r"^ENDFOR\b")
-CONSTANT_FOR = _words(r"^FOR\b.*=\s*\(?(-?\d+)\)?\s*\b(TO|DOWNTO)\s+\(?(-?\d+)\)?\s*$")  # first, way, last
-_CONDITIONAL = _words(r"^(?:IF\b|SELECT\b|=|ELSE\s*,|WHEN\b)")  # what is done stands after the last comma
+FLOW = any_case(r"(?:IF|JMP|FOR|ENDFOR|SELECT|CALL|RUN|LBL|WHEN|ELSE|ENDIF|SKIP CONDITION|MONITOR)\b")
+LABEL = any_case(r"(?<![A-Za-z_])LBL\[\s*(\d*)")  # said or jumped to; empty for one that is found at run time
+CALL = any_case(r"(?:^|[\s,])(?:CALL|RUN)\s+([A-Z_][^\s(;]*)")  # the program's name
+CALL_ALONE = any_case(r"^CALL\s+([^\s(;]+)$")
+MESSAGE_OR_PAUSE = any_case(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$")
+END = any_case(r"(?:^|,)\s*END\s*$")
+WAIT = any_case(r"WAIT\s+(\d*\.?\d+)\s*\(?\s*sec\s*\)?")  # seconds
+JUMP = any_case(r"^JMP\b")
+LABEL_ALONE = any_case(r"^LBL\[\s*(\d*)")
+ABORT = any_case(r"^(?:END|ABORT)\s*$")
+IF_THEN = any_case(r"^IF\b.*\bTHEN\s*$")
+ELSE_ALONE = any_case(r"^ELSE\s*$")
+ENDIF = any_case(r"^ENDIF\b")
+FOR = any_case(r"^FOR\b")
+ENDFOR = any_case(r"^ENDFOR\b")
+CONSTANT_FOR = any_case(r"^FOR\b.*=\s*\(?(-?\d+)\)?\s*\b(TO|DOWNTO)\s+\(?(-?\d+)\)?\s*$")  # first, way, last
+_CONDITIONAL = any_case(r"^(?:IF\b|SELECT\b|=|ELSE\s*,|WHEN\b)")  # what is done stands after the last comma
 _INSIDE = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")  # brackets and what they hold
 _DEEPEST = 8  # brackets in brackets; a statement with more is not understood
-_ASSIGNMENT = _words(r"^[A-Z_$][\w$.]*\s*=")
-_PULSE = _words(r"=\s*PULSE\s*,.*$")  # of an output, for some seconds
+_ASSIGNMENT = any_case(r"^[A-Z_$][\w$.]*\s*=")
+_PULSE = any_case(r"=\s*PULSE\s*,.*$")  # of an output, for some seconds
 #: Statements that move the arm, or let it be moved, and write no register.
-MOVERS = _words(r"^(?:SOFTFLOAT|FORCE\s+CTRL|PALLETIZING)\b")
+MOVERS = any_case(r"^(?:SOFTFLOAT|FORCE\s+CTRL|PALLETIZING)\b")
 #: Statements that never move the arm. Whatever else is said may be a macro, which a listing gives by its name alone.
-_STILL = _words(
+_STILL = any_case(
     r"^(?:LBL|JMP|END|ABORT|ELSE|ENDIF|FOR|ENDFOR|WAIT|TIMER|OVERRIDE|MESSAGE|UALM|PAUSE|PAYLOAD|(?:UN)?LOCK\s+PREG|"
     r"(?:SKIP|OFFSET|TOOL_OFFSET|VOFFSET)\s+CONDITION|COL\s+(?:DETECT|GUARD\s+ADJUST)|STICK\s+DETECT|VISION|"
     r"(?:Arc|Weld|Search)\s+(?:Start|End)|Weave|Track|Touch\s+Offset|LINE_?TRACK|STOP_?TRACKING)\b"
 )
 
 
-_CLEARANCE = _words(r"^FB-PSPS\b")  # of a German plant: TC_ONLINE, a condition under which the robot goes on
+_CLEARANCE = any_case(r"^FB-PSPS\b")  # of a German plant: TC_ONLINE, a condition under which the robot goes on
 
 
 def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
@@ -189,7 +190,7 @@ def is_unknown(text: str) -> bool:
 
 
 #: What writes position registers, user frames or tools, or runs what may.
-_WRITES = _words(
+_WRITES = any_case(
     r"(?<![A-Z_$])(?:PR|UFRAME|UTOOL)\s*\[[^=<>]*=|\$MNU|\bSearch\s+(?:Start|End)\b|P-SPS|\bMONITOR\b|\bRUN\b|^\s*\$"
 )
 
@@ -230,7 +231,7 @@ class Bracket:
 
 
 def _bracket(opens: str, closes: str, reason: str = "") -> Bracket:
-    return Bracket(_words(opens), _words(closes), reason)
+    return Bracket(any_case(opens), any_case(closes), reason)
 
 
 _START = r"(?:^|(?<![A-Za-z_]))"  # a word's begin: the start of a statement, or inside the options of a motion
@@ -303,21 +304,21 @@ class OffsetCondition:
 
 OFFSET_CONDITIONS = tuple(
     OffsetCondition(
-        _words(rf"(?<![A-Z_]){option}\s+CONDITION\b"),
-        _words(rf"(?<![A-Z_]){option}(?![A-Z_]|\s*,)"),
+        any_case(rf"(?<![A-Z_]){option}\s+CONDITION\b"),
+        any_case(rf"(?<![A-Z_]){option}(?![A-Z_]|\s*,)"),
         f"{option} CONDITION adds an offset at run time to motions with {word}",
     )
     for option, word in (("OFFSET", "Offset"), ("TOOL_OFFSET", "Tool_Offset"), ("VOFFSET", "VOFFSET"))
 )
-CONDITION_OF_OFFSET = _words(r"^(OFFSET|TOOL_OFFSET)\s+CONDITION\b(\s+PR(?=\[))?")  # of which, and from a register
-BESIDE = _words(r"^(?:.*,)?\s*(?:RUN\s|MONITOR\b)")  # another program runs at the same time
+CONDITION_OF_OFFSET = any_case(r"^(OFFSET|TOOL_OFFSET)\s+CONDITION\b(\s+PR(?=\[))?")  # of which, and from a register
+BESIDE = any_case(r"^(?:.*,)?\s*(?:RUN\s|MONITOR\b)")  # another program runs at the same time
 FRAME_BEGINS = re.compile(rb"(?:FRAME|TOOL)[ \t]*\[", re.IGNORECASE)  # looked for before any statement is read
 #: Text of /APPL, in any print of blanks and letters.
 UNSAFE_HEADERS = (
     UnsafeStatement(
-        _words(r"\bENABLE_SINGULARITY_AVOIDANCE\s*:\s*TRUE\b"), "singularity avoidance may change the executed path"
+        any_case(r"\bENABLE_SINGULARITY_AVOIDANCE\s*:\s*TRUE\b"), "singularity avoidance may change the executed path"
     ),
-    UnsafeStatement(_words(r"\bLINE_TRACK_SCHEDULE"), "line tracking changes the executed path"),
+    UnsafeStatement(any_case(r"\bLINE_TRACK_SCHEDULE"), "line tracking changes the executed path"),
 )
 
 
@@ -354,19 +355,19 @@ class ModalStatement:
 
 
 MODAL_STATEMENTS = (
-    ModalStatement("UFRAME_NUM", _words(r"UFRAME_NUM\s*(?:\[[^\]]*\])?\s*="), ends_with_program=False),
-    ModalStatement("UTOOL_NUM", _words(r"UTOOL_NUM\s*(?:\[[^\]]*\])?\s*="), ends_with_program=False),
-    ModalStatement("PAYLOAD", _words(r"PAYLOAD\s*\["), ends_with_program=False),
-    ModalStatement("TOOL_OFFSET CONDITION", _words(r"TOOL_OFFSET\s+CONDITION\b")),
-    ModalStatement("OFFSET CONDITION", _words(r"(?<![A-Z_])OFFSET\s+CONDITION\b")),
-    ModalStatement("VOFFSET CONDITION", _words(r"VOFFSET\s+CONDITION\b")),
-    ModalStatement("SKIP CONDITION", _words(r"SKIP\s+CONDITION\b"), evaluated_live=True),
-    ModalStatement("COL DETECT", _words(r"COL\s+DETECT\b")),
-    ModalStatement("COL GUARD ADJUST", _words(r"COL\s+GUARD\s+ADJUST\b")),
-    ModalStatement("JOINT_MAX_SPEED", _words(r"JOINT_MAX_SPEED\s*(?:\[[^\]]*\])?\s*=")),
-    ModalStatement("LINEAR_MAX_SPEED", _words(r"LINEAR_MAX_SPEED\s*=")),
+    ModalStatement("UFRAME_NUM", any_case(r"UFRAME_NUM\s*(?:\[[^\]]*\])?\s*="), ends_with_program=False),
+    ModalStatement("UTOOL_NUM", any_case(r"UTOOL_NUM\s*(?:\[[^\]]*\])?\s*="), ends_with_program=False),
+    ModalStatement("PAYLOAD", any_case(r"PAYLOAD\s*\["), ends_with_program=False),
+    ModalStatement("TOOL_OFFSET CONDITION", any_case(r"TOOL_OFFSET\s+CONDITION\b")),
+    ModalStatement("OFFSET CONDITION", any_case(r"(?<![A-Z_])OFFSET\s+CONDITION\b")),
+    ModalStatement("VOFFSET CONDITION", any_case(r"VOFFSET\s+CONDITION\b")),
+    ModalStatement("SKIP CONDITION", any_case(r"SKIP\s+CONDITION\b"), evaluated_live=True),
+    ModalStatement("COL DETECT", any_case(r"COL\s+DETECT\b")),
+    ModalStatement("COL GUARD ADJUST", any_case(r"COL\s+GUARD\s+ADJUST\b")),
+    ModalStatement("JOINT_MAX_SPEED", any_case(r"JOINT_MAX_SPEED\s*(?:\[[^\]]*\])?\s*=")),
+    ModalStatement("LINEAR_MAX_SPEED", any_case(r"LINEAR_MAX_SPEED\s*=")),
 )
-FRAME_NUMBER = _words(r"^(UFRAME_NUM|UTOOL_NUM)\s*=\s*(.*?)\s*$")  # which, and its value
-FRAME_MENTIONED = _words(r"\b(?:UFRAME_NUM|UTOOL_NUM)\b.*=")  # written, whatever else is said
-PAYLOAD_ALONE = _words(r"^PAYLOAD\s*\[\s*(\d+)\s*\]$")  # its schedule
+FRAME_NUMBER = any_case(r"^(UFRAME_NUM|UTOOL_NUM)\s*=\s*(.*?)\s*$")  # which, and its value
+FRAME_MENTIONED = any_case(r"\b(?:UFRAME_NUM|UTOOL_NUM)\b.*=")  # written, whatever else is said
+PAYLOAD_ALONE = any_case(r"^PAYLOAD\s*\[\s*(\d+)\s*\]$")  # its schedule
 ASSIGNED_NUMBER = re.compile(r"=\s*(\d+)\s*$")
