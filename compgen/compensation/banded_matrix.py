@@ -1,7 +1,7 @@
 r"""Symmetric matrices on a band of half-width 12: six unknowns a waypoint, coupled up to two waypoints on.
 
 A waypoint's six unknowns are coupled with each other (``block``), its first three with those of its neighbours
-(``coupling``), and each with itself up to two waypoints on (``smoothness``, the same for all six).
+(``coupling``), and each with itself up to two waypoints on (``problem``, the same for all six).
 """
 
 import numpy as np

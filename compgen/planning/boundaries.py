@@ -1,4 +1,4 @@
-"""Edges of the part: nothing, a circle, a hexagon, a rectangle or a polygon; holes are put in by ``holes``.
+"""Edges of the part: nothing, a circle, a hexagon, a rectangle or a polygon; holes are put in by ``boundary_schema``.
 
 The outline is convex: what a straight sweep crosses once. Of a polygon that is not, the outline is the hull, and its
 notches are holes in that. A point is in one when the ray from it towards +x crosses their edges an odd number of times.

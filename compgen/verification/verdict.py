@@ -3,8 +3,8 @@
 Bounds with a probability, judged by what draws of an arm and a day come to on the whole path.
 
 A draw is one arm on one day; it keeps the promise when it keeps every bound of it. As many draws may break one as
-``order_statistics`` allows: so share and confidence hold for all bounds together. Of each bound the report gives the
-order statistic: the largest of the draws, or the next below it for each that may break.
+``draws_that_may_break`` allows: so share and confidence hold for all bounds together. Of each bound the report gives
+the order statistic: the largest of the draws, or the next below it for each that may break.
 """
 
 from collections.abc import Sequence

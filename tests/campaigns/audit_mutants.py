@@ -81,7 +81,7 @@ CHANGES = (
     ),
     in_code(
         "U and D exchanged in reader and writer",
-        "program/configuration",
+        "program/digits",
         ('elbow == "U"', 'elbow == "D"'),
         ("'U' if posture.up else 'D'", "'D' if posture.up else 'U'"),
     ),
