@@ -11,7 +11,7 @@ from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.contradictions import contradictions
-from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
+from compgen.fanuc.analysis.inspection import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.plan import program_size

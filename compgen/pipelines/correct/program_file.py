@@ -16,8 +16,7 @@ from compgen.core.files import PROVENANCE, near_file, read_regular
 from compgen.core.toml import check, read_toml
 from compgen.core.units import HOUR, MINUTE
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.inspection import inspect
-from compgen.fanuc.analysis.robot_evidence import robots_named
+from compgen.fanuc.analysis.inspection import inspect, robots_named
 from compgen.fanuc.analysis.watermark import Mark, carries_mark
 from compgen.job.anchored_start import begin
 from compgen.job.job import Cell
