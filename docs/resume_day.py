@@ -19,9 +19,8 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.resume.beginning import begin_at
+from compgen.pipelines.resume.beginning import begin_at, read_log, state_at_end
 from compgen.pipelines.resume.follow import look_at
-from compgen.pipelines.resume.from_log import read_log, state_at_end
 from compgen.pipelines.resume.page_times import PageStart, PageTimes
 from compgen.pipelines.resume.paged_run import planned_run
 from compgen.pipelines.resume.pages_anew import read_written, steps_of

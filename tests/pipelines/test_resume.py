@@ -20,8 +20,7 @@ from compgen.fanuc.paging.join_check import check_manifest
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
-from compgen.pipelines.resume.beginning import begin_at, begin_late, known_state
-from compgen.pipelines.resume.from_log import begin_with_state
+from compgen.pipelines.resume.beginning import begin_at, begin_late, begin_with_state, known_state
 from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.resume import resume

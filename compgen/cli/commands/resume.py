@@ -90,8 +90,7 @@ class Cause:
 
     def begin(self, whole: "Planned", known: "Known") -> "Beginning":
         """How the first new page of a job begins."""
-        from compgen.pipelines.resume.beginning import begin_late
-        from compgen.pipelines.resume.from_log import begin_with_log, begin_with_state
+        from compgen.pipelines.resume.beginning import begin_late, begin_with_log, begin_with_state
 
         if self.state is not None:
             return begin_with_state(whole, known, self.state, self.age)

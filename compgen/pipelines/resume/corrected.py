@@ -29,9 +29,8 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.program_pages import part_program
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.resume.beginning import Begun
+from compgen.pipelines.resume.beginning import Begun, begin_anchored
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
-from compgen.pipelines.resume.from_log import begin_anchored
 from compgen.pipelines.resume.pages_anew import Rewriting, manifest_anew
 from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, page_results, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
