@@ -120,13 +120,9 @@ def measure_reach(robot: Robot, driven: DrivenProgram) -> DrivenProgram:
     if not len(ways):
         return replace(driven, beyond=beyond)
     start, end = driven.pose[driven.origin[ways]], driven.pose[ways]
-    # from the wrist centre to the TCP, at most
-    lever = norm(driven.at.tools.position)[driven.at.tool[end]] + abs(float(robot.d[5]))
-    step = np.linalg.norm(driven.at.tcp.position[end] - driven.at.tcp.position[start], axis=1)
-    step = np.where(driven.line[ways], step, driven.length[ways])
-    turn = np.linalg.norm(rotation_vector((driven.at.tcp[start].inverse() @ driven.at.tcp[end]).rotation), axis=1)
+    moved, _ = _largest_moves(robot, driven, ways)
     with np.errstate(invalid="ignore"):
-        clear = np.minimum(driven.at.margin[start], driven.at.margin[end]) > (step + turn * lever) / 2
+        clear = np.minimum(driven.at.margin[start], driven.at.margin[end]) > moved
     inside = np.arange(1, REACH_SUBDIVISIONS) / REACH_SUBDIVISIONS
     kind = np.column_stack([driven.at.tool[end], driven.at.posture[end]])
     for tool, posture in np.unique(kind[~clear], axis=0).tolist():
@@ -137,6 +133,16 @@ def measure_reach(robot: Robot, driven: DrivenProgram) -> DrivenProgram:
             margin = solve_flange(robot, flange_from_tool(tcp, driven.at.tools[tool]), ALL_POSTURES[posture]).margin
             beyond[some] = np.maximum(-margin.reshape(-1, len(inside)).min(axis=1), 0.0)
     return replace(driven, beyond=beyond)
+
+
+def _largest_moves(robot: Robot, driven: DrivenProgram, ways: IntArray) -> tuple[Array, Array]:
+    """How far the wrist centre is from the nearer end of ways, at most [m], and how far the tool turns [rad], (n,)."""
+    start, end = driven.pose[driven.origin[ways]], driven.pose[ways]
+    lever = norm(driven.at.tools.position)[driven.at.tool[end]] + abs(float(robot.d[5]))  # from there to the TCP
+    step = np.linalg.norm(driven.at.tcp.position[end] - driven.at.tcp.position[start], axis=1)
+    step = np.where(driven.line[ways], step, driven.length[ways])
+    turn = np.linalg.norm(rotation_vector((driven.at.tcp[start].inverse() @ driven.at.tcp[end]).rotation), axis=1)
+    return (step + turn * lever) / 2, turn
 
 
 def _known(driven: DrivenProgram) -> BoolArray:
@@ -233,12 +239,7 @@ def _distances(robot: Robot, theta: Array, margin: Array) -> Array:
 
 def _may_pass(robot: Robot, driven: DrivenProgram, ways: IntArray, at_ends: Array, allowed: Array) -> BoolArray:
     """Ways that may come nearer to a singularity than is allowed, (n,)."""
-    start, end = driven.pose[driven.origin[ways]], driven.pose[ways]
-    lever = np.linalg.norm(driven.at.tools.position, axis=1)[driven.at.tool[end]] + abs(float(robot.d[5]))
-    step = np.linalg.norm(driven.at.tcp.position[end] - driven.at.tcp.position[start], axis=1)
-    step = np.where(driven.line[ways], step, driven.length[ways])
-    turn = np.linalg.norm(rotation_vector((driven.at.tcp[start].inverse() @ driven.at.tcp[end]).rotation), axis=1)
-    moved = (step + turn * lever) / 2
+    moved, turn = _largest_moves(robot, driven, ways)
     shoulder, elbow, wrist = at_ends.T
     with np.errstate(divide="ignore"):
         swing = turn / 2 + 1.5 * moved * (1 / shoulder + 3 / np.maximum(elbow, 0.0))
