@@ -16,6 +16,7 @@ from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.planning.toolpath import ToolPath
+from compgen.robot.kinematics import flange_pose
 from compgen.thermal import JointMotion
 from compgen.thermal.schedule import History
 from compgen.verification.band import Band, band_of
@@ -142,18 +143,18 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
 
 def turns_at(job: Job, geometry: Geometry, rows: IntArray) -> DirectionState:
     """Which way a job's joints and tool have turned at some samples."""
-    return direction_states(reversal_widths(job.sources), geometry.theta, _nominal(job, geometry)).at(rows)
+    return direction_states(reversal_widths(job.sources), geometry.theta, _nominal(geometry)).at(rows)
 
 
 def uncertainty_along(job: Job, geometry: Geometry) -> JobUncertainty:
     """What a job does not know, with the middle of its way for the middle of the part."""
-    position = _nominal(job, geometry)
+    position = _nominal(geometry)
     return quantities_of(job, middle=(position.min(axis=0) + position.max(axis=0)) / 2)
 
 
-def _nominal(job: Job, geometry: Geometry) -> Array:
-    """Where the controller believes the tool is, (M, 3) [m]."""
-    return model_of(job).nominal_pose(geometry.theta).position
+def _nominal(geometry: Geometry) -> Array:
+    """Where the controller believes the tool is, (M, 3) [m]; no warmth moves it."""
+    return (flange_pose(geometry.job.robot, geometry.theta) @ geometry.job.tool.pose).position
 
 
 def some_samples(geometry: Geometry) -> IntArray:
@@ -162,7 +163,7 @@ def some_samples(geometry: Geometry) -> IntArray:
     What is open is smooth along the part and largest at its rim: the farthest in each direction are among them, for
     either way that the tool goes, because play and friction follow it.
     """
-    position = _nominal(geometry.job, geometry)
+    position = _nominal(geometry)
     touching = np.flatnonzero(part_weight(geometry, geometry))
     rows = touching if len(touching) else np.arange(len(geometry.now))
     along = np.gradient(position, axis=0)[rows] if len(rows) > 1 else np.zeros((1, 3))
