@@ -63,7 +63,7 @@ CALLS = {
     "explain": ("explain", "thermal.none"),
     "executed": ("executed", "PART.LS", "--log", "run.csv", "--robot", "m710ic50", "-o", "driven"),
     "identify-motion":
-        ("identify-motion", "PART.LS", "--log", "run.csv", "--robot", "m710ic50", "-o", "motion/smooth.toml"),
+        ("identify-motion", "ROUND.LS", "--log", "round.csv", "--robot", "m710ic50", "-o", "motion/smooth.toml"),
     "follow": ("follow", "paged", "--log", "temperatures.csv", "--started", "0s", "--once", "--date", "2026-01-31"),
     "anchor": ("anchor", LINE, "--touches", "touches.csv", "--artefact", "artefact.toml", "-o", "anchored/state.toml"),
     "teach-frame": ("teach-frame", "m710ic50", "--touches", "touches.csv", "-o", "frame/part.toml"),
@@ -95,10 +95,12 @@ def prepare(folder):
 def measure(folder):
     """The logs, touches and poses that calls are given."""
     robot, rng = load_robot("m710ic50"), np.random.default_rng(1)
-    (folder / "PART.LS").write_bytes(logs.part())
-    course = course_of_text(logs.part(), robot, default_frames())
-    time, places, turn, _ = logs.log_rows(course, logs.Run(ramp=0.25, means=(0.2, 0.1)), logs.Logger(noise=2e-6))
-    (folder / "run.csv").write_text(logs.csv(time, places, turn))
+    # pages need stops on the way; of one circle the motion is identified in a third of the time
+    for program, log, text in (("PART.LS", "run.csv", logs.part()), ("ROUND.LS", "round.csv", logs.circle("ROUND"))):
+        (folder / program).write_bytes(text)
+        course = course_of_text(text, robot, default_frames())
+        time, places, turn, _ = logs.log_rows(course, logs.Run(ramp=0.25, means=(0.2, 0.1)), logs.Logger(noise=2e-6))
+        (folder / log).write_text(logs.csv(time, places, turn))
     touches = ["target,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg,config"]
     for n in range(9):
         place = ",".join(f"{v:.3f}" for v in SPHERES["abc"[n % 3]] + rng.normal(0, 0.01, 3))
