@@ -239,6 +239,7 @@ def test_a_folder_may_have_any_name(folder):
         assert (folder / name / "deep er" / "LINE_Y.LS").exists()
 
 
+GRID = ("whatif", LINE, "--workers", "1", "--no-live", "--vary")
 BOUNDED = {
     ("generate", LINE, "-o", "b"): (0.5, 2),
     ("generate", LINE, "-o", "b", "--set", "bounds.max_um=900"): (0.5, 2),
@@ -248,9 +249,8 @@ BOUNDED = {
     ("correct", "plan/LINE_Y_PLAN.LS", "--before", "moving 200mm/s 6h", "-o", "bc"): (0.05, 5),
     ("offsets", LINE): (1, 200),
     ("heat", LINE, "--set", "cycle=[{state='moving', repeat=4, dwell_s=900}]", "-o", "bh"): (0.001, 500),
-    ("whatif", LINE, "--vary", "process.feed_mm_s=100,200", "--workers", "1", "-o", "bw"): (80, 100),
-    ("whatif", LINE, "--vary", "process.feed_mm_s=150,200", "--correct", "--workers", "1", "--fresh", "-o", "bv"):
-        (0.5, 2),
+    (*GRID, "process.feed_mm_s=100,200", "-o", "bw"): (80, 100),
+    (*GRID, "process.feed_mm_s=150,200", "--correct", "--fresh", "-o", "bv"): (0.5, 2),
     ("resume", "paged", "--from-page", "2", "--late", "65min", "--date", "2026-01-31"): (0.1, 5),
     ("compare", "made", "again"): (0.1, 5),
 }  # fmt: skip

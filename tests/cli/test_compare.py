@@ -21,7 +21,7 @@ RUNS = {
     "warm": ("generate", LINE, "--set", "robot.thermal.cte_um_m_K=12"),
     "cold": ("predict", LINE, "--set", "before.0.duration_h=1"),
     "hot": ("predict", LINE),
-    "grid": ("whatif", LINE, "--vary", "before.0.duration_h=1,2", "--workers", "1"),
+    "grid": ("whatif", LINE, "--vary", "before.0.duration_h=1,2", "--workers", "1", "--no-live"),
     "more": (
         "whatif",
         LINE,
@@ -31,6 +31,7 @@ RUNS = {
         "process.feed_mm_s=100",
         "--workers",
         "1",
+        "--no-live",
     ),
     "asked": ("whatif", LINE, "--ask", "contributions", "--no-live"),
     "asked_at_2": ("whatif", LINE, "--ask", "contributions", "--no-live", "--set", "before.0.duration_h=2"),

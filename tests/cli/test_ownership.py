@@ -11,7 +11,7 @@ from shipped import ROOT
 from compgen.cli.output_files import publish
 
 LINE_Y, LINE_X = (ROOT / "paths" / f"{name}.toml" for name in ("line_y", "line_x"))
-ASK = ("--ask", "contributions", "-q")
+ASK = ("--ask", "contributions", "--no-live", "-q")
 
 
 def content(folder):
