@@ -1,5 +1,7 @@
 """A corrected program: nothing but numbers has changed, and the real arm is where the planned program says."""
 
+from functools import cache
+
 import naive_arm as arm
 import naive_heat
 import naive_ls
@@ -28,6 +30,12 @@ from compgen.verification.verdict import Verdict
 @pytest.fixture(scope="module")
 def hot():
     return load_cell(str(ROOT / "robots" / "m710ic50.toml"))
+
+
+@pytest.fixture(scope="module")
+def warm(hot):
+    """A golden or a real program as corrected for the warm robot, once for all tests."""
+    return cache(lambda path: corrected(path.read_bytes(), hot, MANY))
 
 
 @pytest.fixture(scope="module")
@@ -70,12 +78,12 @@ def test_a_robot_without_error_changes_no_byte(path, rigid):
 
 
 @pytest.mark.skipif(not REAL, reason="no programs of other people here")
-def test_only_five_kinds_of_refusal_meet_real_programs(hot):
+def test_only_five_kinds_of_refusal_meet_real_programs(hot, warm):
     """Each of the 88 is corrected, passed through, or refused because a frame is not known."""
     without, refusals = 0, []
     for path in REAL:
         try:
-            corrected(path.read_bytes(), hot, MANY)
+            warm(path)
         except CompgenError as refused:
             refusals.append(str(refused))
         try:
@@ -87,9 +95,9 @@ def test_only_five_kinds_of_refusal_meet_real_programs(hot):
 
 
 @pytest.mark.parametrize("path", [*GOLDEN, *REAL], ids=lambda p: p.name)
-def test_a_warm_robot_changes_only_numbers_of_intended_positions(path, hot):
+def test_a_warm_robot_changes_only_numbers_of_intended_positions(path, warm):
     data = path.read_bytes()
-    result = corrected(data, hot, MANY)
+    result = warm(path)
     free = set(result.plan.poses.number[result.shared.changed].tolist())
     assert masked(result.text, free) == masked(data, free)
     before, after = naive_ls.read(data), naive_ls.read(result.text)
