@@ -222,22 +222,31 @@ def test_a_million_waypoints_that_leave_the_robot_half_way_are_refused_within_se
     assert not list(tmp_path.iterdir())
 
 
-def test_a_long_run_is_the_same_to_the_byte_for_any_workers_and_any_hash_seed(tmp_path):
-    for workers in (1, 3):
-        done = generate_in_shell(tmp_path / str(workers), *LONG, "--workers", str(workers), PYTHONHASHSEED=str(workers))
-        assert (done.returncode, without_compiler_note(done.stderr)) == (0, "")
-    one, other = ({p.name: p.read_bytes() for p in (tmp_path / str(w)).iterdir()} for w in (1, 3))
+def long_run(out, workers):
+    """A long run by some workers, with a hash seed of its own: its folder."""
+    done = generate_in_shell(out, *LONG, "--workers", str(workers), PYTHONHASHSEED=str(workers))
+    assert (done.returncode, without_compiler_note(done.stderr)) == (0, "")
+    return out
+
+
+@pytest.fixture(scope="module")
+def one_worker(tmp_path_factory):
+    return long_run(tmp_path_factory.mktemp("long") / "1", 1)
+
+
+def test_a_long_run_is_the_same_to_the_byte_for_any_workers_and_any_hash_seed(one_worker, tmp_path):
+    folders = (one_worker, long_run(tmp_path / "3", 3))
+    one, other = ({p.name: p.read_bytes() for p in folder.iterdir()} for folder in folders)
     assert len(one) > 10
     assert one == other
 
 
-def test_a_long_run_without_a_compiler_says_so_once_and_writes_the_same_program(tmp_path):
-    assert generate_in_shell(tmp_path / "with", *LONG).returncode == 0
+def test_a_long_run_without_a_compiler_says_so_once_and_writes_the_same_program(one_worker, tmp_path):
     for compiler, told in (("/bin/false", "the C compiler failed"), ("no-such-compiler", "no C compiler")):
         done = generate_in_shell(tmp_path / "without", *LONG, CC=compiler, XDG_CACHE_HOME=str(tmp_path / "cache"))
         assert done.returncode == 0
         assert re.fullmatch(f"cgen: note: {told}: numpy evaluates instead, .*\n", done.stderr)
-        for written in (tmp_path / "with").glob("*.LS"):
+        for written in one_worker.glob("*.LS"):
             one, other = written.read_bytes(), (tmp_path / "without" / written.name).read_bytes()
             differ = sum(a != b for a, b in zip(one.split(), other.split(), strict=True))
             assert differ <= 3, written.name  # a last printed digit
