@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import run as command
 from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
@@ -216,7 +217,7 @@ def test_a_journal_with_a_row_that_no_study_writes_is_refused(tmp_path, row):
 def test_killed_again_and_again_a_study_ends_with_the_same_table(tmp_path):
     """kill -9 once so many scenarios are on the disk; KILLS=20 in the environment for the whole proof."""
     arguments = ["whatif", "paths/line_y.toml", "--vary", "before.0.duration_h=0:6:24", "--workers", "2", "-q", "-o"]
-    assert compgen(*arguments, str(tmp_path / "whole")).returncode == 0
+    assert command(*arguments, str(tmp_path / "whole")).returncode == 0
     whole = {f.name: f.read_bytes() for f in (tmp_path / "whole").iterdir()}
     dice = random.Random(4)
     for n in range(int(os.environ.get("KILLS", "1"))):
@@ -224,7 +225,7 @@ def test_killed_again_and_again_a_study_ends_with_the_same_table(tmp_path):
         for lines in sorted(dice.sample(range(2, 20), 2)):  # the first names the study
             kept = _kill_when_journal_has([*arguments, str(folder)], folder / study_files.JOURNAL, lines)
             assert kept >= lines
-        assert compgen(*arguments, str(folder)).returncode == 0
+        assert command(*arguments, str(folder)).returncode == 0
         assert {f.name: f.read_bytes() for f in folder.iterdir()} == whole
 
 
@@ -404,7 +405,7 @@ def test_pages_and_tables_hold_what_was_found(study, rows, line):
 
 
 def test_the_command_says_its_answers_and_writes_them(tmp_path):
-    done = compgen(
+    done = command(
         "whatif", "paths/line_y.toml", "--vary", "warmup_h=1,2", "--ask", "steady", "-o", str(tmp_path / "o")
     )
     assert done.returncode == 0, done.stderr
@@ -418,7 +419,7 @@ def test_the_command_says_its_answers_and_writes_them(tmp_path):
     assert told["keys"] == ["before.0.duration_h"]
     small = ["--ask", "steady", "--within-um", "0"]
     for wrong, word in ((["--ask", "everything"], "unknown"), (["--no-live"], "nothing to study"), (small, "above 0")):
-        refused = compgen("whatif", "paths/line_y.toml", *wrong, "-o", str(tmp_path / "x"))
+        refused = command("whatif", "paths/line_y.toml", *wrong, "-o", str(tmp_path / "x"))
         assert refused.returncode == 2
         assert word in refused.stderr
         assert not (tmp_path / "x").exists()
