@@ -303,10 +303,19 @@ MOMENTS = [
 ]
 
 
+@pytest.fixture(scope="module")
+def slower(tmp_path_factory):
+    """Files of an earlier run."""
+    folder = tmp_path_factory.mktemp("slower")
+    feed = ("--set", "process.feed_mm_s=100")
+    assert run("generate", "paths/line_y.toml", "-q", "-o", folder, *feed).returncode == 0
+    return folder
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize("earlier", [False, True])
 @pytest.mark.parametrize("moment", MOMENTS, ids=lambda m: f"{m[0]}-{m[2]}")
-def test_a_killed_run_leaves_old_files_or_new_ones(tmp_path, moment, earlier, generated):
+def test_a_killed_run_leaves_old_files_or_new_ones(tmp_path, moment, earlier, generated, slower):
     """Beside other files, which are never moved: the program is whole, and what is there with it is of its own run."""
     target = tmp_path / "out"
     (target / "folder").mkdir(parents=True)
@@ -315,8 +324,7 @@ def test_a_killed_run_leaves_old_files_or_new_ones(tmp_path, moment, earlier, ge
         file.write_text(text)
     old = {}
     if earlier:
-        slower = ("--set", "process.feed_mm_s=100")
-        assert run("generate", "paths/line_y.toml", "-q", "-o", target, *slower).returncode == 0
+        shutil.copytree(slower, target, dirs_exist_ok=True)
         old = {name: (target / name).read_bytes() for name in OURS}
     killed = run_stopped(["generate", "paths/line_y.toml", "-q", "-o", target], moment, signal.SIGKILL)
     assert killed.returncode == -signal.SIGKILL
