@@ -147,9 +147,11 @@ def test_strokes_too_short_for_their_speed_are_told_to_be_logged_slower_and_are_
     """20 mm at 200 mm/s are 100 ms, half of what is smoothed over: the robot turns before it was there."""
     places = [(1000 + 20 * (k // 2 % 2 != k % 2), 3 * (k // 2), 100) for k in range(24)]
     run = places, 200, [True] + [False] * 22 + [True]
-    write(tmp_path, *driven(*run), program(*run))
+    time, place = driven(*run)
+    write(tmp_path, time, place, program(*run))
     refused(identify(tmp_path)[0], 2, "log.csv", "the robot travels 52 % less than the program", "at a lower override")
-    write(tmp_path, *driven(*run, override=0.3), program(*run))
+    time, place = driven(*run, override=0.3)
+    write(tmp_path, time, place, program(*run))
     assert identify(tmp_path)[0].returncode == 0
 
 

@@ -160,8 +160,9 @@ def test_a_file_of_somebody_is_not_taken_for_the_sarif_file(programs):
 
 def test_a_position_that_a_motion_uses_and_the_program_lacks_is_no_success(programs):
     text = (GOLDEN / "MOVES.LS").read_bytes()
-    begin, end = re.search(rb"(?m)^P\[\d+[^{\n]*\{", text).start(), text.index(b"};") + 2
-    name = re.match(rb"P\[(\d+)", text[begin:])[1].decode()
+    first = re.search(rb"(?m)^P\[(\d+)[^{\n]*\{", text)
+    assert first is not None
+    begin, end, name = first.start(), text.index(b"};") + 2, first[1].decode()
     bad = programs / "LACKS.LS"
     bad.write_bytes(text[:begin] + text[end:].lstrip())
     refused(run("inspect", "-q", bad), 1, f"P[{name}]: used but not defined; mend the program")

@@ -271,7 +271,7 @@ def test_what_all_sensors_err_by_moves_the_frame_of_a_warm_arm_and_not_of_a_cold
     assert np.allclose(with_half - with_none, (hotter - at) ** 2, atol=2.0)
     cold = [place_and_square(sensors_K, HOT / 20)[1] for sensors_K in (0, 0.5)]
     write_log(cell, truth.arm.nodes, HOT)
-    assert np.allclose(*cold, atol=1e-6)
+    assert np.allclose(cold[0], cold[1], atol=1e-6)
 
 
 def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, record):

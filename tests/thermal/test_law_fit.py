@@ -182,6 +182,9 @@ def test_air_that_grows_colder_cools_no_part():
     time = np.arange(0.0, 6 * HOUR + 1, 60.0)
     air = -5 * time / time[-1]
     log = logged(time, np.tile(air[:, None], (1, 5)))
-    assert falling_part(log) == ("j2", pytest.approx(5, abs=0.1))
+    fallen = falling_part(log)
+    assert fallen is not None
+    assert fallen[0] == "j2"
+    assert fallen[1] == pytest.approx(5, abs=0.1)
     assert falling_part(replace(log, air=air)) is None
     assert falling_part(logged(time, np.tile(0.7 * air[:, None], (1, 5)))) is None

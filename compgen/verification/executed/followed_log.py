@@ -24,7 +24,16 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.position_log import PositionLog
-from compgen.verification.executed.tracking import SAME_WAY, Projection, Track, fits, follow, project, rising, travelled_way
+from compgen.verification.executed.tracking import (
+    SAME_WAY,
+    Projection,
+    Track,
+    fits,
+    follow,
+    project,
+    rising,
+    travelled_way,
+)
 
 TURNED = 10 * DEG  # orientations that are farther off are of another unit or tool
 SHAPE_ROWS = 2000  # rows or marks that shapes are compared at
@@ -177,8 +186,8 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
     if track.share > WHOLLY and track.covered > max(WHOLLY * course.length, SAME_WAY[1] * way):
         shorter = 1 - way / track.covered
         raise InputError(
-            f"{source}: the robot travels {100 * shorter:.0f} % less than the program: its lines are too short for their "
-            "speed to be told apart; log the program at a lower override, or give the program that ran"
+            f"{source}: the robot travels {100 * shorter:.0f} % less than the program: its lines are too short for "
+            "their speed to be told apart; log the program at a lower override, or give the program that ran"
         )
     if track.share > WHOLLY:
         where = "its rows are on the path, and not in the order of the program"
