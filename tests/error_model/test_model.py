@@ -156,15 +156,3 @@ def test_stretched_arm_grows_by_the_sum_of_its_links(job):
     rise = state_after(job.heat, job.history.before)[None]
     assert_allclose(model.error(theta, rise, pose)[0, :3], [a2 + d4 + d6, 0, 0], atol=1e-12)
     assert (a2 + d4 + d6) / UM == pytest.approx(129.6, abs=0.1)
-
-
-def test_an_arm_keeps_a_model_for_its_sources_and_tool_and_for_no_others(job):
-    nodes, theta, rise = len(job.heat.names), np.zeros((1, 6)), np.full((1, len(job.heat.names)), 10.0)
-    bare = build_error_model(job.robot, job.sources, nodes, IDENTITY)
-    assert build_error_model(job.robot, list(job.sources), nodes, IDENTITY) is bare
-    long = build_error_model(job.robot, job.sources, nodes, Pose(np.array([0, 0, 0.1]), np.eye(3)))
-    faultless = build_error_model(job.robot, (), nodes, IDENTITY)
-    apart = long.nominal_pose(theta).position - bare.nominal_pose(theta).position
-    assert np.linalg.norm(apart) == pytest.approx(0.1)
-    assert_allclose(faultless.actual_pose(theta, rise).position, bare.nominal_pose(theta).position, atol=1e-12)
-    assert np.linalg.norm(bare.actual_pose(theta, rise).position - bare.nominal_pose(theta).position) > 10 * UM
