@@ -83,7 +83,8 @@ class ProgramCourse:
     def spreads(self, robot: Robot) -> Array:
         """How far the arm is spread at most on each way's motion, (N - 1,) [m2]; NaN where joints are not known."""
         node, widest = arm_spread(robot, self.theta), np.zeros(int(self.statement[-1]) + 1)
-        np.maximum.at(widest, self.statement, np.maximum(node[:-1], node[1:]))
+        with np.errstate(invalid="ignore"):
+            np.maximum.at(widest, self.statement, np.maximum(node[:-1], node[1:]))
         return np.asarray(SAME_SPREAD * np.round(widest / SAME_SPREAD))[self.statement]
 
     def place(self, arc: Array) -> Array:
