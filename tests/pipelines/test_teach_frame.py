@@ -338,3 +338,25 @@ def moved_onto(a, b):
     u, _, v = np.linalg.svd((a - middle).T @ (b - other))
     turn = v.T @ np.diag([1, 1, np.linalg.det(v.T @ u.T)]) @ u.T
     return (a - middle) @ turn.T + other
+
+
+def test_what_the_model_of_warmth_misses_is_a_share_of_what_warmth_moves_the_part_by(cell, truth):
+    """sigma^2 grows by (kappa w)^2, w how far the middle moves between a warm log and a cold one."""
+
+    def place_and_square(percent, rises):
+        write_log(cell, truth.arm.nodes, rises)
+        share = f"thermal_missing_percent = {percent}"
+        text, count = re.subn("thermal_missing_percent = .*", share, (cell / "mine.toml").read_text())
+        assert count == 1
+        (cell / "known.toml").write_text(text)
+        record = taught(cell, robot="known.toml", name="by_known.toml")
+        middle = np.array(record["middle_mm"]) - flange_of_touches(cell / "by_known.toml") @ record["probe_mm"]
+        return middle * MM / UM, np.array(record["sigma_um"]) ** 2
+
+    warm, with_none = place_and_square(0, HOT)
+    _, with_share = place_and_square(20, HOT)
+    cold, _ = place_and_square(0, 0 * HOT)
+    write_log(cell, truth.arm.nodes, HOT)
+    w = np.linalg.norm(warm - cold)
+    assert w > 50  # um
+    assert np.allclose(np.sqrt(with_share - with_none), 0.2 * w, rtol=0.1)
