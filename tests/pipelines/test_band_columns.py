@@ -158,6 +158,18 @@ def test_fit_noise_and_repeatability_are_rows_of_the_band_by_hand_and_scaled(pla
     assert budget == pytest.approx({"repeatability": 11, "fit noise": 7}, rel=1e-5)
 
 
+def test_what_a_taught_frame_parts_grows_with_what_blocks_asked_for_as_the_band_does():
+    program = program_of("robot.sources.joint_zeros.sigma.offset_mdeg=[0, 5, 5, 0, 0, 0]")
+    bands = []
+    for scale in (1.0, 1.2):
+        cell = replace(program.job.cell, fit=FitLimits(scale=scale))
+        bands.append(band_along(replace(program, job=replace(program.job, cell=cell))))
+    parted = np.array([band.parted for band in bands])
+    assert parted.min() > 1 * UM
+    assert_allclose(parted[1], 1.2 * parted[0], rtol=1e-9)
+    assert_allclose(bands[1].largest, 1.2 * bands[0].largest, rtol=1e-9)
+
+
 def test_the_second_moment_is_positive_and_alike_in_both_frames(plain):
     band = band_along(plain, WINDOW)
     xx, xy, xz, yy, yz, zz = band.moment.T
