@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
 from compgen.core.pose import Pose
-from compgen.core.units import DEG, UM
+from compgen.core.units import DEG, MDEG, UM
+from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.uncertain_sources import combined
 from compgen.job.uncertainty import changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job
@@ -152,6 +153,26 @@ def test_a_frame_taught_through_another_robot_file_takes_up_nothing(jobs):
     moves = [q.cause.parameters.any() for q in quantities_of(other).quantities if q.name == "thermocouples"]
     assert moves == [False]
     assert [q.cause.parameters.any() for q in quantities_of(taught).quantities if q.name == "thermocouples"] == [True]
+
+
+def test_a_frame_takes_up_of_identified_numbers_what_it_takes_up_of_the_same_numbers_alone(jobs):
+    """Four zeros by a posterior without correlation are the four zeros of the file: on the part they leave the same."""
+    _, taught, _, _ = jobs
+    zeros = tuple(KnownParameter("joint_zeros", "offset", (i,), "offset_mdeg", MDEG) for i in (1, 2, 3, 4))
+    posterior = ParameterPosterior(zeros, np.zeros(4), np.diag(np.array([1, 1, 2, 2]) * MDEG) ** 2)
+    together = replace(taught, cell=replace(taught.cell, posterior=posterior))
+
+    def left(job, is_one):
+        program = driven(job)
+        uncertainty = uncertainty_of(program)
+        column = columns_along(program, uncertainty, np.arange(0, len(program.time), 40)).column
+        own = column[:, :, [is_one(q) for q in uncertainty.quantities]]
+        return own.shape[2], np.einsum("miq,mjq->mij", own, own)
+
+    alone = left(taught, lambda q: q.name.startswith("joint_zeros"))
+    by_posterior = left(together, lambda q: q.source == "identified parameters")
+    assert alone[0] == by_posterior[0] == 4
+    assert_allclose(by_posterior[1], alone[1], rtol=1e-6, atol=1e-6 * np.abs(alone[1]).max())
 
 
 def test_untaught_the_band_of_an_identified_robot_is_parted_in_two(jobs):
