@@ -360,3 +360,22 @@ def test_what_the_model_of_warmth_misses_is_a_share_of_what_warmth_moves_the_par
     w = np.linalg.norm(warm - cold)
     assert w > 50  # um
     assert np.allclose(np.sqrt(with_share - with_none), 0.2 * w, rtol=0.1)
+
+
+def test_a_node_that_no_sensor_reads_leaves_the_frame_open_by_what_it_may_be_off(cell, truth):
+    """Half of its rise, told from the others, moves the part by ten times what 5 % of it does; and its lag adds."""
+
+    def place_and_square(names, rises):
+        write_log(cell, names, rises)
+        record = taught(cell, name="by_known.toml")
+        middle = np.array(record["middle_mm"]) - flange_of_touches(cell / "by_known.toml") @ record["probe_mm"]
+        return middle * MM / UM, np.array(record["sigma_um"]) ** 2, record
+
+    names, read = list(truth.arm.nodes), np.arange(len(HOT)) != 1
+    at, known, _ = place_and_square(names, HOT)
+    hotter, _, _ = place_and_square(names, HOT * np.where(read, 1.0, 1.05))
+    _, unread, record = place_and_square([n for n, r in zip(names, read, strict=True) if r], HOT[read])
+    write_log(cell, names, HOT)
+    moved = 10 * (hotter - at) * record["rise_K"]["link1"] / HOT[1]
+    k = np.argmax(np.abs(moved))
+    assert (unread - known)[k] > 0.9 * moved[k] ** 2  # 1.1; of the height alone 0.83
