@@ -359,6 +359,21 @@ def test_a_forecast_is_left_only_where_the_touches_agree_with_it(change, verdict
     assert verdict_of(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)[0] == verdict
 
 
+def test_a_state_that_is_left_is_as_open_as_touches_lie_farther_off_than_it_allows(days):
+    """Touches too coarse to tell, and off by more than they say: the forecast's covariance counts chi^2 / R times."""
+    day, rng, open_by = days(1), np.random.default_rng(3), []
+    for size in (2e-4, 1.5e-4):  # rad, of each joint
+        theta = day.touches.theta + rng.normal(0, size, day.touches.theta.shape)
+        result = anchored(
+            replace(day, touches=replace(day.touches, theta=theta, sigma=0 * day.touches.sigma + 200 * UM))
+        )
+        assert result.verdict == "leave it"
+        open_by.append((result.as_forecast.chi2 / len(result.innovation.y), result.state.covariance))
+    (far, wide), (near, narrow) = open_by
+    assert far > 1.5 * near > 1.5
+    assert_allclose(wide, far / near * narrow, rtol=1e-6, atol=1e-9 * np.abs(wide).max())
+
+
 def test_what_a_robot_file_marks_as_drifting_is_found(tmp_path):
     drifting = 'robot.anchor={drifting={"joint_zeros.offset_mdeg[1]"=5}}'
     drifted = drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting))
