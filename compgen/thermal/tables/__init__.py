@@ -2,14 +2,8 @@
 
 from compgen.thermal.tables.day import ambient_of, log_of, shifts_of, steps_of
 from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words, start_of
-from compgen.thermal.tables.model import (
-    check_materials,
-    growth_of,
-    network_of,
-    node_model_of,
-    profiles_of,
-    uncertainty_of,
-)
+from compgen.thermal.tables.model import check_materials, growth_of, network_of, node_model_of, profiles_of
+from compgen.thermal.tables.uncertainty import uncertainty_of
 
 __all__ = [
     "ambient_of",
