@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.toml import read_toml
-from compgen.thermal.tables.model import MATERIALS
+from compgen.thermal.tables.materials import MATERIALS
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 sys.path.insert(0, str(ROBOTS))

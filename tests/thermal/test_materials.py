@@ -8,7 +8,7 @@ from shipped import ROOT, path_file
 from compgen.core.exceptions import InputError
 from compgen.core.toml import read_toml
 from compgen.pipelines.files.path_file import load_job
-from compgen.thermal.tables.model import MATERIALS
+from compgen.thermal.tables.materials import MATERIALS
 
 NETWORK = read_toml(ROOT / "robots" / "m710ic50.toml", "robots")["thermal"]["network"]
 BODIES = {body["name"]: (i, body) for i, body in enumerate(NETWORK["body"])}

@@ -2,7 +2,8 @@
 
 from compgen.thermal.tables.day import ambient_of, log_of, shifts_of, steps_of
 from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words, start_of
-from compgen.thermal.tables.model import check_materials, growth_of, network_of, node_model_of, profiles_of
+from compgen.thermal.tables.materials import check_materials
+from compgen.thermal.tables.model import growth_of, network_of, node_model_of, profiles_of
 from compgen.thermal.tables.uncertainty import uncertainty_of
 
 __all__ = [
