@@ -13,8 +13,9 @@ from compgen import fanuc as ls
 from compgen.core.exceptions import CompgenError, ImpossibleError, InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.modal_state import read_modal_state
+from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.join_check import called_programs, check_join
-from compgen.fanuc.paging.plan import page_names, program_size
+from compgen.fanuc.paging.plan import page_names
 from compgen.fanuc.paging.split import line_count, split_program
 from compgen.program.pages import Capacity, JoinError
 

@@ -27,7 +27,8 @@ from compgen.fanuc.listing.languages import in_german, is_german
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.paging.plan import USUAL_MOTION, PageRange, allocate_pages, page_positions, plan_pages
+from compgen.fanuc.paging.capacity import USUAL_MOTION
+from compgen.fanuc.paging.plan import PageRange, allocate_pages, page_positions, plan_pages
 from compgen.fanuc.vocabulary import SPEED_NEEDS_LENGTH
 from compgen.program.page_stops import FRAME_LINES
 from compgen.program.pages import (

@@ -14,7 +14,7 @@ from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.inspection import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
-from compgen.fanuc.paging.plan import program_size
+from compgen.fanuc.paging.capacity import program_size
 from compgen.job.bounds import Bounds
 from compgen.job.part_frame import frame_findings
 from compgen.pipelines.correct.result import Correction

@@ -17,8 +17,8 @@ from compgen.core.version import __version__
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis.watermark import carries_mark
 from compgen.fanuc.editing.insertion import marking_remark
+from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.join_check import check_join, check_manifest
-from compgen.fanuc.paging.plan import program_size
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.correct.program_file import provenance_beside
 from compgen.program.page_stops import controller_capacity
