@@ -28,7 +28,7 @@ from compgen.identification.pose_files import (
     words_or,
 )
 from compgen.identification.tables import ArtefactFile
-from compgen.program.digits import parse_config
+from compgen.program.configuration import parse_config
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot

@@ -1,11 +1,5 @@
-"""What the digits of a program say: poses in mm and degrees, of three decimals or up to six, and speeds.
+"""What the digits of a program say: poses in mm and degrees, of three decimals or up to six, and speeds."""
 
-CONFIG of a Cartesian position as text: three letters for the posture, three numbers for the turns of three joints.
-
-CONFIG : 'N U T, 0, 0, 0'         wrist No flip / Flip, elbow Up / Down, arm fronT / Back; turns (``robot/turns.py``)
-"""
-
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -20,10 +14,6 @@ from compgen.core.unique_rows import unique_rows
 from compgen.core.units import DEG, MM
 from compgen.program.program import Program
 from compgen.program.speeds import writable_speed
-from compgen.robot.inverse_kinematics import Posture
-
-#: The text between the quotes: wrist, elbow, arm, and the three turns where they are given.
-CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4}))?\s*$")
 
 
 def pose_units(position: Array, angles: tuple[Array, Array, Array], rows: slice, decimals: int) -> IntArray:
@@ -114,17 +104,3 @@ def as_written(program: Program, printed: Pose | None = None) -> Program:
     rows, which = unique_rows(program.speed)
     speeds = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=printed.position, rotation=printed.rotation, speed=frozen(speeds[which]))
-
-
-def parse_config(text: str) -> tuple[Posture | None, tuple[int, ...]]:
-    """Posture and turns of CONFIG's text; no posture and no turns where it names none of this arm."""
-    match = CONFIG.match(text)
-    if match is None:
-        return None, (0, 0, 0)
-    wrist, elbow, arm, *turns = match.groups()
-    return Posture(arm == "T", elbow == "U", wrist == "F"), tuple(int(turn or 0) for turn in turns)
-
-
-def config_letters(posture: Posture) -> str:
-    """CONFIG's letters: wrist, elbow, arm."""
-    return f"{'F' if posture.flip else 'N'} {'U' if posture.up else 'D'} {'T' if posture.front else 'B'}"

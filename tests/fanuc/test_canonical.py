@@ -16,7 +16,8 @@ from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical import reader
 from compgen.pipelines.files.program_course import course_of_text
-from compgen.program.digits import config_letters, pose_numbers, printed_poses
+from compgen.program.configuration import config_letters
+from compgen.program.digits import pose_numbers, printed_poses
 from compgen.program.frames import default_frames
 from compgen.program.program import Program, program_name
 from compgen.program.speeds import parse_speed, speed_text

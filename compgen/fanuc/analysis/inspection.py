@@ -27,7 +27,7 @@ from compgen.fanuc.analysis.watermark import mark_of
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
-from compgen.program.digits import CONFIG
+from compgen.program.configuration import CONFIG
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register

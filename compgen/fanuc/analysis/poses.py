@@ -25,7 +25,7 @@ from compgen.fanuc.analysis.placements import Placements, placed_poses
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, J1, NO_NUMBER
 from compgen.fanuc.listing.positions import units
-from compgen.program.digits import parse_config
+from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, Positions
 from compgen.program.extended_axes import NAMES, ExtendedAxis
 from compgen.program.frames import Frames

@@ -10,7 +10,8 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.unique_rows import unique_rows
 from compgen.fanuc.canonical.layout import Frame, check_circles, motions, positions
-from compgen.program.digits import config_letters, pose_units
+from compgen.program.configuration import config_letters
+from compgen.program.digits import pose_units
 from compgen.program.program import REMARK_LENGTH, Program
 from compgen.program.speeds import speed_text
 from compgen.robot.inverse_kinematics import Posture

@@ -13,7 +13,7 @@ from compgen.fanuc.analysis.placements import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.watermark import decimals_of
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.program.digits import CONFIG
+from compgen.program.configuration import CONFIG
 from compgen.program.driven import NONE
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns

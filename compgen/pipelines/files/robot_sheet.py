@@ -16,7 +16,8 @@ from compgen.core.toml import suggest
 from compgen.core.units import DEG, UM
 from compgen.error_model.rigid_chain import RigidChain, rigid_chain
 from compgen.pipelines.files.robot_file import Arm, load_arm
-from compgen.program.digits import config_letters, pose_numbers
+from compgen.program.configuration import config_letters
+from compgen.program.digits import pose_numbers
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.kinematics import flange_pose, frames_at_zero, joint_places
 from compgen.robot.robot import Robot
