@@ -17,17 +17,9 @@ from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.unique_rows import hash_rows, unique_keys
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.layout import (
-    MARK,
-    MARK_BACK,
-    Frame,
-    check_circles,
-    motion_tail,
-    motions,
-    position_config,
-    positions,
-)
+from compgen.fanuc.canonical.layout import MARK, MARK_BACK, Frame, motion_tail, motions, position_config, positions
 from compgen.fanuc.canonical.writer import acc_text
+from compgen.fanuc.circular import check_circles
 from compgen.fanuc.listing.listing import LsProgram, loads, statement_texts
 from compgen.fanuc.listing.templates import windows
 from compgen.fanuc.motion_options import ACC_OR_NOTHING

@@ -9,7 +9,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.unique_rows import unique_rows
-from compgen.fanuc.canonical.layout import Frame, check_circles, motions, positions
+from compgen.fanuc.canonical.layout import Frame, motions, positions
+from compgen.fanuc.circular import check_circles
 from compgen.program.configuration import config_letters
 from compgen.program.digits import pose_units
 from compgen.program.program import REMARK_LENGTH, Program
