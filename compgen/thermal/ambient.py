@@ -6,8 +6,6 @@ The air's rise above the reference temperature is a line from knot to knot plus 
 
 and a mode that follows it, dz/dt = rate (u - z), z(t_0) = 0, is solved exactly: on a straight piece c + s (t - t_a) the
 particular solution is c + s (t - t_a) - s / rate, for the wave a Re[H exp(i w (t - t_peak))], H = rate / (rate + i w).
-
-First-order modes, one by one: dz/dt = rate (goal - z).
 """
 
 from dataclasses import dataclass
@@ -113,18 +111,3 @@ def _on_ramp(rate: Array, level: float, slope: float, offset: Array, elapsed: Ar
 def still_air() -> Ambient:
     """Air that stays at the reference temperature."""
     return Ambient(np.zeros(1), np.zeros(1))
-
-
-def advance(rate: Array, state: Array, goal: Array | float, time: Array | float) -> Array:
-    """goal + (z - goal) exp(-rate t): modes that go towards a goal which stands.
-
-    Args:
-        rate: (S,) [1/s].
-        state: z, (S,) or a row for each time.
-        goal: (S,) or a row for each time.
-        time: t, (...,) [s].
-
-    Returns:
-        (..., S); of one time (S,).
-    """
-    return np.asarray(goal + (state - goal) * np.exp(-np.asarray(time)[..., None] * rate))

@@ -20,8 +20,9 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
-from compgen.thermal.ambient import Ambient, advance
+from compgen.thermal.ambient import Ambient
 from compgen.thermal.model import ArmHeat
+from compgen.thermal.modes import advance
 
 BLOCKS = 24  # within the log
 EARLIER = 4 * HOUR  # length of the block just before it

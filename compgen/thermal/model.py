@@ -15,8 +15,8 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR, MM
-from compgen.thermal.ambient import advance
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
+from compgen.thermal.modes import advance
 from compgen.thermal.node_model import HeatSources, MeasuredBox, NodeModel
 
 
