@@ -21,18 +21,8 @@ import casadi as ca
 import numpy as np
 
 from compgen.compensation.limits import active_limits, find_violations, influence_length
-from compgen.compensation.problem import (
-    MIN_SEGMENT,
-    NEAR_EDGE,
-    Joints,
-    Optimum,
-    Problem,
-    Settings,
-    Solution,
-    Status,
-    component_weights,
-    waypoint_lengths,
-)
+from compgen.compensation.problem import NEAR_EDGE, Joints, Optimum, Problem, Settings, Solution, Status
+from compgen.compensation.smoothness import MIN_SEGMENT, component_weights, waypoint_lengths
 from compgen.core import interrupts
 from compgen.core.arrays import Array, BoolArray, frozen, norm
 from compgen.core.units import UM

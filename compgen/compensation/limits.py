@@ -21,17 +21,8 @@ from compgen.compensation import interior_point
 from compgen.compensation.banded_matrix import transposed_times
 from compgen.compensation.constraints import Balls, Box, Changes, Constraint, Rows
 from compgen.compensation.interior_point import LocalProgram
-from compgen.compensation.problem import (
-    NEAR_EDGE,
-    Joints,
-    Optimum,
-    Problem,
-    Settings,
-    Status,
-    component_weights,
-    smoothing_matrix,
-    waypoint_lengths,
-)
+from compgen.compensation.problem import NEAR_EDGE, Joints, Optimum, Problem, Settings, Status
+from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm
 from compgen.core.units import UM
 

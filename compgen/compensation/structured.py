@@ -14,17 +14,8 @@ import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from compgen.compensation.limits import MAX_WINDOW, WINDOW, enforce_limits, find_violations
-from compgen.compensation.problem import (
-    Joints,
-    Problem,
-    Residual,
-    Settings,
-    Solution,
-    Status,
-    component_weights,
-    smoothing_matrix,
-    waypoint_lengths,
-)
+from compgen.compensation.problem import Joints, Problem, Residual, Settings, Solution, Status
+from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.core.arrays import Array, frozen
 
 STEP_TOLERANCE = 1e-11  # m, and rad times lever; what is left is a thousandth of it

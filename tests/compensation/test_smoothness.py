@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import solveh_banded
 
-from compgen.compensation.problem import Settings, smoothing_matrix, waypoint_lengths
+from compgen.compensation.problem import Settings
+from compgen.compensation.smoothness import smoothing_matrix, waypoint_lengths
 
 
 @pytest.mark.parametrize(("period", "passed"), [(5e-3, 0.06), (10e-3, 0.5), (40e-3, 0.99)])
