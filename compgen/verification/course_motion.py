@@ -50,12 +50,12 @@ def _effect(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> Mo
     clock = course.counted_clock() if robot.controller.rounds_up_to_period else course.cruise
     off, along, worst, where = np.zeros(len(course.judged)), 0.0, 0.0, 0.0
     stops, statement = np.flatnonzero(course.stop), np.bincount(course.statement, np.diff(clock))
-    worst_motion = motion
+    worst_motion, spread = motion, np.nan_to_num(course.spreads(robot), nan=motion.reach_at)
     for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
         if not (course.judged[a:b].all() and motion.is_smooth):
             continue
         own = motion.in_run(float(statement[course.statement[a]]))
-        led = _led(course, robot, own, clock, slice(a, b + 1))
+        led = _led(course, robot, own, clock, slice(a, b + 1), spread)
         np.maximum.at(off, course.way(led.way), led.across)
         along = max(along, float(led.along.max()))
         if led.across.max() > worst:
@@ -80,9 +80,10 @@ def _largest(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> f
     return _effect(course, robot, motion).largest
 
 
-def _led(course: ProgramCourse, robot: Robot, motion: ControllerMotion, clock: Array, run: slice) -> _Led:
+def _led(
+    course: ProgramCourse, robot: Robot, motion: ControllerMotion, clock: Array, run: slice, spread: Array
+) -> _Led:
     """The nodes of one run, commanded and smoothed; behind the last it rests until all has settled."""
-    spread = np.nan_to_num(course.spreads(robot), nan=motion.reach_at)
     before = spread[np.maximum(np.arange(run.start, run.stop) - 1, 0)]
     wait = corner_wait(replace(robot, motion=motion), np.where(course.stop[run], 1.0, course.kept[run]), before)
     arrive = clock[run] - clock[run.start] + np.cumsum(wait) - wait

@@ -94,14 +94,15 @@ def test_a_way_between_two_configurations_is_said(form, home, end, move, line):
     data = program([GO, move], [at(1, home), form(2, end), at(3, home)])
     read = fanuc.loads(data)
     poses = ProgramContext(MANY).poses(read, load_robot("m710ic50"))
-    said = [
+    arriving = [
         (u.line - 3, u.reason)
         for u in contradictions(read, read_traversal(read, poses, None))
         if "the arm comes as" in u.reason
     ]
-    assert [n for n, _ in said] == ([] if line is None else [line]), said
+    assert [n for n, _ in arriving] == ([] if line is None else [line]), arriving
     assert all(
-        reason.startswith(f"P[2] is {config(end)[:5]}, and the arm comes as {config(home)[:5]}: ") for _, reason in said
+        reason.startswith(f"P[2] is {config(end)[:5]}, and the arm comes as {config(home)[:5]}: ")
+        for _, reason in arriving
     )
 
 

@@ -107,10 +107,10 @@ def windows_of(run: ExecutedRun, robot: Robot) -> list[Window]:
     every = max(1, total // ROWS)
     lasts = sum(s.last - s.first for s in spans)
     length = float(np.clip(lasts / BLOCKS, SHORTEST_BLOCK, BLOCK))
-    posture, weight = _posture(course, robot), _weight_along(run)
+    posture, weight, spread = _posture(course, robot), _weight_along(run), np.nan_to_num(course.spreads(robot))
     windows, block = list[Window](), 0
     for span in spans:
-        window = _window(run, robot, span, every, posture, weight)
+        window = _window(run, robot, span, every, posture, weight, spread)
         if window is not None:
             since = np.floor((window.shown - window.shown[0]) / length).astype(np.int64)
             windows.append(replace(window, block=block + since))
@@ -190,14 +190,13 @@ def _posture(course: ProgramCourse, robot: Robot) -> int | None:
 
 
 def _window(
-    run: ExecutedRun, robot: Robot, span: _Span, every: int, posture: int | None, weight: float
+    run: ExecutedRun, robot: Robot, span: _Span, every: int, posture: int | None, weight: float, spread: Array
 ) -> Window | None:
     course, deviation, clock = run.course, run.deviation, run.clock.clock
     a, b = span.stops
     duration = float(clock[b] - clock[a]) / span.rate
     time = np.arange(max(span.first - MEMORY, 0.0), span.last + BEYOND, robot.controller.period / PARTS)
     arc = np.interp(clock[a] + span.rate * np.clip(time, 0.0, duration), clock, course.arc)
-    spread = np.nan_to_num(course.spreads(robot))
     rest = max(AT_REST, 3 * deviation.noise)
     low, high = max(span.low, course.arc[a] + rest), min(span.high, course.arc[b] - rest)
     rows = np.flatnonzero((deviation.arc > low) & (deviation.arc < high) & deviation.judged)[::every]
