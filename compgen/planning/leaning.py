@@ -8,8 +8,9 @@ way, the tool's axis out of the part is
 and the tool is turned there from n on the shortest way. In the axes of a tool that stands on the surface that is the
 Gibbs vector g = (a f_y - b f_x, -a f_x - b f_y, 0) / (1 + sqrt(1 + a^2 + b^2)), with a and b the two tangents.
 
-Where the robot stops and the way turns, the tool would have to turn where it stands: on the part that is refused. Off
-it the tool turns evenly on the way from where one stretch on the part ends to where the next begins.
+Where the way turns sharply, with a stop or without, the tool would have to turn on the spot: on the part that is
+refused. Off it, and along the normal, the tool turns evenly from where one stretch on the part ends to where the next
+begins.
 """
 
 from dataclasses import replace
@@ -26,7 +27,7 @@ NODES = np.linspace(0.0, 1.0, 4)  # of a cubic
 CUBIC = np.linalg.inv(np.vander(NODES, increasing=True))  # its coefficients from its values there
 TURN = 3 * DEG  # of the way in a piece at most: the cubic is then within 4e-9 of g
 SAMPLES = np.linspace(0.0, 1.0, 9)  # of a piece, where it is looked at
-SAME = 1e-6  # of Gibbs vectors at a stop
+SAME = 1e-6  # of Gibbs vectors at a corner
 ALONG = 1e-6  # of the direction of travel in the surface, below which it is the normal
 
 
@@ -34,12 +35,12 @@ def leaned(path: ExactPath, lead: float, lean: float) -> PiecewiseCurve:
     """The curve of a path with the tool leaning by two angles [rad].
 
     Raises:
-        InputError: The path goes along the normal, or turns at a stop, on the part; begins with "process.lead_deg".
+        InputError: The path goes along the normal, or turns sharply on the part; begins with "process.lead_deg".
     """
     slopes = np.tan([lead, lean])
-    resting = _off_the_part(path)
     g = _gibbs(path, SAMPLES, slopes)
-    if np.isnan(g[~resting]).any():
+    resting = _off_the_part(path) | np.isnan(g).any(axis=(1, 2))
+    if resting.all():
         raise InputError("process.lead_deg: the path goes along the surface's normal; remove it, and process.lean_deg")
     g[resting] = _between(path, g, resting)
     _refuse_turns(path, g)
@@ -71,7 +72,7 @@ def _off_the_part(path: ExactPath) -> BoolArray:
     """The pieces of each way from stop to stop that is nowhere on the part, (K,); none where the whole path is not."""
     curve, K = path.curve, len(path.curve.poly)
     piece, t = np.repeat(np.arange(K), len(SAMPLES) - 2), np.tile(SAMPLES[1:-1], K)
-    touches = path.boundary.contains(curve.derivatives(piece, t)[0]) & (curve.height(piece, t)[0] <= 0)
+    touches = path.boundary.contains(curve.derivatives(piece, t)[0])
     way: IntArray = np.cumsum(np.append(False, curve.stop[:-1]))
     on = np.bincount(way, weights=curve.working & touches.reshape(K, -1).any(axis=1)) > 0
     return np.asarray(~on[way] & on.any())
@@ -94,11 +95,12 @@ def _between(path: ExactPath, g: Array, resting: BoolArray) -> Array:
 
 
 def _refuse_turns(path: ExactPath, g: Array) -> None:
-    """Refuse a stop at which the tool would have to turn on the spot."""
+    """Refuse a corner at which the tool would have to turn on the spot."""
     jumps = np.flatnonzero(row_norms(g[1:, 0] - g[:-1, -1]) > SAME)
     if len(jumps):
         x, y = path.curve.place_and_tilt(int(jumps[0]), 1.0)[0][:2] / MM
         raise InputError(
-            f"process.lead_deg: the path stops and turns on the part, {x:.4g}, {y:.4g} mm from its middle, where the "
-            "tool would turn on the spot; take path.turn = 'smooth', or another pattern"
+            f"process.lead_deg: the path turns sharply on the part, {x:.4g}, {y:.4g} mm from its middle, where the "
+            "tool would turn on the spot; take path.turn = 'smooth', or for points of your own path.through = "
+            "'tolerance' and path.corner_deg = 180"
         )

@@ -252,7 +252,7 @@ def leaning_pattern(table: ProcessTable, path: ExactPath, file: str) -> Piecewis
 
 
 def refuse_leaning(table: ProcessTable, file: str) -> None:
-    """Refuse angles for points of the user's own."""
+    """Refuse angles for points whose file says how the tool stands."""
     if table.lead_deg or table.lean_deg:
         raise InputError(f"{file}: process.lead_deg: your own points say how the tool stands; put it into them")
 

@@ -23,11 +23,24 @@ PATTERNS = {
     "smooth": 'pattern = "raster"\nstepover_mm = 50\nturn = "smooth"\n' + PLACE + ROUND,
     "crossed": 'pattern = "raster"\nstepover_mm = 50\nsweeps = "one way"\ncross_hatch = true\n' + PLACE + ROUND,
     "spiral on a sphere": 'pattern = "spiral"\nstepover_mm = 50\ndiameter_mm = 300\n' + PLACE + SPHERE,
+    "own points": 'pattern = "points"\nfile = "own.csv"\n' + PLACE,
+    "own corners": 'pattern = "points"\nfile = "corner.csv"\nthrough = "lines"\ntolerance_um = 50\n' + PLACE,
+    "own G-code": 'pattern = "gcode"\nfile = "own.nc"\n' + PLACE,
+    "own points on a sphere": 'pattern = "points"\nfile = "own.csv"\ntolerance_mdeg = 0.01\n' + PLACE + SPHERE,
     "raster on a sphere": 'pattern = "raster"\nstepover_mm = 50\nangle_deg = 20\ndiameter_mm = 300\n' + PLACE + SPHERE,
+}
+
+WAVE = [(x, 60 * np.sin(x / 40), 3 * np.cos(x / 60)) for x in range(-150, 151, 5)]
+OWN = {
+    "own.csv": "x_mm,y_mm,z_mm\n" + "".join(f"{x},{y:.6f},{z:.6f}\n" for x, y, z in WAVE),
+    "corner.csv": "x_mm,y_mm,z_mm\n-50,0,0\n50,0,0\n50,100,2\n",
+    "own.nc": "G0 X-150 Y0 Z10\nG1 Z0\nG1 X0 Y0\nG3 X100 Y100 I0 J100\nG1 Y200\nG2 X150 Y250 I50 J0\nG0 Z10\n",
 }
 
 
 def job_of(folder, path, process="", more=""):
+    for name, text in OWN.items():
+        (folder / name).write_text(text)
     file = folder / "part.toml"
     file.write_text(
         f"[path]\n{path}[process]\nfeed_mm_s = 100\n{process}\n"
@@ -53,8 +66,7 @@ def looked_at(path):
     piece, t, h = np.repeat(np.arange(K), 7), np.tile(np.linspace(0.05, 0.95, 7), K), 1e-5
     pose, there = path.pose(piece, t)
     way = path.pose(piece, t + h)[0].position - path.pose(piece, t - h)[0].position
-    down = path.curve.height(piece, t)[0] <= 0
-    return pose, way / np.linalg.norm(way, axis=1)[:, None], there & path.curve.working[piece] & down
+    return pose, way / np.linalg.norm(way, axis=1)[:, None], there & path.curve.working[piece]
 
 
 @pytest.mark.parametrize("name", PATTERNS)
@@ -65,15 +77,22 @@ def test_the_axis_leans_as_it_is_defined(tmp_path, name, lead, lean):
     normal = np.tile([0.0, 0.0, 1.0], (len(feed), 1))
     if "sphere" in name:  # normals go through its centre, over the middle of the pattern by its own tilt there
         upright = exact(job_of(tmp_path, PATTERNS[name]))
-        first = upright.pose(np.array([0]), np.array([0.5]))[0]
-        centre = first.position[0] - RADIUS * first.rotation[0][:, 2]
-        normal = (centre - pose.position) / RADIUS
-        assert_allclose(np.linalg.norm(normal, axis=1)[contact], 1.0, atol=1e-9)
-    want = axis_of(normal, feed, lead, lean)
+        ends = upright.pose(np.array([0, len(upright.curve.poly) - 1]), np.array([0.5, 0.5]))[0]
+        along = -ends.rotation[:, :, 2]
+        height = np.linalg.lstsq(np.transpose(along * [[1], [-1]]), ends.position[1] - ends.position[0])[0]
+        centre = ends.position[0] + height[0] * along[0]
+        normal = centre - pose.position
+        distance = np.linalg.norm(normal, axis=1)[:, None]
+        if "own" not in name:
+            assert_allclose(distance[contact], RADIUS, atol=1e-8)
+        normal /= distance
     assert contact.any()
-    off = np.linalg.norm(np.cross(want, -pose.rotation[:, :, 2]), axis=1)
-    assert off[contact].max() < MRAD
-    assert ((want * -pose.rotation[:, :, 2]).sum(axis=1)[contact] > 0).all()
+    feed = feed - normal * (feed * normal).sum(axis=1)[:, None]
+    contact &= np.linalg.norm(feed, axis=1) > 0.1  # no plunge, on which the tool turns to where it is wanted
+    normal, feed, axis = normal[contact], feed[contact], -pose.rotation[contact, :, 2]
+    want = axis_of(normal, feed / np.linalg.norm(feed, axis=1)[:, None], lead, lean)
+    assert np.linalg.norm(np.cross(want, axis), axis=1).max() < MRAD * (2 if "own" in name else 1)
+    assert ((want * axis).sum(axis=1) > 0).all()
 
 
 @pytest.mark.parametrize("name", PATTERNS)
@@ -118,13 +137,14 @@ def test_a_program_with_a_leaning_tool_ends_inside(tmp_path):
 @pytest.mark.parametrize(
     ("path", "process", "words"),
     [
-        ('pattern = "iso9283"\nsize_mm = 300\n' + PLACE, "lead_deg = 5", "process.lead_deg: the path stops and turns"),
+        ('pattern = "iso9283"\nsize_mm = 300\n' + PLACE, "lead_deg = 5", "process.lead_deg: the path turns sharply"),
         ('pattern = "line"\naxis = "z"\nlength_mm = 90\n' + PLACE, "lean_deg = 5", "along the surface's normal"),
         ('pattern = "points"\nfile = "a.csv"\n', "lead_deg = 5", "your own points say how the tool stands"),
+        ('pattern = "points"\nfile = "corner.csv"\n', "lean_deg = 5", "path.through = 'tolerance'"),
     ],
 )
 def test_paths_on_which_the_tool_cannot_lean_are_refused(tmp_path, path, process, words):
-    (tmp_path / "a.csv").write_text("x_mm,y_mm,z_mm\n1000,0,0\n1050,0,0\n1100,0,0\n")
+    (tmp_path / "a.csv").write_text("x_mm,y_mm,z_mm,i,j,k\n1000,0,0,0,0,1\n1050,0,0,0,0,1\n1100,0,0,0,0,1\n")
     with pytest.raises(InputError, match=words):
         job_of(tmp_path, path, process)
 

@@ -298,9 +298,14 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
 
     tolerance = 0.0
     if isinstance(path.path, OwnPoints):
-        refuse_leaning(process, source)
-        pattern, surface, notes = own_points_path(path.path, surface, tool.spin, process.feed_mm_s * MM, source, mesh)
+        placed = own_points_path(path.path, surface, tool.spin, process.feed_mm_s * MM, source, mesh)
+        pattern, surface, notes, free = placed
         edge = boundary or unbounded()
+        if not free:
+            refuse_leaning(process, source)
+        pattern = leaning_pattern(
+            process, ExactPath(curve=pattern, surface=surface, boundary=edge, spin=tool.spin), source
+        )
         tolerance = path.path.tolerance_um * UM
     else:
         pattern, edge, notes = patterned(path.path)

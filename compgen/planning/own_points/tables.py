@@ -94,6 +94,7 @@ class PlacedPath(NamedTuple):
     curve: PiecewiseCurve
     surface: Quadric  # that the curve lies on
     findings: tuple[Finding, ...]
+    free: bool  # whether what the points lie on says how the tool stands, not their file
 
 
 def own_points_path(
@@ -137,9 +138,9 @@ def own_points_path(
     if lines:
         tolerance = replace(tolerance, corner=np.pi if table.corner_deg is None else corner)
         path = line_path(local, points.arcs, tolerance)
-        return PlacedPath(path.curve, surface, (*notes, _of_lines(path, len(local.place) - 1)))
+        return PlacedPath(path.curve, surface, (*notes, _of_lines(path, len(local.place) - 1)), free)
     path = space_curve(local, tolerance)
-    return PlacedPath(path.curve, surface, (*notes, *_of_curve(path, points, local, table)))
+    return PlacedPath(path.curve, surface, (*notes, *_of_curve(path, points, local, table)), free)
 
 
 def through(table: OwnPoints) -> str:
