@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 
 from benchmarks.measure import seconds
-from compgen.compensation import general as general_program
-from compgen.compensation import optimise
+from compgen.compensation import nonlinear_program, optimise
 from compgen.compensation.problem import Optimum, Problem, Settings
 from compgen.core import evaluation
 from compgen.core.rotations import rotation_vector_expr
@@ -130,7 +129,7 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
         slow: list[Optimum] = []
 
         def general(settings: Settings = settings, slow: list[Optimum] = slow) -> None:
-            slow.append(general_program.solve(part, settings, np.zeros((points, 6)), everywhere))
+            slow.append(nonlinear_program.solve(part, settings, np.zeros((points, 6)), everywhere))
 
         measured[f"{name} slow"] = seconds(general) / points
         measured[f"{name} fast"] = seconds(partial(optimise.optimise, part, settings)) / points

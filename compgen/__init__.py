@@ -27,7 +27,7 @@ TYPE_CHECKING = False  # as type checkers know it; the import of typing would be
 
 if TYPE_CHECKING:
     from compgen.cli.commands.write_program import write_program as write_program
-    from compgen.cli.machine import find_machine as find_machine
+    from compgen.cli.this_machine import find_machine as find_machine
     from compgen.core.exceptions import CompgenError as CompgenError
     from compgen.core.exceptions import FrozenError as FrozenError
     from compgen.core.exceptions import ImpossibleError as ImpossibleError
@@ -85,7 +85,7 @@ _MODULES = _SHOWN | {
     "ShapeError": "compgen.core.exceptions",
     "FrozenError": "compgen.core.exceptions",
     "ImpossibleError": "compgen.core.exceptions",
-    "find_machine": "compgen.cli.machine",
+    "find_machine": "compgen.cli.this_machine",
 }
 __all__ = list(_SHOWN)
 

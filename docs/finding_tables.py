@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from compgen.cli.commands.explain import ROOMS
-from compgen.core.codes import Code
+from compgen.core.finding_codes import Code
 
 PAGE = Path(__file__).parent / "findings.md"
 INTRODUCTION = """\
@@ -27,8 +27,8 @@ says, `cgen explain FOLDER` that of each finding of a report. Its level says how
 The screen and the page have findings of safety and of what was not done first, the rest by micrometres. Notes that
 every job has are counted on the screen; `--verbose` prints them. Report, JSON and `--strict` keep all.
 
-Made by `python docs/finding_tables.py` from `compgen/core/codes.py`. The tables go by the [room](rooms.md) of the
-package that finds it first.
+Made by `python docs/finding_tables.py` from `compgen/core/finding_codes.py`. The tables go by the [room](rooms.md) of
+the package that finds it first.
 """
 
 

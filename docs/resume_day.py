@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.cli.machine import use_machine
+from compgen.cli.this_machine import use_machine
 from compgen.core.units import HOUR, MINUTE, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of

@@ -12,6 +12,7 @@ from typing import Annotated, Any, cast
 import typer
 import typer.core
 
+from compgen.cli.command_frame import Outcome, framed
 from compgen.cli.commands.check import check
 from compgen.cli.commands.compare import compare
 from compgen.cli.commands.correct import correct
@@ -32,7 +33,6 @@ from compgen.cli.commands.resume import resume
 from compgen.cli.commands.robots import export_robot, inspect_robot
 from compgen.cli.commands.touches import anchor, teach_frame
 from compgen.cli.commands.whatif import whatif
-from compgen.cli.frame import Outcome, framed
 from compgen.cli.options.completion import page_place
 from compgen.cli.screen.messages import print_note_once
 from compgen.core.commands import RENAMED

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
 
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 
 MOST_CHARACTERS = 300
 MOST_DECIMALS = 12

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from math import hypot, pi
 from typing import Any
 
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM
 

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import PERCENT, UM
 from compgen.identification.evidence import NU

@@ -24,7 +24,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.identification.fit import Fit
 from compgen.identification.measurements import PLACE, WORLD, Measurements

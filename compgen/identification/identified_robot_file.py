@@ -19,8 +19,8 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import InlineTable, Item, Table
 
 from compgen.core.arrays import Array, nine_digits
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior

@@ -8,7 +8,7 @@ import numpy as np
 
 from compgen.core import stages
 from compgen.core.arrays import Array, nine_digits
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.stages import Progress, RunStage

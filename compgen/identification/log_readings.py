@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MINUTE
 from compgen.identification.fit import Fit, fit

@@ -17,7 +17,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
-from compgen.identification.exchange import Choice
+from compgen.identification.choice_by_exchange import Choice
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.linearisation import FRAME_PRECISION, linearise
 from compgen.identification.measurements import Measurements, blank_rows

@@ -27,7 +27,7 @@ from typing import Any, get_args
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MDEG
 from compgen.error_model.direction_memory import direction_states, reversal_widths

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import UM

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.error_model.source import ArmFacts
 from compgen.identification.evidence import NormalEquations

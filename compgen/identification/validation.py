@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, rms
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths

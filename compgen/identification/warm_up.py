@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.recorded.table import read_findings
 from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
 from compgen.thermal.filled_rises import fill_rises
 from compgen.thermal.law_fit import falling_part
-from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.model import ArmHeat
+from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.temperature_log import COLD_START, Reference, Temperatures, check_sensors, read_temperature_log
 
 WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.toml import toml_value
 from compgen.core.units import HOUR, MINUTE, limit_words

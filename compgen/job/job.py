@@ -15,7 +15,7 @@ from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
 from compgen.error_model.uncertain_sources import UncertainSource
-from compgen.error_model.unknown import Unknown
+from compgen.error_model.unmeasured import Unknown
 from compgen.job.bounds import Bounds
 from compgen.job.own_file import OwnFile
 from compgen.job.part_frame import PartFrame
@@ -28,9 +28,9 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 from compgen.thermal import Duty, Profile, ThermalModel, state_after
 from compgen.thermal.ensemble import Ensemble, Start, duties_before
-from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.schedule import History
+from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
 
 

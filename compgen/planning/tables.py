@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError, naming_file
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.toml import Angle, Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MM
@@ -243,18 +243,18 @@ def questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
     return (Finding(Level.WARNING, Code.PATH_STEPOVER, message),)
 
 
-def leaning_pattern(table: ProcessTable, path: ExactPath, file: str) -> PiecewiseCurve:
-    """The pattern of a path with the tool leaning as the process says; refused as ``leaned`` says."""
+def leaning_pattern(table: ProcessTable, path: ExactPath, file: str, *, standing: bool = False) -> PiecewiseCurve:
+    """The pattern of a path with the tool leaning as the process says; ``standing``: its points say how it stands.
+
+    Raises:
+        InputError: As ``leaned`` says, or angles for points that say how the tool stands.
+    """
     if not (table.lead_deg or table.lean_deg):
         return path.curve
+    if standing:
+        raise InputError(f"{file}: process.lead_deg: your own points say how the tool stands; put it into them")
     with naming_file(file):
         return leaned(path, table.lead_deg * DEG, table.lean_deg * DEG)
-
-
-def refuse_leaning(table: ProcessTable, file: str) -> None:
-    """Refuse angles for points whose file says how the tool stands."""
-    if table.lead_deg or table.lean_deg:
-        raise InputError(f"{file}: process.lead_deg: your own points say how the tool stands; put it into them")
 
 
 def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> surfaces.Quadric:

@@ -7,8 +7,8 @@ import numpy as np
 from markupsafe import Markup
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code
 from compgen.core.commands import Command
+from compgen.core.finding_codes import Code
 from compgen.core.units import MDEG, UM, limit_words
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import BASE

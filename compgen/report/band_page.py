@@ -7,7 +7,7 @@ from markupsafe import Markup, escape
 
 from compgen.core.arrays import Array
 from compgen.core.units import UM
-from compgen.error_model.unknown import NOT_LOOKED_AT
+from compgen.error_model.unmeasured import NOT_LOOKED_AT
 from compgen.report.band_words import PARTED, known_words, next_words, rounded, size_words, unknown_words
 from compgen.report.curves import Row, course, sentence
 from compgen.report.figure import GREY, Figure, axis, figure, spans, trace

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
-from compgen.core.codes import Code
+from compgen.core.finding_codes import Code
 from compgen.core.units import UM, limit_words
-from compgen.error_model.unknown import NOT_LOOKED_AT, OF_WARMTH, Unknown
+from compgen.error_model.unmeasured import NOT_LOOKED_AT, OF_WARMTH, Unknown
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.verification.band import ONE_SIDED, Band
 from compgen.verification.verdict import unit_of

@@ -10,7 +10,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.report.curves import between, rounded_number, sentence
 from compgen.report.figure import LIGHT_TO_DARK, Figure, axis, figure, packed_array, scale, spans, trace
-from compgen.report.still import still_svg
+from compgen.report.still_picture import still_svg
 from compgen.report.view import View, middle_tick, ticks, view_of
 
 TALL, TALL_ON_PHONE, TOP = 510, 400, 68  # a scene with its scale of colours, and that alone [px]

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, nine_digits
-from compgen.core.codes import Level
 from compgen.core.commands import Command
+from compgen.core.finding_codes import Level
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.version import __version__
 from compgen.identification.cross_validation import CrossValidation

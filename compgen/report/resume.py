@@ -11,7 +11,7 @@ from compgen.core.commands import Command
 from compgen.core.units import HOUR, UM, limit_words
 from compgen.core.version import __version__
 from compgen.pipelines.findings.motion_findings import with_motion
-from compgen.pipelines.resume.corrected import ResumedProgram, words_of
+from compgen.pipelines.resume.corrected_rest import ResumedProgram, words_of
 from compgen.pipelines.resume.follow import Look
 from compgen.pipelines.resume.result import Resumed
 from compgen.report.band_words import band_record

@@ -20,8 +20,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from compgen.core.arrays import Array, BoolArray, owns
-from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.model import ArmHeat
+from compgen.thermal.state_from_log import TemperatureLog, fit_log
 
 HEIGHT = 0.5  # of the rise of a node without a sensor: how far it is from the file's proportions
 LAG = 0.5  # of the logarithm of its time constant

@@ -23,9 +23,9 @@ from scipy.ndimage import median_filter
 
 from compgen.core.arrays import Array, IntArray, owns
 from compgen.thermal.ambient import Ambient
-from compgen.thermal.log_fit import EARLIER, TemperatureLog, block_responses
 from compgen.thermal.log_prior import BLOCKS, DRAUGHT, EACH, NIGHT, UNMEASURED, Medians, medians_of
 from compgen.thermal.node_model import NodeModel
+from compgen.thermal.state_from_log import EARLIER, TemperatureLog, block_responses
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 GAIN = 0.25  # of the logarithm of a node's rise

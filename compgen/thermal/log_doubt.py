@@ -20,9 +20,9 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR, MINUTE
-from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.log_prior import Expected, LogPrior, Medians, prior_of
 from compgen.thermal.model import ArmHeat
+from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.temperature_log import Temperatures
 from compgen.thermal.uncertainty import ThermalUncertainty
 

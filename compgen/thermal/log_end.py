@@ -17,9 +17,9 @@ from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.units import MINUTE
 from compgen.thermal.duty import JointMotion
 from compgen.thermal.log_doubt import hidden_lies
-from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.log_prior import LogPrior, prior_of
 from compgen.thermal.model import ArmHeat
+from compgen.thermal.state_from_log import TemperatureLog, fit_log
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 LAST = 20 * MINUTE  # before the log's end, within which a sensor must have a reading to tell its rise

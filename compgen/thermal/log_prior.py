@@ -27,8 +27,8 @@ import numpy as np
 from compgen.core.arrays import Array, owns
 from compgen.core.units import MINUTE
 from compgen.thermal.ambient import Ambient
-from compgen.thermal.log_fit import EARLIER, TemperatureLog, block_responses
 from compgen.thermal.model import ArmHeat
+from compgen.thermal.state_from_log import EARLIER, TemperatureLog, block_responses
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 STRETCHES = (6, 20)  # least and most of the log, of which the medians are judged

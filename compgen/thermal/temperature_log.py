@@ -25,7 +25,7 @@ from compgen.core.files import read_named
 from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MINUTE
-from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.state_from_log import TemperatureLog
 
 COLDEST, HOTTEST = -20.0, 60.0  # degC that a robot's air may have
 HOTTEST_PART = 120.0  # degC

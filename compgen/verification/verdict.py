@@ -15,7 +15,7 @@ from math import ceil, floor, isfinite, log10
 import numpy as np
 
 from compgen.core.arrays import Array, frozen, owns
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import MDEG, UM
 from compgen.job.bounds import Bounds, Guarantee

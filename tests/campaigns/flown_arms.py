@@ -29,8 +29,8 @@ import seed_journal  # noqa: E402
 from shipped import path_file, quiet  # noqa: E402
 from wider_arm import NODES, WiderArm  # noqa: E402
 
-from compgen.core.codes import Code  # noqa: E402
 from compgen.core.dates import DEFAULT_DATE  # noqa: E402
+from compgen.core.finding_codes import Code  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.core.rotations import from_wpr, rotation_matrix  # noqa: E402
 from compgen.core.units import DEG, MM, UM  # noqa: E402

@@ -25,7 +25,7 @@ from flown_arms import TrueArm
 from shipped import quiet
 from wider_arm import ARCSEC, MDEG
 
-from compgen.core.codes import Code
+from compgen.core.finding_codes import Code
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_arm

@@ -26,8 +26,8 @@ from corrected import corrected  # noqa: E402
 from ls_text import cartesian, joint_form, program  # noqa: E402
 from shipped import ROOT  # noqa: E402
 
-from compgen.core.codes import Level  # noqa: E402
 from compgen.core.exceptions import CompgenError  # noqa: E402
+from compgen.core.finding_codes import Level  # noqa: E402
 from compgen.pipelines.files.robot_file import load_cell  # noqa: E402
 
 EXPLAINED = 110.0  # [rad/m], [rad/rad] a tenth more than is promised

@@ -17,8 +17,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "campaigns"
 import arms  # noqa: E402
 import seed_journal  # noqa: E402
 
-from compgen.core.codes import Level  # noqa: E402
 from compgen.core.exceptions import CompgenError  # noqa: E402
+from compgen.core.finding_codes import Level  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
 from compgen.pipelines.measure.identification_files import MeasurementFiles, read_measurements  # noqa: E402
 

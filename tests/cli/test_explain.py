@@ -6,7 +6,7 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
-from compgen.core.codes import Code
+from compgen.core.finding_codes import Code
 
 
 @pytest.mark.parametrize("typed", ["thermal.none", "[thermal.none]", "Thermal.None:", "`thermal.none`"])

@@ -8,7 +8,7 @@ import pytest
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import general, limits, optimise, structured
+from compgen.compensation import limits, nonlinear_program, optimise, structured
 from compgen.compensation.problem import Settings
 from compgen.core.pose import Pose
 from compgen.core.units import UM
@@ -219,7 +219,7 @@ def test_the_interior_point_is_the_general_solvers_optimum(kind):
         part = replace(part, robot=replace(part.robot, lower=lower))
     start = np.zeros((100, 6))
     fast = limits.solve_stretch(part, settings, start, free_rows)
-    slow = general.solve(part, settings, start, free_rows)
+    slow = nonlinear_program.solve(part, settings, start, free_rows)
     assert fast.converged
     assert slow.converged
     apart = np.abs(fast.correction - slow.correction)

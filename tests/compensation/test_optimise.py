@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import general, optimise, structured
+from compgen.compensation import nonlinear_program, optimise, structured
 from compgen.compensation.optimise import Status
 from compgen.compensation.problem import Settings
 from compgen.core.pose import IDENTITY
@@ -84,7 +84,7 @@ def test_fast_solution_is_the_general_solvers_optimum(circle):
     )  # K, for smoothing to bite
     settings = Settings(rate_period=5e-3, curvature_period=30e-3)
     fast = optimise.optimise(part, settings).correction
-    slow = general.solve(part, settings, np.zeros_like(fast), np.ones(len(fast), dtype=bool)).correction
+    slow = nonlinear_program.solve(part, settings, np.zeros_like(fast), np.ones(len(fast), dtype=bool)).correction
     assert np.abs((fast - slow)[:, :3]).max() < 1e-9  # m
     assert np.abs((fast - slow)[:, 3:]).max() < 4e-9  # rad
     pointwise = -part.residual(np.zeros_like(fast))
@@ -104,7 +104,7 @@ def test_general_solver_keeps_a_tool_tilt_small(circle):
     model = build_error_model(circle.robot, [cast(Source, Tilt())], growth, IDENTITY)
     part = replace(part_of(circle), model=model)
     fast = optimise.optimise(part, Settings()).correction
-    slow = general.solve(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool)).correction
+    slow = nonlinear_program.solve(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool)).correction
     assert np.abs(fast[:, 3:]).max() > 5e-5
     assert np.abs(fast - slow).max() < 1e-9
 
@@ -158,7 +158,7 @@ def test_windowed_limits_are_the_whole_programs_optimum(circle):
     tight, _ = just_inside(part, 2, 0.7)
     windowed = optimise.optimise(tight, Settings())
     assert windowed.status is Status.LIMITED
-    whole = general.solve(tight, Settings(), np.zeros_like(windowed.correction), np.ones(147, dtype=bool))
+    whole = nonlinear_program.solve(tight, Settings(), np.zeros_like(windowed.correction), np.ones(147, dtype=bool))
     assert np.abs(windowed.correction - whole.correction)[:, :3].max() < 2e-9  # m
 
 
@@ -196,7 +196,7 @@ def test_the_rate_limit_holds_and_is_named(circle):
 
 def test_pose_differences_agree_with_the_numeric_error(circle):
     part = part_of(circle, 10, 5)
-    function = general.build_pose_differences(part)
+    function = nonlinear_program.build_pose_differences(part)
     rng = np.random.default_rng(5)
     correction = np.hstack([rng.normal(scale=1e-4, size=(5, 3)), rng.normal(scale=1e-3, size=(5, 3))])
     theta, _ = part.joints(correction)

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from compgen.cli.screen.messages import finding_lines, print_error
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import (
     MOST_CHARACTERS,
     NOT_DONE,

@@ -68,12 +68,12 @@ def test_a_library_that_reports_exceptions_itself_is_left_first(tmp_path):
     """ipopt at work: the signal waits for the next iteration's progress, and CasADi has nothing to add."""
     code = """
 import os, signal, sys
-from compgen.compensation import general
-of_ipopt = general._Iterations.eval
+from compgen.compensation import nonlinear_program
+of_ipopt = nonlinear_program._Iterations.eval
 def eval_and_interrupt(self, values):
     os.kill(os.getpid(), signal.SIGINT)
     return of_ipopt(self, values)
-general._Iterations.eval = eval_and_interrupt
+nonlinear_program._Iterations.eval = eval_and_interrupt
 from compgen.__main__ import main
 main()
 """

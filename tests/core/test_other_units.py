@@ -7,7 +7,7 @@ from command_line import refused, run
 from ls_text import at, program
 from shipped import ROOT
 
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.core.other_units import lengths_in_other_units, values_in_other_units
 from compgen.core.toml import override
 from compgen.program.frames import load_frames

@@ -12,7 +12,7 @@ from shipped import ROOT
 from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
-from compgen.fanuc.editing.lift import lifted_program
+from compgen.fanuc.editing.dry_run_lift import lifted_program
 from compgen.fanuc.listing.listing import dumps, loads, other_statements, statement_texts
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.files.robot_file import load_cell

@@ -10,7 +10,7 @@ from shipped import ROOT, quiet
 from synthetic import PRISM
 from wider_arm import NODES
 
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
 from compgen.identification.log_readings import GAIN, exchanged_sensors, log_evidence, log_findings, moved_clocks

@@ -7,7 +7,7 @@ import pytest
 from campaign import robot_file
 from synthetic import made_up, measured, random_theta, warming
 
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.core.units import UM
 from compgen.identification.fit import fit
 from compgen.identification.fit_limits import (

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import quiet
 
-from compgen.core.codes import Code
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.error_model.loads import torque_expr
 from compgen.identification.parameters import symbolic_sources

@@ -13,8 +13,8 @@ from numpy.testing import assert_allclose
 from shipped import ROOT
 from synthetic import made_up, warming
 
-from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Level
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit
@@ -24,7 +24,7 @@ from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.robot_file import arm_of
 from compgen.pipelines.measure.identification_files import identified_robot_text
 from compgen.thermal.filled_rises import fill_rises
-from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.state_from_log import TemperatureLog
 
 HIGH = 1.4  # times what the file's proportions say
 NODE = 2  # the middle joint

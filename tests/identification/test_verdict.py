@@ -8,7 +8,7 @@ from campaign import robot_file
 from shipped import quiet
 from synthetic import made_up, measured, random_theta
 
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.core.units import DEG, MM
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval

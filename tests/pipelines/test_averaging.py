@@ -10,8 +10,8 @@ from problems import problem_of
 from shipped import path_file, quiet
 
 from compgen.compensation import optimise
-from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Level
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of

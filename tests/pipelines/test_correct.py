@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from ls_text import at, cartesian, joint_form, program
 from shipped import ROOT, quiet
 
-from compgen.core.codes import Level
 from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.finding_codes import Level
 from compgen.core.pose import Pose
 from compgen.fanuc import compose
 from compgen.fanuc.editing.numbers import format_like

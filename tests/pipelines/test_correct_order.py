@@ -11,7 +11,7 @@ from ls_text import cartesian, program
 from shipped import ROOT
 
 from compgen.core.arrays import norm
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.core.pose import Pose
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses

@@ -7,7 +7,7 @@ import pytest
 from shipped import ROOT
 from wider_arm import NODES, WiderArm
 
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.units import HOUR
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.files.robot_file import load_arm, load_cell

@@ -15,11 +15,11 @@ from shipped import path_file, quiet
 from toolpaths import laid
 
 from compgen import fanuc
-from compgen.compensation import general, optimise, refinement
+from compgen.compensation import nonlinear_program, optimise, refinement
 from compgen.compensation.optimise import Status
-from compgen.core.codes import Level
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Level
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model import validity
 from compgen.error_model.direction_memory import NO_DIRECTION
@@ -116,7 +116,7 @@ def test_the_general_program_agrees_with_every_source_on(raster):
     n = int(np.argmax(planned.path.contact)) + 40
     part = whole.window(slice(n, n + 40))
     fast = optimise.optimise(part, job.settings).correction
-    slow = general.solve(part, job.settings, np.zeros_like(fast), np.ones(40, dtype=bool))
+    slow = nonlinear_program.solve(part, job.settings, np.zeros_like(fast), np.ones(40, dtype=bool))
     assert slow.converged
     assert np.abs(fast - slow.correction).max() < 2e-9  # m, rad
     assert np.abs(fast[:, :3]).max() > 100 * UM

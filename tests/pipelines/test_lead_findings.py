@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.findings.motion_findings import LEAST, Reach, reach_of, short_leads
 from compgen.pipelines.planned import generate

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from shipped import path_file, quiet
 
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.job.bounds import Bounds
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell, load_robot

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file
 
 from compgen.core.units import UM
-from compgen.error_model.unknown import NOT_KNOWN
+from compgen.error_model.unmeasured import NOT_KNOWN
 from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell

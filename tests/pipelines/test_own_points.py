@@ -9,8 +9,8 @@ from meshes import binary, grid_mesh
 from numpy.testing import assert_allclose
 from shipped import quiet
 
-from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Level
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.pipelines.files.path_file import load_job

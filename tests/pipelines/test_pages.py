@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from shipped import path_file, quiet
 
 from compgen import fanuc as ls
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.core.units import UM
 from compgen.fanuc.paging.join_check import check_join, check_manifest, interpret_pages
 from compgen.pipelines.files.path_file import load_job

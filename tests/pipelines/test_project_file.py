@@ -8,7 +8,7 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
-from compgen.core.codes import Code
+from compgen.core.finding_codes import Code
 from compgen.pipelines.files.path_file import load_job
 
 LINE = (ROOT / "paths" / "line_y.toml").read_text()

@@ -14,7 +14,7 @@ import compgen
 from compgen.cli.screen.junit import JudgedPath, junit_xml
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
-from compgen.error_model.unknown import NOT_KNOWN, Unknown
+from compgen.error_model.unmeasured import NOT_KNOWN, Unknown
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate

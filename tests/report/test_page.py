@@ -9,7 +9,7 @@ from markupsafe import Markup
 from shipped import path_file, quiet
 
 import compgen
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate

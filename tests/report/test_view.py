@@ -8,7 +8,7 @@ import pytest
 
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.figure_in_space import Coloured, figure_in_space
-from compgen.report.still import side_by_side
+from compgen.report.still_picture import side_by_side
 from compgen.report.view import close_together, ticks, view_of
 
 T = np.linspace(0, 1, 400)

@@ -11,7 +11,7 @@ from compgen.core.units import HOUR
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal.law_fit import falling_part, fit_law
 from compgen.thermal.log_doubt import doubt_of
-from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.state_from_log import TemperatureLog
 
 COLUMNS = {n: f"{n}_degC" for n in NODES}
 ARMS = range(12)

@@ -9,8 +9,8 @@ from wider_arm import NODES
 from compgen.core.units import HOUR
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal.law_fit import fit_law
-from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.log_prior import medians_of
+from compgen.thermal.state_from_log import TemperatureLog
 
 K, BLOCKS, EARLIER = 5, 6, 4 * HOUR
 SPREAD = {"gain": 0.25, "common": 0.7, "each": 0.3, "work": 0.5, "block": 0.5, "slower": 0.5, "air": 6.0}

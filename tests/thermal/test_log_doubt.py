@@ -10,8 +10,8 @@ from compgen.core.units import HOUR
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, rise_history
 from compgen.thermal.log_doubt import doubt_of
-from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.log_prior import Expected
+from compgen.thermal.state_from_log import TemperatureLog
 
 SENSED = ("j2", "link1", "j3", "wrist")
 COLUMNS = {n: f"{n}_degC" for n in SENSED}

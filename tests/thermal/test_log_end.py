@@ -13,8 +13,8 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import log_end
 from compgen.thermal.log_doubt import doubt_of, hidden_lies
 from compgen.thermal.log_end import end_of
-from compgen.thermal.log_fit import LogFit, TemperatureLog, fit_log
 from compgen.thermal.log_prior import prior_of
+from compgen.thermal.state_from_log import LogFit, TemperatureLog, fit_log
 from compgen.thermal.temperature_log import read_temperature_log
 
 DAYS = 40

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.frame import Outcome, show_nothing
+from compgen.cli.command_frame import Outcome, show_nothing
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import write_file
@@ -50,7 +50,7 @@ def check(
         raise InputError(f"--written {written}: it is the program of one path; give that path alone")
     names = begin_files(paths, junit, sarif, Command.CHECK)
 
-    from compgen.cli.machine import use_machine
+    from compgen.cli.this_machine import use_machine
 
     use_machine(workers)
     shown: list[Callable[[], None]] = []  # of many paths their reports are enough
@@ -95,7 +95,7 @@ def _judge_path(
     """The report of a path whose program is generated, why it is not inside, and what shows it."""
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import CHECK, show_progress
-    from compgen.core.codes import Level
+    from compgen.core.finding_codes import Level
     from compgen.core.findings import first_message
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.assumed_ramps import judge_ramps
@@ -115,7 +115,7 @@ def _judge_written(
 ) -> tuple[dict[str, Any], str]:
     """The report of a program that was written earlier, in the state that the files say now; why it is not inside."""
     from compgen.cli.screen.progress_bar import PREDICT, show_progress
-    from compgen.core.codes import Level
+    from compgen.core.finding_codes import Level
     from compgen.core.findings import first_message
     from compgen.pipelines.correct.program_file import programs_beside, read_program
     from compgen.pipelines.planned.written_program import fly_written

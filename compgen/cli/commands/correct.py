@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_marks
 from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_place
@@ -18,10 +18,10 @@ from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, che
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import outcome_words, print_lines
 from compgen.core import stages
-from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
+from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import read_record
 

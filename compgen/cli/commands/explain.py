@@ -9,14 +9,14 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_codes, page_place
 from compgen.cli.output_files.ownership import REPORT
 from compgen.cli.screen.messages import print_lines
-from compgen.core.codes import Code
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code
 from compgen.core.findings import printable
 from compgen.core.json_text import read_record
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli.command_frame import Outcome
 from compgen.cli.commands.resume import (
     JobPath,
     LoadedPages,
@@ -18,7 +19,6 @@ from compgen.cli.commands.resume import (
     put_anew,
     within,
 )
-from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.page_options import PageChoice, page_place
 from compgen.cli.screen.messages import print_error, print_note_once
@@ -31,7 +31,7 @@ from compgen.core.units import UM
 
 if TYPE_CHECKING:
     from compgen.error_model.anchored_state import AnchoredState
-    from compgen.pipelines.resume.corrected import ResumedProgram
+    from compgen.pipelines.resume.corrected_rest import ResumedProgram
     from compgen.pipelines.resume.follow import Look
     from compgen.pipelines.resume.page_times import PageTimes
     from compgen.pipelines.resume.paged_run import PagedRun

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.page_options import PageChoice, PageDate, page_place
 from compgen.cli.output_files.marker import Run

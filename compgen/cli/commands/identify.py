@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_references
 from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
@@ -16,10 +16,10 @@ from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.ownership import IDENTIFIED, check_robot_files
 from compgen.cli.output_files.publish import check_names, publish
 from compgen.cli.screen.messages import print_lines
-from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
+from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 

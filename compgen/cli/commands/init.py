@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import check_writable, write_file

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.command_frame import Outcome
 from compgen.cli.commands.check import begin_files, judge_all, outcome_of_all
-from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs, complete_robots
 from compgen.cli.screen.messages import print_lines

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_date, page_place
 from compgen.cli.output_files.figure_files import Content
@@ -16,9 +16,9 @@ from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, res
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import outcome_words
 from compgen.core import stages
-from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
+from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.stages import Progress
 from compgen.core.units import MM

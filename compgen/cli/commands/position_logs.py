@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli.command_frame import Outcome
 from compgen.cli.commands.identify import RobotFilePlace, robot_file_place
-from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs, complete_robots
 from compgen.cli.options.page_options import PageChoice, PageDate, page_place
@@ -17,10 +17,10 @@ from compgen.cli.output_files.ownership import IDENTIFIED_MOTION, check_folder
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core import stages
-from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 from compgen.core.files import file_hash
+from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 from compgen.verification.executed.third_joint import J3

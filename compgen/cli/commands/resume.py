@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_page_folders
 from compgen.cli.options.page_options import PageChoice, PagePlace, page_place
@@ -16,9 +16,9 @@ from compgen.cli.output_files.marker import Run, command_in
 from compgen.cli.output_files.ownership import RESUME_FILES
 from compgen.cli.screen.messages import finding_lines, print_table, stdout_console
 from compgen.core import stages
-from compgen.core.codes import Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 from compgen.core.stages import Progress
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from compgen.job.job import Job
     from compgen.pipelines.planned.job_results import Planned
     from compgen.pipelines.resume.beginning import Beginning, Known
-    from compgen.pipelines.resume.corrected import Begin, ResumedProgram
     from compgen.pipelines.resume.corrected_job import CorrectedJob
+    from compgen.pipelines.resume.corrected_rest import Begin, ResumedProgram
     from compgen.pipelines.resume.result import Resumed
     from compgen.pipelines.resume.written_job import WrittenJob
 
@@ -98,7 +98,7 @@ class Cause:
 
     def begin_corrected(self, job: "CorrectedJob") -> "Begin":
         """The same of the pages of a corrected program."""
-        from compgen.pipelines.resume.corrected import begin_late_anew, begin_with_log_anew, begin_with_state_anew
+        from compgen.pipelines.resume.corrected_rest import begin_late_anew, begin_with_log_anew, begin_with_state_anew
 
         if self.state is not None:
             return begin_with_state_anew(job.plain, self.state, self.age)
@@ -191,7 +191,7 @@ def _program_anew(
     job: "CorrectedJob", from_page: int, cause: Cause, at: Progressed, date: str, progress: Progress
 ) -> "ResumedProgram":
     """The remaining pages of a corrected program."""
-    from compgen.pipelines.resume.corrected import resume_corrected
+    from compgen.pipelines.resume.corrected_rest import resume_corrected
 
     return resume_corrected(job, from_page, cause.begin_corrected(job), date, progress, at.loaded, at.done)
 
@@ -208,7 +208,7 @@ def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool
 
 def _show_corrected(resumed: "ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
     from compgen.cli.screen.resume_table import pages_table
-    from compgen.pipelines.resume.corrected import words_of
+    from compgen.pipelines.resume.corrected_rest import words_of
 
     console = stdout_console()
     print_table(console, f"{resumed.correction.name} from page {resumed.from_page} on", pages_table(resumed.pages))

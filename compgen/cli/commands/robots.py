@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder, check_own_file

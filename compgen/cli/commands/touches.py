@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli.command_frame import Outcome
 from compgen.cli.commands.identify import ReferenceOption, Temperatures, UserFrames
-from compgen.cli.frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files.marker import Run

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from compgen.cli.frame import Outcome
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_keys, complete_paths, complete_questions
 from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compgen.cli.output_files.study_files import QUESTIONS
-from compgen.core.codes import Code
+from compgen.core.finding_codes import Code
 
 SHIPPED = Path(__file__).parents[2]  # the package
 DEEPEST = 4  # levels of tables

@@ -92,7 +92,7 @@ def earlier_figures(page: Path) -> set[str]:
 def _drawn(page: bytes, kind: FigureFormat) -> dict[str, bytes]:
     """Content by the figure's key, of those that can be drawn."""
     from compgen.report.figure import figures_of_page
-    from compgen.report.still import side_by_side
+    from compgen.report.still_picture import side_by_side
 
     figures = figures_of_page(page)
     stills = {key: side_by_side(figure["still"], _note(figure)) for key, figure in figures.items() if "still" in figure}

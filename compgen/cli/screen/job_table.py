@@ -11,8 +11,8 @@ from rich.text import Text
 
 from compgen.cli.screen.junit import JudgedPath
 from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
-from compgen.core.codes import Code
 from compgen.core.exit_codes import ExitCode
+from compgen.core.finding_codes import Code
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report import job_summary
 from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, is_corrected, not_known_words

@@ -7,8 +7,8 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from compgen.core.codes import Level
 from compgen.core.exit_codes import ExitCode
+from compgen.core.finding_codes import Level
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # no reader takes them, escaped or not
 

@@ -7,9 +7,9 @@ from typing import Any
 from urllib.parse import quote
 
 from compgen.cli.screen.junit import JudgedPath
-from compgen.core.codes import Code, Level
 from compgen.core.exit_codes import ExitCode
 from compgen.core.files import read_regular
+from compgen.core.finding_codes import Code, Level
 from compgen.core.json_text import json_text
 from compgen.core.toml import line_of_key
 from compgen.core.version import __version__

@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from compgen.core.codes import Code, Level
 from compgen.core.csv_table import MAX_BYTES, CsvTable, Recorded, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.recorded.cells import (
     in_unit,

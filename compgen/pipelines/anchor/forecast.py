@@ -24,9 +24,9 @@ from compgen.job.job import Cell, Job
 from compgen.job.motion_plan import plan_written_motion
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, state_after
 from compgen.thermal.filled_rises import HEIGHT
-from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.log_prior import EACH
 from compgen.thermal.schedule import History
+from compgen.thermal.state_from_log import TemperatureLog, fit_log
 from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
 
 AFTER = 10 * MINUTE  # that touches may end after a log's last reading

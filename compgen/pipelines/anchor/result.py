@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, rms
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.error_model.anchored_state import AnchoredState, Verdict

@@ -15,13 +15,13 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from compgen.core.arrays import Array, BoolArray, rms
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import MM
 from compgen.error_model.direction_memory import DirectionState
-from compgen.identification.exchange import PathDrift, path_weight
+from compgen.identification.choice_by_exchange import PathDrift, path_weight
 from compgen.identification.touch_candidates import Probe, Targets, Ways
 from compgen.identification.touches import Artefact, Touches, probed_motion
 from compgen.job.job import Job

@@ -11,8 +11,8 @@ import numpy as np
 
 from compgen.core import stages
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.stages import Progress
@@ -20,7 +20,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.listing.listing import loads
 from compgen.fanuc.measuring_programs import touch_program
-from compgen.identification.exchange import TouchPlan, plan_touches
+from compgen.identification.choice_by_exchange import TouchPlan, plan_touches
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
 from compgen.identification.touches import Artefact
 from compgen.job.job import Job

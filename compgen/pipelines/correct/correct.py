@@ -22,6 +22,7 @@ from compgen.fanuc.analysis.poses import Poses, require_frames
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
+from compgen.fanuc.editing.dry_run_lift import lifted_program
 from compgen.fanuc.editing.insertion import (
     allowed_pieces,
     insert_points,
@@ -30,7 +31,6 @@ from compgen.fanuc.editing.insertion import (
     says_override,
     split_positions,
 )
-from compgen.fanuc.editing.lift import lifted_program
 from compgen.fanuc.editing.numbers import NewPoses, number_edits
 from compgen.fanuc.editing.shared_positions import (
     SharedCorrections,

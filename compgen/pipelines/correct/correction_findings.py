@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths

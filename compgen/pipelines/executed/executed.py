@@ -8,9 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.json_text import read_record
 from compgen.fanuc.listing.listing import loads

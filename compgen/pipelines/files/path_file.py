@@ -14,8 +14,8 @@ import numpy as np
 
 from compgen.compensation.problem import Settings
 from compgen.compensation.tables import settings_of
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
 from compgen.core.recorded.table import read_findings
@@ -56,7 +56,6 @@ from compgen.planning.tables import (
     leaning_pattern,
     pattern_from_table,
     questioned_stepover,
-    refuse_leaning,
     surface_from_table,
 )
 from compgen.robot.inverse_kinematics import Posture
@@ -299,13 +298,9 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     tolerance = 0.0
     if isinstance(path.path, OwnPoints):
         placed = own_points_path(path.path, surface, tool.spin, process.feed_mm_s * MM, source, mesh)
-        pattern, surface, notes, free = placed
-        edge = boundary or unbounded()
-        if not free:
-            refuse_leaning(process, source)
-        pattern = leaning_pattern(
-            process, ExactPath(curve=pattern, surface=surface, boundary=edge, spin=tool.spin), source
-        )
+        surface, edge, notes = placed.surface, boundary or unbounded(), placed.findings
+        laid = ExactPath(curve=placed.curve, surface=surface, boundary=edge, spin=tool.spin)
+        pattern = leaning_pattern(process, laid, source, standing=placed.standing)
         tolerance = path.path.tolerance_um * UM
     else:
         pattern, edge, notes = patterned(path.path)

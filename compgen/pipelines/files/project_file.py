@@ -8,9 +8,9 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError, TableError
 from compgen.core.files import PROJECT
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.toml import Table, TomlText, check, line_of_key, read_toml_text
 from compgen.job.tables import LargestTable

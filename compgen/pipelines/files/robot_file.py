@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
 from compgen.core.toml import TomlText, check, input_keys, override, read_toml, read_toml_text, shipped, suggest
@@ -25,7 +25,7 @@ from compgen.error_model.loads import loads_of
 from compgen.error_model.posterior import ParameterPosterior, numbers_of, posterior_hash, read_posterior
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources
-from compgen.error_model.unknown import OF_WARMTH, unknown_of
+from compgen.error_model.unmeasured import OF_WARMTH, unknown_of
 from compgen.job.job import Cell
 from compgen.job.tables import IdentifiedTable, drifting_of, fit_limits_of
 from compgen.pipelines.files.schema import RobotFile

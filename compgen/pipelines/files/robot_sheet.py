@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.toml import suggest

@@ -12,7 +12,7 @@ from pydantic import Field
 from compgen.compensation.tables import CompensationTable
 from compgen.core.toml import Positive, Table
 from compgen.error_model.schema import SourcesTable
-from compgen.error_model.unknown import UnknownTable
+from compgen.error_model.unmeasured import UnknownTable
 from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable
 from compgen.planning.boundary_schema import BoundaryTable
 from compgen.planning.tables import AnyPattern, FrameTable, ProcessTable, SurfaceTable

@@ -11,13 +11,13 @@ import numpy as np
 
 from compgen.compensation.problem import Settings, Solution, Solver, Status
 from compgen.core.arrays import norm, row_norms
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import MDEG, MM, MS, UM
 from compgen.error_model.source import RiseDependent
-from compgen.error_model.unknown import OF_WARMTH
+from compgen.error_model.unmeasured import OF_WARMTH
 from compgen.job.job import Cell, Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath

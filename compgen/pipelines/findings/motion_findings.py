@@ -21,10 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MM, MS, PERCENT, UM
-from compgen.error_model.unknown import NOT_LOOKED_AT, Unknown
+from compgen.error_model.unmeasured import NOT_LOOKED_AT, Unknown
 from compgen.job.bounds import Bounds
 from compgen.job.job import Job
 from compgen.planning.tables import MAX_LEAD

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.codes import Code, Level
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import HOUR
 from compgen.identification.identified_robot_file import text_with_nodes

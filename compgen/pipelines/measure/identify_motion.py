@@ -6,9 +6,9 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import Any
 
-from compgen.core.codes import Code
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+from compgen.core.finding_codes import Code
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.beginnings import identify_runs

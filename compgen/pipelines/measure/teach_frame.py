@@ -10,17 +10,17 @@ import numpy as np
 import tomlkit
 
 from compgen.core.arrays import Array, nine_digits
-from compgen.core.codes import Code, Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
-from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
+from compgen.identification.part_frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM

@@ -12,7 +12,7 @@ from compgen.compensation.problem import Problem, Solution
 from compgen.core import stages
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, frozen
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.stages import Progress

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import row_norms
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, first_message
 from compgen.core.units import UM
 from compgen.job.job import Job

@@ -18,8 +18,8 @@ import numpy as np
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem
 from compgen.core.arrays import Array, IntArray, owns
-from compgen.core.codes import Code, Level
 from compgen.core.dates import DEFAULT_DATE
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.job.job import Job

@@ -8,9 +8,9 @@ import numpy as np
 
 from compgen import fanuc
 from compgen.core.arrays import Array, IntArray, owns
-from compgen.core.codes import Code, Level
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import KB
 from compgen.core.version import __version__

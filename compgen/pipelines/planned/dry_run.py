@@ -14,8 +14,8 @@ from hashlib import sha256
 
 import numpy as np
 
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import ImpossibleError, InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM
 from compgen.job.job import Job

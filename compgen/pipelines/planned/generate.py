@@ -11,10 +11,10 @@ from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solution, Solver
 from compgen.core import stages
 from compgen.core.arrays import Array, IntArray
-from compgen.core.codes import Code, Level
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM

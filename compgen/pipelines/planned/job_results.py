@@ -6,13 +6,13 @@ import numpy as np
 
 from compgen.compensation.problem import Solution
 from compgen.core.arrays import Array, IntArray
-from compgen.core.codes import Code, Level
 from compgen.core.evaluation import Background, failed
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.unknown import Unknown
+from compgen.error_model.unmeasured import Unknown
 from compgen.job.job import Job
 from compgen.job.motion_plan import MotionPlan
 from compgen.pipelines.planned.averaging import Averaged, planned_rises

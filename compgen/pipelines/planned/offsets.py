@@ -12,7 +12,7 @@ import numpy as np
 from compgen.compensation.rigid_offset import best_frame, register_shift, register_turn
 from compgen.core import stages
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr

@@ -7,8 +7,8 @@ import numpy as np
 
 from compgen.core import stages
 from compgen.core.arrays import Array, IntArray, step_lengths
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation

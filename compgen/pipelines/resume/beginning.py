@@ -34,7 +34,7 @@ from compgen.pipelines.planned.job_results import Planned
 from compgen.thermal import Ambient, Duty, state_after, states_at, tables
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import LogEnd, end_of
-from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.tables.schema import LogTable
 from compgen.thermal.temperature_log import read_growing_log
 

@@ -14,14 +14,14 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.program_pages import with_positions
 from compgen.pipelines.correct.result import corrected_stations
 from compgen.pipelines.correct.station_corrections import error_models
-from compgen.pipelines.resume.corrected import (
+from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob
+from compgen.pipelines.resume.corrected_rest import (
     ResumedProgram,
     active_motions,
     corrected_first,
     page_stations,
     resume_corrected,
 )
-from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob
 from compgen.pipelines.resume.paged_run import FoundStart, LogZero, PagedRun
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.directions import station_directions

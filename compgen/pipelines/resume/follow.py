@@ -21,9 +21,9 @@ from compgen.pipelines.resume.paged_run import FoundStart, PagedRun
 from compgen.thermal import Ambient
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_end import hidden_at_end
-from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.log_prior import Expected, prior_of, rounding_of
 from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Miss, Readings, filter_of, misses, steadied
+from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.temperature_log import GrowingLog, Temperatures, readings_in_steps
 
 FROM_START = 0.05  # [K] that sensors are off together where their rises count from the log's beginning

@@ -14,7 +14,7 @@ from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.resume.beginning import Begun, Known, begin_at, path_tables, unmoved
-from compgen.pipelines.resume.corrected import ResumedProgram
+from compgen.pipelines.resume.corrected_rest import ResumedProgram
 from compgen.pipelines.resume.pages_anew import read_written
 from compgen.pipelines.resume.result import Resumed
 from compgen.pipelines.resume.resume import resume, segments_on_part

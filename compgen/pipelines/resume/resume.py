@@ -19,8 +19,8 @@ import numpy as np
 
 from compgen.core import stages
 from compgen.core.arrays import Array, BoolArray, row_norms
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.units import UM

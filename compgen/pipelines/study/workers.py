@@ -16,8 +16,8 @@ from queue import SimpleQueue
 from typing import Any
 
 from compgen.core import interrupts
-from compgen.core.codes import Level
 from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.units import UM
 from compgen.job.job import Job

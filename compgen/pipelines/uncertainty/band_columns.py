@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, column_extremes, row_norms
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import PERCENT

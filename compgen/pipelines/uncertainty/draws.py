@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, rms, row_norms
-from compgen.core.codes import Code, Level
 from compgen.core.evaluation import map_blocks
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.error_model.uncertain_sources import Cause, combined

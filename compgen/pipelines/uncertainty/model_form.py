@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, rms, row_norms
-from compgen.core.codes import Code, Level
 from compgen.core.evaluation import kept_with
 from compgen.core.exceptions import CompgenError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.job.job import Job

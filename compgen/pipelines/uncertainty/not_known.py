@@ -15,7 +15,7 @@ from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.thermal_bend import ARCSEC
 from compgen.error_model.sources.thermal_shift import STEEL
-from compgen.error_model.unknown import Unknown
+from compgen.error_model.unmeasured import Unknown
 from compgen.job.job import Cell
 from compgen.verification.band import COVERAGE, Band
 

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.recorded.table import DialectTable, read_findings
 from compgen.core.toml import Coordinate, Length, NotNegative, Table
@@ -94,7 +94,7 @@ class PlacedPath(NamedTuple):
     curve: PiecewiseCurve
     surface: Quadric  # that the curve lies on
     findings: tuple[Finding, ...]
-    free: bool  # whether what the points lie on says how the tool stands, not their file
+    standing: bool  # whether the points say how the tool stands, not what they lie on
 
 
 def own_points_path(
@@ -138,9 +138,9 @@ def own_points_path(
     if lines:
         tolerance = replace(tolerance, corner=np.pi if table.corner_deg is None else corner)
         path = line_path(local, points.arcs, tolerance)
-        return PlacedPath(path.curve, surface, (*notes, _of_lines(path, len(local.place) - 1)), free)
+        return PlacedPath(path.curve, surface, (*notes, _of_lines(path, len(local.place) - 1)), not free)
     path = space_curve(local, tolerance)
-    return PlacedPath(path.curve, surface, (*notes, *_of_curve(path, points, local, table)), free)
+    return PlacedPath(path.curve, surface, (*notes, *_of_curve(path, points, local, table)), not free)
 
 
 def through(table: OwnPoints) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from compgen.core.codes import Level
+from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.units import UM
 from compgen.pipelines.findings.motion_findings import with_motion

@@ -9,8 +9,8 @@ import plotly
 
 import compgen
 from compgen.core import evaluation
-from compgen.core.codes import Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Level
 from compgen.core.findings import Finding
 from compgen.core.toml import brief_value
 from compgen.report.figure import Figure

@@ -10,9 +10,9 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE, MM
 from compgen.thermal import Ambient, still_air
 from compgen.thermal.log_doubt import refuse_doubtful
-from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.schedule import Shift, Step, check_shifts
+from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.tables import schema as sh
 from compgen.thermal.temperature_log import check_sensors, read_temperature_log
 from compgen.thermal.uncertainty import ThermalUncertainty

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import norm
-from compgen.core.codes import Code, Level
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.verification.executed.clock_fit import ClockFit, fit_clock

@@ -7,7 +7,7 @@ import pytest
 from shipped import ROOT
 from test_architecture import ROOMS
 
-from compgen.core.codes import Code, Level
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.job.bounds import Bounds
 from compgen.verification.deviation import COMPONENTS, Extent
@@ -19,7 +19,7 @@ KEYS = {
     ("compgen/report/study_page.py", "bounds.max_um"),
     ("compgen/pipelines/files/path_file.py", "path.file"),
 }
-REGISTRY = ROOT / "compgen" / "core" / "codes.py"
+REGISTRY = ROOT / "compgen" / "core" / "finding_codes.py"
 TREES = {
     path.relative_to(ROOT): ast.parse(path.read_text())
     for folder in ("compgen", "docs", "benchmarks")

@@ -12,7 +12,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Duty, rise_history
-from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.state_from_log import TemperatureLog, fit_log
 
 PARTS = {"part_3": "j2", "part_4": "link1", "part_6": "j3", "part_11": "wrist"}
 SENSED = tuple(PARTS.values())

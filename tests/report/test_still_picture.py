@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from compgen.report import still
-from compgen.report.still import CHORD, still_svg
+from compgen.report import still_picture
+from compgen.report.still_picture import CHORD, still_svg
 from compgen.report.view import view_of
 
 LINE = re.compile(r'<path d="M([^"]*)" stroke="#[0-9a-f]{6}" stroke-width="2.2"')
@@ -32,7 +32,7 @@ def test_lines_leave_the_path_by_no_more_than_a_quarter_of_a_pixel(monkeypatch):
     places = np.column_stack([turn * np.cos(turn), turn * np.sin(turn), np.zeros_like(turn)])
     values = (np.sin(5 * turn) > 0).astype(float)  # colours change, and each line begins where the last one ended
     lines = drawn(places, values)
-    monkeypatch.setattr(still, "CHORD", 0.0)
+    monkeypatch.setattr(still_picture, "CHORD", 0.0)
     every = np.vstack(drawn(places, values))
     assert len(lines) > 50
     assert sum(len(line) for line in lines) < len(every) / 3

@@ -8,7 +8,7 @@ import pytest
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import general, optimise, structured
+from compgen.compensation import nonlinear_program, optimise, structured
 from compgen.compensation.problem import Settings, Solution, Solver, Status
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
@@ -28,13 +28,13 @@ def problem():
 @pytest.fixture
 def windows(monkeypatch):
     """First and end of the rows of each window, by their arc lengths, in the order in which they are solved."""
-    solved, solve = [], general.solve
+    solved, solve = [], nonlinear_program.solve
 
     def recorded(part, settings, start, free, *others):
         solved.append((float(part.arc[free][0]), float(part.arc[-1]), len(part.arc)))
         return solve(part, settings, start, free, *others)
 
-    monkeypatch.setattr(general, "solve", recorded)
+    monkeypatch.setattr(nonlinear_program, "solve", recorded)
     return solved
 
 
@@ -50,7 +50,7 @@ def assert_same_optimum(one, other):
 
 
 def test_windows_without_a_limit_are_the_whole(problem, windows):
-    one = general.optimise(problem, Settings(), window=90)
+    one = nonlinear_program.optimise(problem, Settings(), window=90)
     assert_same_optimum(one, structured.optimise(problem, Settings()))
     assert one.status is Status.CONVERGED
     assert len(windows) > 3
@@ -60,7 +60,7 @@ def test_windows_without_a_limit_are_the_whole(problem, windows):
 def test_a_rate_that_binds_for_long_makes_windows_grow(problem, windows):
     free = structured.optimise(problem, Settings()).correction
     settings = Settings(rate=float(np.quantile(slopes(problem, free), 0.5)))
-    one = general.optimise(problem, settings, window=60)
+    one = nonlinear_program.optimise(problem, settings, window=60)
     assert_same_optimum(one, structured.optimise(problem, settings))
     assert one.status is Status.LIMITED
     assert len(one.active_limits) > 250  # of 399 changes
@@ -71,7 +71,7 @@ def test_a_rate_that_binds_for_long_makes_windows_grow(problem, windows):
 def test_windows_end_where_a_clamp_lets_go(problem, windows):
     free = structured.optimise(problem, Settings()).correction
     settings = Settings(clamp_position=float(np.quantile(np.linalg.norm(free[:, :3], axis=1), 0.8)))
-    one = general.optimise(problem, settings, window=90)
+    one = nonlinear_program.optimise(problem, settings, window=90)
     assert_same_optimum(one, structured.optimise(problem, settings))
     assert one.status is Status.LIMITED
     assert len(windows) > 2
@@ -83,7 +83,7 @@ def test_a_limit_behind_a_window_that_reaches_back_into_it_is_not_missed(problem
     step = np.where(np.arange(400) < 100, 0.0, 10.0)  # K
     stepped = replace(problem, rise=problem.rise[:1] + step[:, None])
     settings = Settings(rate=0.4e-3)
-    one = general.optimise(stepped, settings, window=95)
+    one = nonlinear_program.optimise(stepped, settings, window=95)
     assert_same_optimum(one, structured.optimise(stepped, settings))
     assert one.status is Status.LIMITED
     begins = [begin for begin, _, _ in windows]
@@ -100,7 +100,7 @@ def test_the_settings_name_the_solver(problem, windows):
 
 def test_progress_comes_with_every_iteration_and_ends_at_one(problem):
     shares: list[float] = []
-    solution = general.optimise(problem.window(slice(0, 200)), Settings(), shares.append, window=60)
+    solution = nonlinear_program.optimise(problem.window(slice(0, 200)), Settings(), shares.append, window=60)
     assert len(shares) > solution.iterations > 10
     assert 0 < shares[0] < 0.2
     assert shares[-1] == 1
@@ -119,13 +119,13 @@ def test_what_progress_raises_ends_the_solution(problem):
 
     shares: list[float] = []
     with pytest.raises(Cancelled):
-        general.optimise(problem, Settings(), cancel)
+        nonlinear_program.optimise(problem, Settings(), cancel)
     assert len(shares) == 3
 
 
 def test_a_window_that_does_not_converge_is_named_with_the_way_out(problem, monkeypatch):
-    monkeypatch.setattr(general, "solve", partial(general.solve, max_iterations=2))
-    solution = general.optimise(problem, Settings(clamp_position=60 * UM), window=100)
+    monkeypatch.setattr(nonlinear_program, "solve", partial(nonlinear_program.solve, max_iterations=2))
+    solution = nonlinear_program.optimise(problem, Settings(clamp_position=60 * UM), window=100)
     assert solution.status is Status.STOPPED
     assert not solution.status.is_legal
     assert solution.unsolved == (1, 100)
@@ -141,7 +141,7 @@ def test_limits_that_leave_no_way_fail_with_both_solvers(problem):
     lower[2] = part.theta[:, 2].max() + 1e-3
     stuck = replace(part, robot=replace(part.robot, lower=lower))
     settings = Settings(clamp_position=10 * UM)
-    for solve in (structured.optimise, general.optimise):
+    for solve in (structured.optimise, nonlinear_program.optimise):
         solution = solve(stuck, settings)
         assert isinstance(solution, Solution)
         assert not solution.status.is_legal

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.identification.exchange import PathDrift, path_weight, plan_touches
+from compgen.identification.choice_by_exchange import PathDrift, path_weight, plan_touches
 
 NOISE = 0.3
 

@@ -8,8 +8,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.frame_fit import fit_frame, measured_lengths, touches_of_part
 from compgen.identification.model import build_model
+from compgen.identification.part_frame_fit import fit_frame, measured_lengths, touches_of_part
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.files.robot_file import load_any_robot
 from compgen.robot.inverse_kinematics import Posture, solve_tool

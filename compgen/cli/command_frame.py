@@ -13,9 +13,9 @@ from typing import Any
 
 import typer
 
-from compgen.cli.machine import use_cores, use_machine
 from compgen.cli.options.options import CompiledCores
 from compgen.cli.screen.messages import print_error, print_record
+from compgen.cli.this_machine import use_cores, use_machine
 from compgen.core.exit_codes import ExitCode
 
 
