@@ -33,7 +33,7 @@ PARTS = {
     "cross flight": [("model_form.py", "plan_other_day"), ("model_form.py", "cross_flight")],
     "controller's motion": [("motion_effect.py", "motion_effect")],
     "band": [("band_columns.py", "band_along"), ("band.py", "half_widths")],
-    "still pictures": [("still.py", "still_svg")],
+    "still pictures": [("still_picture.py", "still_svg")],
 }  # fmt: skip
 HONEST = ("cross flight", "controller's motion", "band", "still pictures", "page, report.json")
 COLOURS = ("#1e3a8a", "#1d4ed8", "#3b82f6", "#60a5fa", "#93c5fd", "#bfdbfe", "#b45309", "#d97706", "#f59e0b", "#fcd34d")

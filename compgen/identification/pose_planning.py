@@ -1,6 +1,7 @@
 r"""Which poses to measure: those that determine all parameters together best.
 
-D-optimal by exchange (``exchange``): from many candidates inside limits and box, those poses are taken that raise
+D-optimal by exchange (``choice_by_exchange``): from many candidates inside limits and box, those poses are
+taken that raise
 
     log det ( sum_n A_n' A_n / s^2 + diag(1 / sigma^2) ),
 

@@ -1,7 +1,7 @@
 r"""Rises of all nodes at given times from a temperature log: measured where there is a sensor, else modelled.
 
-The log is explained by the heat that would have caused it (``log_fit``), which gives every node a course h(t). A node
-with a sensor is where its readings are, and follows the course across gaps and beyond its last reading,
+The log is explained by the heat that would have caused it (``state_from_log``), which gives every node a course
+h(t). A node with a sensor is where its readings are, and follows the course across gaps and beyond its last reading,
 
     rise(t) = h(t) + interpolation of (reading - h) between readings
 

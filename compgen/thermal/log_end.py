@@ -1,7 +1,8 @@
 r"""How warm a robot is when its temperature log ends, and what the log leaves open.
 
-A rise that a sensor has just shown is that of the fit (``log_fit``). What no sensor shows is, of the first thermal
-model, the likeliest given all readings (``log_prior``): with x ~ N(m, C) given them, the covariance of what is taken is
+A rise that a sensor has just shown is that of the fit (``state_from_log``). What no sensor shows is, of the first
+thermal model, the likeliest given all readings (``log_prior``): with x ~ N(m, C) given them, the covariance of what is
+taken is
 
     E[(taken - x) (taken - x)^T] = C + (taken - m) (taken - m)^T
 

@@ -4,8 +4,8 @@ r"""The contract of a thermal model: first-order modes, and how their states bec
 
 with u the rise of the air and goal the steady state of the present duty. A state z (S,) says all of the robot's
 temperature; between changes of duty the goal is constant and the solution exact (``integration``). Two models of an arm
-fulfil it, ``node_model`` (the study's) and ``network`` (conduction); ``log_fit`` starts either from a thermocouple log.
-What only one of them knows it says itself, so that nobody asks which of the two it has.
+fulfil it, ``node_model`` (the study's) and ``network`` (conduction); ``state_from_log`` starts either from a
+thermocouple log. What only one of them knows it says itself, so that nobody asks which of the two it has.
 """
 
 from collections.abc import Callable, Sequence
