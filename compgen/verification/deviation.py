@@ -113,11 +113,9 @@ def _compare(path: ToolPath, execution: Execution) -> tuple[Array, Array, Array]
         k = segment[rows]
         parameter[rows, 0] = exact.parameter_by_newton(piece[rows], path.span[k], gaps[k - first], fraction[rows])
     actual = exact.in_frame(execution.actual)
-    error, components = evaluate(
-        _build_components(), IndexedRows(exact.coefficients, piece), exact.surface.coefficients(), exact.spin_vector(),
-        IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], parameter,
-        actual.position, actual.rotation_rows,
-    )  # fmt: skip
+    laid = IndexedRows(exact.coefficients, piece), exact.surface.coefficients(), exact.spin_vector()
+    place = IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], parameter
+    error, components = evaluate(_build_components(), *laid, *place, actual.position, actual.rotation_rows)
     if exact.frame is not None:
         error = error @ exact.frame.rotation.T
     return path.arc[segment] + fraction * gaps[segment - first], error, components

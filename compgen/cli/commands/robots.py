@@ -67,7 +67,7 @@ def _show(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bo
         table.add_row(joint["name"], *(f"{v:g}" for v in numbers))
     console.print(table)
     console.print("drive there with tool 0 and World, and compare the position screen:")
-    table = Table("J1 J2 J3 J4 J5 J6", "X", "Y", "Z", "W", "P", "R", "CONFIG")
+    table = Table("J1 J2 J3 J4 J5 J6", *"XYZWPR", "CONFIG")
     for pose in record["poses"]:
         joints = " ".join(f"{v:g}" for v in pose["joints_deg"])
         cells = [f"{pose[k]:.3f}" for k in POSE_KEYS]

@@ -139,11 +139,9 @@ class PreparedProgram:
         way = IndexedRows(positions, segment + 1)
         if has_arcs:
             way = IndexedRows(self.sweep.rows(first, last), segment - first)
-        theta, position, rotation, checks = evaluate(
-            function, IndexedRows(positions, segment), way, IndexedRows(rows, segment),
-            IndexedRows(self.turn, segment), IndexedRows(self.theta, segment), IndexedRows(self.theta, segment + 1),
-            fraction[:, None], growth,
-        )  # fmt: skip
+        ends = IndexedRows(positions, segment), way, IndexedRows(rows, segment), IndexedRows(self.turn, segment)
+        joints = IndexedRows(self.theta, segment), IndexedRows(self.theta, segment + 1)
+        theta, position, rotation, checks = evaluate(function, *ends, *joints, fraction[:, None], growth)
         reach_margin, distance, turned = checks.T
         if reach_margin.min() < 0:
             raise TwinError(f"P[{segment[int(np.argmin(reach_margin))] + 1}]: out of the controller's reach")
