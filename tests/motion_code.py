@@ -55,7 +55,7 @@ def driven(points, speed, fine, means=(0.104, 0.104), slower=None, before=1.0, a
     return time + before, place
 
 
-def program(points, speed, fine, cnt=100):
+def program(points, speed, fine, cnt=100, turned=None):
     words = ["UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE"]
     each = (
         [f"{speed}mm/sec"] * len(points)
@@ -63,4 +63,6 @@ def program(points, speed, fine, cnt=100):
         else [f"{seconds:.2f}sec" for seconds in speed]
     )
     words += [f"L P[{n}] {each[n - 2]} {'FINE' if stops else f'CNT{cnt}'}" for n, stops in enumerate(fine[1:], 2)]
-    return ls_text.program(words, [ls_text.cartesian(n, (*p, *DOWN)) for n, p in enumerate(points, 1)], name="RUN")
+    turned = [DOWN] * len(points) if turned is None else turned
+    places = [ls_text.cartesian(n, (*p, *w)) for n, (p, w) in enumerate(zip(points, turned, strict=True), 1)]
+    return ls_text.program(words, places, name="RUN")

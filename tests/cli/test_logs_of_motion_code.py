@@ -13,8 +13,9 @@ from motion_code import DOWN, PERIOD, driven, program, spread
 from shipped import ROOT
 
 
-def write(folder, time, place, text, digits=3, pairs=False, lost=16):
+def write(folder, time, place, text, digits=3, pairs=False, lost=16, turned=DOWN):
     """Every 16th row is missing; with pairs the row behind it shows the position of the next one."""
+    place = np.column_stack([place, np.broadcast_to(turned, place.shape)])
     if pairs:
         at = np.arange(1, len(time) - 1) % lost == 0
         place = place.copy()
@@ -22,8 +23,7 @@ def write(folder, time, place, text, digits=3, pairs=False, lost=16):
     keep = np.ones(len(time), dtype=bool)
     keep[lost - 1 :: lost] = False
     rows = [
-        f"{1e3 * t:.0f},{','.join(f'{v:.{digits}f}' for v in p)},180,0,0"
-        for t, p in zip(time[keep], place[keep], strict=True)
+        f"{1e3 * t:.0f},{','.join(f'{v:.{digits}f}' for v in p)}" for t, p in zip(time[keep], place[keep], strict=True)
     ]
     (folder / "log.csv").write_text("\n".join(["time_ms,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg", *rows, ""]))
     (folder / "RUN.LS").write_bytes(text)
@@ -193,3 +193,42 @@ def test_a_clock_without_unit_and_joints_with_the_other_j3_are_refused_in_one_li
     if "--j3 link2" in words:
         result, report = executed(tmp_path, "--j3", "link2")
         assert report["verdict"] == "inside"
+
+
+SQUARE = [(1000, -100, 100), (1300, -100, 100), (1300, 100, 100), (1000, 100, 100), (1000, -100, 100)]
+ROUND = [True, False, False, False, True]
+
+
+@pytest.mark.parametrize("moved", [(0.2, 0, 0), (0.12, -0.12, 0)])
+def test_a_run_of_another_tool_or_program_is_seen_where_it_stood_though_a_line_leads_through_there(tmp_path, moved):
+    """Corners are cut by millimetres: 0.2 mm are seen at stops alone, and along the line that begins there."""
+    time, place = driven(np.add(SQUARE, moved), 200, ROUND, means=(0.152, 0.136))
+    write(tmp_path, time, place, program(SQUARE, 200, ROUND))
+    result, _ = executed(tmp_path)
+    refused(result, 1, f"(up to {1e3 * np.linalg.norm(moved):.0f} at P[", "another frame or tool")
+    refused(identify(tmp_path)[0], 2, "log.csv", "another frame or tool")
+
+
+def test_one_stop_of_several_that_is_elsewhere_is_another_program(tmp_path):
+    path, fine = [*SQUARE, *SQUARE[1:], *SQUARE[1:]], [*ROUND, *ROUND[1:], *ROUND[1:]]
+    driven_path = [*path[:4], (1000.3, -100, 100), *path[5:]]
+    time, place = driven(driven_path, 200, fine, means=(0.152, 0.136))
+    write(tmp_path, time, place, program(path, 200, fine))
+    refused(executed(tmp_path)[0], 1, "up to 300 at P[5]")
+
+
+@pytest.mark.parametrize("off", [0, 3])
+def test_a_tool_that_turns_on_its_lines_is_the_programs_own_and_one_that_is_turned_otherwise_is_not(tmp_path, off):
+    """By 30 deg on a line of 500 mm: what the text has at its ends is not what it has between."""
+    lines, angles, fine = [(1000, -300, 100), (1000, 200, 100), (1300, 200, 100)], [0, 30, -20], [True, False, True]
+    turned = [(180, angle, 0) for angle in angles]
+    time, place = driven(lines, 200, fine, means=(0.152, 0.136))
+    _, angle = driven(turned, [2.5, 1.5], fine, means=(0.152, 0.136))
+    write(tmp_path, time, place, program(lines, 200, fine, turned=turned), turned=np.add(angle, [off, 0, 0]))
+    if off:
+        result = run("executed", "RUN.LS", "--log", "log.csv", "--robot", "mine.toml", cwd=tmp_path)
+        refused(result, 2, "w_deg to r_deg", "turned by 3.0 deg", "another tool")
+    else:
+        result, motion = identify(tmp_path)
+        assert result.returncode == 0, result.stderr
+        np.testing.assert_allclose(motion["moving_average_ms"], [152, 136], atol=1)

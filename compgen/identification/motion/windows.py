@@ -21,7 +21,6 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
-from compgen.core.rotations import interpolate_rotation
 from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.kinematics import flange_pose
@@ -233,8 +232,7 @@ def _joints(course: ProgramCourse, robot: Robot, arc: Array, posture: int) -> Ar
     """Commanded joints at arc lengths, (K, 6) [rad]."""
     k = course.way(arc)
     share = (arc - course.arc[k]) / np.maximum(np.diff(course.arc)[k], 1e-12)
-    rotation = interpolate_rotation(course.rotation[k], course.rotation[k + 1], share)
-    joints, _ = solve_tool(robot, Pose(course.place(arc), rotation), course.tool, ALL_POSTURES[posture])
+    joints, _ = solve_tool(robot, Pose(course.place(arc), course.rotation_at(arc)), course.tool, ALL_POSTURES[posture])
     return nearest_turns(joints, course.theta[k] + share[:, None] * (course.theta[k + 1] - course.theta[k]))
 
 

@@ -75,7 +75,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     """
     stands = standing_rows(course, time, arc, noise)
     stops = course.arc[course.stop]
-    nearest = stops[_nearest(stops, np.array([arc[a] for a, _ in stands]))]
+    nearest = stops[nearest_rows(stops, np.array([arc[a] for a, _ in stands]))]
     holds = [stand for stand, stop in zip(stands, nearest, strict=True) if abs(arc[stand[0]] - stop) > NEAR_STOP]
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
     edges = np.unique(np.concatenate([stops, held]))
@@ -160,7 +160,7 @@ def _apart(values: Array, least: float) -> Array:
     return np.array(kept)
 
 
-def _nearest(sorted_values: Array, values: Array) -> IntArray:
+def nearest_rows(sorted_values: Array, values: Array) -> IntArray:
     """Rows of the nearest of rising values."""
     after = np.clip(np.searchsorted(sorted_values, values), 1, max(len(sorted_values) - 1, 1))
     after = np.minimum(after, len(sorted_values) - 1)
@@ -310,7 +310,7 @@ def _other_stands(
         if not len(on_way) or time[b] <= time[on_way[0]] or time[a] >= time[on_way[-1]]:
             continue
         covered = ((spans[:, 0] <= time[a]) & (spans[:, 1] >= time[b])).any()
-        stop = stops[_nearest(course.arc[stops], arc[[a]])[0]]
+        stop = stops[nearest_rows(course.arc[stops], arc[[a]])[0]]
         wait = float(course.wait[stop])
         if not covered and (time[b] - time[a] - wait > BEYOND or wait):
             at_stop = abs(float(course.arc[stop] - arc[a])) <= NEAR_STOP

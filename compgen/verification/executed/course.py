@@ -16,11 +16,13 @@ import numpy as np
 from compgen.core.arcs import Arcs, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths, unit
 from compgen.core.pose import Pose
+from compgen.core.rotations import interpolate_rotation
 from compgen.robot.joint_path import arm_spread
 from compgen.robot.robot import SAME_PERIOD, Robot
 
 CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
 LONGEST_DIVISION = 4000  # nodes of one arc
+LEAST_WAY = 1e-12  # [m] of a way: one without length
 SAME_SPREAD = 0.05  # [m2] of an arm: a fifth of a period of means
 
 
@@ -90,6 +92,12 @@ class ProgramCourse:
     def place(self, arc: Array) -> Array:
         """Positions at arc lengths, (M, 3) [m]."""
         return np.column_stack([np.interp(arc, self.arc, column) for column in self.position.T])
+
+    def rotation_at(self, arc: Array) -> Array:
+        """Orientations at arc lengths (M,) [m], turning steadily over each way, (M, 3, 3)."""
+        k = self.way(arc)
+        share = (arc - self.arc[k]) / np.maximum(np.diff(self.arc)[k], LEAST_WAY)
+        return interpolate_rotation(self.rotation[k], self.rotation[k + 1], share)
 
     def tangents(self) -> Array:
         """Direction of each way, (N - 1, 3); of a way without length that of the one before."""

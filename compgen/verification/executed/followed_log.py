@@ -35,7 +35,7 @@ from compgen.verification.executed.tracking import (
     travelled_way,
 )
 
-TURNED = 10 * DEG  # orientations that are farther off are of another unit or tool
+TURNED = 2 * DEG  # orientations that are farther off are of another unit or tool: corrections are clamped at 0.5
 SHAPE_ROWS = 2000  # rows or marks that shapes are compared at
 WIDE = 20e-3  # [m] off the course, while a shape is brought to it
 SHAPE = 2e-3  # [m] rms at which another place is the same shape
@@ -206,9 +206,12 @@ def _check_orientation(course: ProgramCourse, followed: FollowedLog, *, world: b
     """Raises InputError where W, P and R are not those of the program while the places are."""
     log, track, travelled = followed.log, followed.track, followed.travelled
     on = track.row[track.on]
+    on = on[course.judged[course.way(track.arc[track.on])]]
+    if not len(on):
+        return
     some = on[np.unique(np.linspace(0, len(on) - 1, SEVERAL).astype(int))]
     arc = np.interp(travelled[some], *rising(track.travelled[track.on], track.arc[track.on]))
-    meant = course.rotation[course.way(arc)]
+    meant = course.rotation_at(arc)
 
     def off(factor: float) -> float:
         turned = _rotations(log, course, some, factor, world=world)

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import norm
+from compgen.core.arrays import Array, norm
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM
-from compgen.verification.executed.clock_fit import ClockFit, fit_clock
+from compgen.verification.executed.clock_fit import ClockFit, fit_clock, nearest_rows
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, constant_offset, offset_words
 from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, curvature, deviation_of
@@ -168,16 +168,29 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
             raise InputError(f"{source}: its positions lie at {words}; log with the program's own, or give --frames")
         message = f"{100 * offset.explained:.0f} % of the deviation is {words}"
         return Finding(Level.OUTSIDE, Code.EXECUTED_OFFSET, message)
-    resting = deviation.judged & (deviation.speed < RESTING * max(float(np.median(deviation.speed)), 1e-4))
-    away = deviation.distance[resting]
-    if len(away) < 5 or np.median(away) <= STOPPED_OFF + 3 * deviation.noise:
+    stops, away = _rests(course, followed, deviation)
+    if not len(away) or (np.median(away) <= STOPPED_OFF + 3 * deviation.noise and away.max() <= LEAST_OFFSET):
         return None
-    where = course.point_name(float(deviation.arc[resting][int(np.argmax(away))]))
+    where = course.point_name(float(stops[int(np.argmax(away))]))
     message = (
         f"where it stood it was {np.median(away) / UM:.0f} um off the text (up to {away.max() / UM:.0f} at {where}), "
-        "and no controller smooths there: an older correction of the same path; give it with --also"
+        "and no controller smooths there: another frame or tool, or an older correction: give that with --also"
     )
     return Finding(Level.OUTSIDE, Code.EXECUTED_OLDER, message)
+
+
+def _rests(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> tuple[Array, Array]:
+    """Stops that the robot came to rest near, (S,) [m] along the course, and how near it came to them there, (S,) [m].
+
+    Beside a line and ahead on it alike: a line that goes on hides what a stop shows.
+    """
+    resting = deviation.judged & (deviation.speed < RESTING * max(float(np.median(deviation.speed)), 1e-4))
+    stops, arc = course.arc[course.stop], deviation.arc[resting]
+    nearest = nearest_rows(stops, arc)
+    beside = np.abs(arc - stops[nearest]) <= CLAMP
+    place, away = followed.position[deviation.row[resting]], np.full(len(stops), np.inf)
+    np.minimum.at(away, nearest[beside], norm(place - course.place(stops)[nearest])[beside])
+    return stops[np.isfinite(away)], away[np.isfinite(away)]
 
 
 def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Finding]:
