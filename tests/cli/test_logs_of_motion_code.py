@@ -232,3 +232,18 @@ def test_a_tool_that_turns_on_its_lines_is_the_programs_own_and_one_that_is_turn
         result, motion = identify(tmp_path)
         assert result.returncode == 0, result.stderr
         np.testing.assert_allclose(motion["moving_average_ms"], [152, 136], atol=1)
+
+
+@pytest.mark.parametrize("override", [1, 0.6])
+def test_what_corners_wait_at_cnt50_is_not_taken_for_an_override(tmp_path, override):
+    """120 ms at each of six corners a second apart, and the means are those that it was driven with."""
+    path, fine = [*SQUARE, *SQUARE[1:]], [*ROUND, *ROUND[1:]]
+    waits = PERIOD * np.floor(52 * (1 - np.sqrt(0.5))) * ~np.array(fine[1:])
+    time, place = driven(path, 200, fine, means=(0.216, 0.208), waits=waits, override=override)
+    write(tmp_path, time, place, program(path, 200, fine, cnt=50))
+    _, report = executed(tmp_path)
+    assert [s["percent"] for s in report["override"]] == [100 * override]
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0, result.stderr
+    np.testing.assert_allclose(motion["moving_average_ms"], [216, 208], atol=1)
+    assert motion["identified"]["verdict"] == "may be commanded against"

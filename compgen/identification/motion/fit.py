@@ -9,7 +9,7 @@ curvature changes: T_1^4 + T_2^4 = s^2 (1 + q) / 2, so equal times, q = 0, are n
 uncertainty is that of blocks of rows that scatter together.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal
@@ -25,7 +25,7 @@ Residuals = Callable[[ControllerMotion], Array]
 
 LONGEST = {"means": 0.8, "lags": 0.25}  # [s] root of s
 STARTS = (0.03, 0.1, 0.25, 0.5)  # of that, as shares, from which a fit begins
-CLOSE, TRIED = np.linspace(0.1, 0.9, 41), 4  # the same of means that grow: behind CNT n < 100 they wait by steps
+CLOSE, TRIED = tuple(np.linspace(0.1, 0.9, 41).tolist()), 4  # the same where motions wait by steps: behind CNT n < 100
 STEP = 1e-3  # of the two numbers, for slopes
 EVEN = 0.3  # q from which the fit of two times begins
 ALIKE, GROWS = 0.03, 0.03  # q, and [1/m2], from which that of two means that grow begins: an M-900iA/350's
@@ -107,7 +107,12 @@ def variance_of(kind: Kind, numbers: Array) -> float:
 
 
 def fit_kind(
-    kind: Kind, residuals: Residuals, fitted: BoolArray, block: IntArray, start: Array | None = None
+    kind: Kind,
+    residuals: Residuals,
+    fitted: BoolArray,
+    block: IntArray,
+    start: Array | None = None,
+    shares: Sequence[float] = STARTS,
 ) -> KindFit:
     """The best controller of a kind on fitted rows, and what it leaves in the others' blocks.
 
@@ -117,15 +122,15 @@ def fit_kind(
         fitted: Rows to fit, (R,).
         block: Of each row, (R,).
         start: Numbers to begin with; default several.
+        shares: Of the longest, from which those begin; of many the best few are solved.
     """
     numbers = np.zeros(0)
     if kind.count:
         size = kind.count + (kind.reach_at is not None)
-        shares, even = (STARTS, EVEN) if kind.reach_at is None else (CLOSE, ALIKE)
+        even, tried = (EVEN, 1) if len(shares) == len(STARTS) else (ALIKE, TRIED)
         usual = [np.array([(share * LONGEST[kind.filters]) ** 2, even, GROWS][:size]) for share in shares]
         starts = [start] if start is not None else usual
         costs = [_cost(kind, residuals, fitted, x) for x in starts]
-        tried = 1 if kind.reach_at is None else TRIED
         solved = [_solve(kind, residuals, fitted, starts[k]) for k in np.argsort(costs)[:tried].tolist()]
         numbers = min(solved, key=partial(_cost, kind, residuals, fitted))
     left = residuals(motion_of(kind, numbers))

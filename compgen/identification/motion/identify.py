@@ -11,6 +11,7 @@ leaves little of what it takes away.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,9 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import MS, UM
 from compgen.identification.motion.fit import (
+    CLOSE,
     NOTHING,
+    STARTS,
     Kind,
     KindFit,
     Residuals,
@@ -129,7 +132,7 @@ def identify(
     kinds = kinds or [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
     fits = []
     for k, kind in enumerate(kinds):
-        fits.append(fit_kind(kind, function, fitted, block))
+        fits.append(fit_kind(kind, function, fitted, block, shares=_shares(windows, kind)))
         progress((k + 1) / (len(kinds) + 1))
     fits.sort(key=lambda fit: float(np.mean(fit.held_out)))
     alike = [fit for fit in fits if _as_well(fit, fits[0])]
@@ -182,7 +185,14 @@ def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind
     block = np.concatenate([w.block for w in windows])
     clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
     clear = clear if clear.any() else np.ones_like(clear)
-    return fit_kind(kind, lambda motion: residuals(windows, robot, tool, motion), clear, block).motion
+    left, shares = partial(residuals, windows, robot, tool), _shares(windows, kind)
+    return fit_kind(kind, left, clear, block, shares=shares).motion
+
+
+def _shares(windows: Sequence[Window], kind: Kind) -> Sequence[float]:
+    """From where the fit of a kind begins: close together of two means where CNT n waits by steps."""
+    waits = kind == FIRST and any(len(window.corner) for window in windows)
+    return CLOSE if waits or kind.reach_at is not None else STARTS
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:

@@ -83,9 +83,18 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     inside = _cruising(time, run, stands, *_planned_runs(course, edges))
     straight = inside & _is_straight(course, arc)
     inside = straight if straight.sum() > FEW * inside.sum() else inside
+    corners = course.arc[(course.kept < 1) & ~course.stop]  # where CNT n waits, nobody knows yet how long
+    line = np.searchsorted(np.union1d(edges, corners), np.maximum.accumulate(arc), side="left")
 
     def rates(clock: Array) -> Windows:
-        return window_rates(time, course.at(clock, arc), run, inside)
+        shown = course.at(clock, arc)
+        if len(corners):
+            at = course.at(course.cruise, arc)
+            waits = course.at(course.cruise, corners)
+            by_line = window_rates(time, shown, line, straight & (np.abs(at - waits[nearest_rows(waits, at)]) > CORNER))
+            if len(by_line.rate):
+                return by_line
+        return window_rates(time, shown, run, inside)
 
     def place(moment: Array) -> Array:
         return np.interp(moment, time, arc)
