@@ -22,6 +22,7 @@ LARGEST = 1e12  # of a number in any unit; beyond it squares and products overfl
 MAX_CELL = 131_072  # characters; the csv module's own limit
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 QUOTABLE = re.compile(r"[A-Za-z0-9_.+-]{1,32}")
+PARTED = {";": "semicolons", "\t": "tabs"}  # what else cells are parted by, where a file has no comma
 _PLAIN = b"0123456789eE+-., \t\n"  # what numbers and the gaps between them are written with
 _REMARK = re.compile(r"(?m)^[ \t]*#.*$")
 _GAP = re.compile(r"(?m)(?:(?<=,)|^(?=[ \t]*,))[ \t]*(?=,|$)")
@@ -247,8 +248,11 @@ def check_header(
     source: str, line: int, header: Sequence[str], required: Sequence[str], known: Sequence[str] | None
 ) -> None:
     """Raises InputError for a header that is not CSV's, has a name twice or none, or lacks or adds a column."""
-    if len(header) == 1 and ";" in header[0]:
-        raise InputError(f"{source}: line {line}: cells are parted by semicolons; save it with commas")
+    for sign, name in PARTED.items():
+        if len(header) == 1 and sign in header[0]:
+            raise InputError(f"{source}: line {line}: cells are parted by {name}; save it with commas")
+    if all(map(_NUMBER.fullmatch, header)):
+        raise InputError(f"{source}: line {line}: numbers, and no header; put a line above that names the columns")
     labels = [name if QUOTABLE.fullmatch(name) else str(n) for n, name in enumerate(header, 1)]
     for name, label in zip(header, labels, strict=False):
         if not name:

@@ -162,6 +162,15 @@ def test_the_same_at_half_override_is_one_override(tmp_path):
     assert [s["percent"] for s in report["override"]] == [50]
 
 
+def test_a_run_that_is_faster_than_its_text_is_another_program(tmp_path):
+    time, place = driven(TO_AND_FRO, 300, [True] * 5)
+    write(tmp_path, time, place, program(TO_AND_FRO, 200, [True] * 5))
+    result, report = executed(tmp_path)
+    refused(result, 1, "150 % of its written speeds", "no override is above 100 %")
+    assert "the plan is slower" in next(f["message"] for f in report["findings"] if f["code"] == "executed.time")
+    refused(identify(tmp_path)[0], 2, "log.csv", "150 % of its written speeds")
+
+
 def test_a_corner_cut_by_eighteen_millimetres_is_no_other_program(tmp_path):
     square = [(1000, -100, 100), (1300, -100, 100), (1300, 100, 100), (1000, 100, 100), (1000, -100, 100)]
     fine = [True, False, False, False, True]

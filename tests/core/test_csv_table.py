@@ -86,6 +86,8 @@ def test_infinities_are_refused(tmp_path, cell, gaps):
         ("x_m,y_mm\n1,2\n", ("column x_mm: missing; is it 'x_m'",)),
         ("x_mm,z_mm\n1,2\n", ("column z_mm: unknown; did you mean",)),
         ("x_mm;y_mm\n1;2\n", ("line 1", "semicolons", "commas")),
+        ("x_mm\ty_mm\n1\t2\n", ("line 1", "tabs", "commas")),
+        ("0.000,1.000,0.000\n0.008,1.000,0.000\n", ("line 1", "no header")),
         ("x_mm\r1\r2\r", ("line 1: its lines end in carriage returns alone", "LF")),
         ("x_mm\n1\n2\r3\n", ("line 3: its lines end in carriage returns alone",)),
         ("x_mm\n1\n\0\n", ("line 3: holds zero bytes",)),

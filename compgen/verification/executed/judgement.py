@@ -16,6 +16,7 @@ from compgen.verification.executed.followed_log import FollowedLog, constant_off
 from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, curvature, deviation_of
 
 WHOLE = 0.998  # of the course that a whole run covers
+FASTEST = 1.05  # of the written speeds, that a run takes: corners are cut and clocks are off
 TIME_BOUND = 0.5 * PERCENT  # of the planned time
 CLAMP = 3e-3  # [m] that corrections are clamped to
 MOST = 0.75  # of the rows on straight ways: those beside corners are fewer
@@ -214,6 +215,13 @@ def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
         )
         yield Finding(Level.WARNING, Code.EXECUTED_PERIODS, message)
     first, *later = clock.stretches
+    fastest = max(s.rate for s in clock.stretches)
+    if fastest > FASTEST:
+        message = (
+            f"it drove at {100 * fastest:.0f} % of its written speeds, and no override is above 100 %: another program "
+            "along the same way, or a clock that runs slow; give the program that ran"
+        )
+        yield Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
     if later:
         turns = [f"{s.words} from {s.begin:.2f} s" for s in later]
         message = f"the override changed midway: {first.words} at first, {_named(turns, 'changes')}"
@@ -238,7 +246,7 @@ def _of_time(clock: ClockFit) -> Iterator[Finding]:
         reason = (
             "away from stops it kept its speeds: stops cost another time than the robot file's accelerations say"
             if rate <= TIME_BOUND
-            else "also away from stops: the controller is slower, the plan faster, or the log's clock is off"
+            else f"also away from stops: the plan is {'faster' if off > 0 else 'slower'}, or the log's clock is off"
         )
         message = f"it took {clock.took:.2f} s where the plan has {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
         yield Finding(Level.WARNING, Code.EXECUTED_TIME, message)
