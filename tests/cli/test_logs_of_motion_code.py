@@ -42,6 +42,10 @@ def executed(folder, *more):
     return result, json.loads((folder / "out" / "executed.json").read_text())
 
 
+SQUARE = [(1000, -100, 100), (1300, -100, 100), (1300, 100, 100), (1000, 100, 100), (1000, -100, 100)]
+ROUND = [True, False, False, False, True]
+
+
 def identify(folder):
     result = run("identify-motion", "RUN.LS", "--log", "log.csv", "--robot", "mine.toml", "-o", "new.toml", cwd=folder)
     motion = tomllib.loads((folder / "new.toml").read_text())["motion"] if (folder / "new.toml").exists() else {}
@@ -171,6 +175,18 @@ def test_a_run_that_is_faster_than_its_text_is_another_program(tmp_path):
     refused(identify(tmp_path)[0], 2, "log.csv", "150 % of its written speeds")
 
 
+@pytest.mark.parametrize("dwell", [0.0, 1.0])
+def test_a_stop_whose_ramps_are_longer_than_planned_is_none_where_it_stood(tmp_path, dwell):
+    """FINE waits until 320 + 320 ms have run out: longer by 0.4 s than the robot file's accelerations say."""
+    path, fine = [*SQUARE, *SQUARE[1:]], [*ROUND, *ROUND[1:]]
+    waits = dwell * np.array([0, 0, 0, 1, 0, 0, 0, 0])
+    time, place = driven(path, 200, fine, means=(0.32, 0.32), waits=waits)
+    write(tmp_path, time, place, program(path, 200, fine))
+    _, report = executed(tmp_path)
+    stood = [s["at"] for s in report["stands"]]
+    assert stood == (["P[5]"] if dwell else [])
+
+
 def test_a_corner_cut_by_eighteen_millimetres_is_no_other_program(tmp_path):
     square = [(1000, -100, 100), (1300, -100, 100), (1300, 100, 100), (1000, 100, 100), (1000, -100, 100)]
     fine = [True, False, False, False, True]
@@ -202,10 +218,6 @@ def test_a_clock_without_unit_and_joints_with_the_other_j3_are_refused_in_one_li
     if "--j3 link2" in words:
         result, report = executed(tmp_path, "--j3", "link2")
         assert report["verdict"] == "inside"
-
-
-SQUARE = [(1000, -100, 100), (1300, -100, 100), (1300, 100, 100), (1000, 100, 100), (1000, -100, 100)]
-ROUND = [True, False, False, False, True]
 
 
 @pytest.mark.parametrize("moved", [(0.2, 0, 0), (0.12, -0.12, 0)])

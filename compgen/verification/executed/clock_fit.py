@@ -245,7 +245,9 @@ def _assessed(
     a, b = rows[ends[:-1]], rows[begins[1:]]
     between = _Between(steady, a, b, held, nominal[before])
     beyond = -np.diff(offset) / rates[before] - between.ramps - between.waits
-    stood = between.is_hold | (beyond > BEYOND) | (between.waits > 0)
+    rests = np.array([begin for begin, _ in still], dtype=np.int64)
+    seen = np.searchsorted(rests, b) > np.searchsorted(rests, a)  # ramps take longer than planned without a rest
+    stood = between.is_hold | (beyond > BEYOND) & seen | (between.waits > 0)
     stands = [between.stand(k, float(beyond[k])) for k in np.flatnonzero(stood).tolist()]
     edges = [stretches[0].begin, *turns.tolist(), stretches[-1].end]
     first, last = int(rows[0]), int(rows[-1])

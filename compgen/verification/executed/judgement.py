@@ -244,7 +244,7 @@ def _of_time(clock: ClockFit) -> Iterator[Finding]:
     if abs(off) > TIME_BOUND:
         rate = max(abs(s.rate / s.override - 1) for s in clock.stretches)
         reason = (
-            "away from stops it kept its speeds: stops cost another time than the robot file's accelerations say"
+            "away from stops and corners it kept its speeds: these cost another time than the robot file says"
             if rate <= TIME_BOUND
             else f"also away from stops: the plan is {'faster' if off > 0 else 'slower'}, or the log's clock is off"
         )
