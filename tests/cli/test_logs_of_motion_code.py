@@ -127,7 +127,7 @@ def test_a_robot_file_that_counts_whole_periods_is_not_told_to_and_the_copy_of_a
     copy = (tmp_path / "new.toml").read_text()
     assert tomllib.loads(copy)["controller"]["rounds_up_to_period"] is True
     (tmp_path / "mine.toml").write_text(copy)
-    _, report = executed(tmp_path, "--force")
+    _, report = executed(tmp_path)
     assert "executed.periods" not in {f["code"] for f in report["findings"]}
 
 
@@ -173,6 +173,33 @@ def test_a_run_that_is_faster_than_its_text_is_another_program(tmp_path):
     refused(result, 1, "150 % of its written speeds", "no override is above 100 %")
     assert "the plan is slower" in next(f["message"] for f in report["findings"] if f["code"] == "executed.time")
     refused(identify(tmp_path)[0], 2, "log.csv", "150 % of its written speeds")
+
+
+def test_a_curve_whose_every_corner_waits_is_not_taken_for_a_run_at_a_lower_override(tmp_path):
+    """CNT80 holds each line of a tenth of a second up by 24 ms: no row is away from corners."""
+    waits = PERIOD * np.floor(35 * (1 - np.sqrt(0.8))) * ~np.array(SMOOTH[1:])
+    time, place = driven(CURVE, 200, SMOOTH, means=(0.152, 0.136), waits=waits)
+    write(tmp_path, time, place, program(CURVE, 200, SMOOTH, cnt=80))
+    _, report = executed(tmp_path)
+    assert [(s["percent"], s["words"]) for s in report["override"]] == [
+        (100, "100 % (82 to 100 % drive these lines alike)")
+    ]
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0, result.stderr
+    np.testing.assert_allclose(motion["moving_average_ms"], [152, 136], atol=2)
+
+
+def test_strokes_shorter_than_what_is_smoothed_over_are_no_other_program(tmp_path):
+    """A raster of 200 mm at steps of 25 mm through 320 + 320 ms: its corners are cut by 19 mm, its strokes are true."""
+    raster = [(1000 + 200 * (k // 2 % 2 != k % 2), 25 * (k // 2), 100) for k in range(16)]
+    fine = [True] + [False] * 14 + [True]
+    time, place = driven(raster, 200, fine, means=(0.32, 0.32))
+    write(tmp_path, time, place, program(raster, 200, fine))
+    result, report = executed(tmp_path)
+    assert (result.returncode, report["verdict"]) == (0, "inside")
+    place[np.abs(place[:, 0] - 1100) < 99] += [0, 0, 1.5]  # another program, but for its stops
+    write(tmp_path, time, place, program(raster, 200, fine))
+    refused(executed(tmp_path)[0], 1, "another program along the same way")
 
 
 @pytest.mark.parametrize("dwell", [0.0, 1.0])

@@ -83,18 +83,14 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     inside = _cruising(time, run, stands, *_planned_runs(course, edges))
     straight = inside & _is_straight(course, arc)
     inside = straight if straight.sum() > FEW * inside.sum() else inside
-    corners = course.arc[(course.kept < 1) & ~course.stop]  # where CNT n waits, nobody knows yet how long
-    line = np.searchsorted(np.union1d(edges, corners), np.maximum.accumulate(arc), side="left")
+    which, rows, waits = run, inside, np.flatnonzero((course.kept < 1) & ~course.stop)  # CNT n: nobody knows how long
+    if len(waits):
+        line, clear = _between_waits(course, arc, straight, edges, waits)
+        if len(window_rates(time, course.at(course.cruise, arc), line, clear).rate):
+            which, rows, waits = line, clear, waits[:0]
 
     def rates(clock: Array) -> Windows:
-        shown = course.at(clock, arc)
-        if len(corners):
-            at = course.at(course.cruise, arc)
-            waits = course.at(course.cruise, corners)
-            by_line = window_rates(time, shown, line, straight & (np.abs(at - waits[nearest_rows(waits, at)]) > CORNER))
-            if len(by_line.rate):
-                return by_line
-        return window_rates(time, shown, run, inside)
+        return window_rates(time, course.at(clock, arc), which, rows)
 
     def place(moment: Array) -> Array:
         return np.interp(moment, time, arc)
@@ -112,6 +108,9 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
             rounded=rounded,
             clock=clock,
         )
+    if len(waits) and len(stretches) == 1 and stretches[0].rate < 1:  # slower by waits, by an override, or by both
+        clock = course.counted_clock() if rounded else course.cruise
+        stretches = (replace(stretches[0], rate=1.0, alike=(round(100 * stretches[0].rate), 100)),)
     steady = _Steady(
         course=course, clock=clock, time=time, arc=arc, shown=course.at(clock, arc), run=run, inside=inside
     )
@@ -138,11 +137,26 @@ def _planned_runs(course: ProgramCourse, edges: Array) -> tuple[Array, Array]:
     return np.diff(course.at(clock, edges)), np.diff(course.at(course.planned, edges)) - np.diff(waited)
 
 
-def _is_straight(course: ProgramCourse, arc: Array) -> BoolArray:
-    """Rows with no corner near them, (M,)."""
+def _between_waits(
+    course: ProgramCourse, arc: Array, straight: BoolArray, edges: Array, waits: IntArray
+) -> tuple[IntArray, BoolArray]:
+    """Which way between stops and waits a row is on, (M,), and straight rows that are away from waits, (M,)."""
+    line = np.searchsorted(np.union1d(edges, course.arc[waits]), np.maximum.accumulate(arc), side="left")
+    at, wait = course.at(course.cruise, arc), course.cruise[waits]
+    return line, straight & (np.abs(at - wait[nearest_rows(wait, at)]) > CORNER)
+
+
+def chords(course: ProgramCourse, arc: Array) -> tuple[Array, Array]:
+    """Way and chord about places (M,) [m], over so long on each side as corners are cut in, (M,) [m]."""
     clock = course.at(course.cruise, arc)
     low, high = (np.interp(clock + side, course.cruise, course.arc) for side in (-CORNER, CORNER))
-    return np.asarray(norm(course.place(high) - course.place(low)) >= STRAIGHT * (high - low))
+    return high - low, norm(course.place(high) - course.place(low))
+
+
+def _is_straight(course: ProgramCourse, arc: Array) -> BoolArray:
+    """Rows with no corner near them, (M,)."""
+    way, chord = chords(course, arc)
+    return np.asarray(chord >= STRAIGHT * way)
 
 
 def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:

@@ -10,17 +10,17 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM
-from compgen.verification.executed.clock_fit import ClockFit, fit_clock, nearest_rows
+from compgen.verification.executed.clock_fit import ClockFit, chords, fit_clock, nearest_rows
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, constant_offset, offset_words
-from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, curvature, deviation_of
+from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, deviation_of
 
 WHOLE = 0.998  # of the course that a whole run covers
 FASTEST = 1.05  # of the written speeds, that a run takes: corners are cut and clocks are off
 TIME_BOUND = 0.5 * PERCENT  # of the planned time
 CLAMP = 3e-3  # [m] that corrections are clamped to
 MOST = 0.75  # of the rows on straight ways: those beside corners are fewer
-STRAIGHT = 0.02  # m/s2: smoothing of any length that is known pulls by a tenth of a millimetre and less
+STRAIGHT = 1e-4  # [m] that a chord is shorter by: smoothing of any length that is known pulls by less than 1 mm there
 LEAST_ROWS = 50
 STOPPED_OFF = 15e-6  # [m] from its stop, where no smoothing is left
 NAMED = 5  # changes and stands that are named one by one
@@ -149,8 +149,8 @@ def _straight_deviation(course: ProgramCourse, deviation: PathDeviation) -> floa
     """How far most rows are off the path where smoothing pulls nowhere [m]; 0 where there are too few to say."""
     rows = np.flatnonzero(deviation.judged)
     rows = rows[:: max(1, len(rows) // 50_000)]
-    bend = norm(curvature(course, deviation.arc[rows])) * deviation.speed[rows] ** 2
-    straight = rows[bend < STRAIGHT]
+    way, chord = chords(course, deviation.arc[rows])
+    straight = rows[way - chord < STRAIGHT]
     return float(np.quantile(deviation.distance[straight], MOST)) if len(straight) >= LEAST_ROWS else 0.0
 
 
