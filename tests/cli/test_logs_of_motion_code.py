@@ -97,6 +97,21 @@ def test_a_curve_of_lines_in_whole_periods_with_rows_in_pairs_may_be_commanded_a
     assert held["slowed_share"] == 0  # those seven lines are taken as long as they took
 
 
+@pytest.mark.parametrize("means", [(216, 208), (176, 168), (104, 104)])
+@pytest.mark.parametrize("waves", [0, 40])
+def test_means_are_whole_periods_and_lie_in_their_intervals(tmp_path, means, waves):
+    """A circle shows the sum of squares, and how it is shared out in its first and last blocks alone."""
+    circle = [(1100 + 200 * np.cos(a), 200 * np.sin(a), 100 + waves * np.sin(3 * a)) for a in ANGLE]
+    time, place = driven(circle, 200, SMOOTH, means=np.array(means) / 1e3)
+    write(tmp_path, time, place, program(circle, 200, SMOOTH))
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert motion["moving_average_ms"] == pytest.approx(means, abs=0.01)
+    intervals = json.loads((tmp_path / "new.json").read_text())["motion"]["interval_ms"]
+    for mean, (low, high) in zip(means, intervals, strict=True):
+        assert low - 0.05 <= mean <= high + 0.05
+
+
 @pytest.mark.parametrize(("end", "cnt"), [((1750, -250, 100), 100), ((1750, -250, 100), 50), ((1350, -520, 100), 100)])
 def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path, end, cnt):
     """As an M-900iA/350 has them: whole periods, 8 % more for each m2 of the most that the arm is spread on a line."""

@@ -16,6 +16,8 @@ from typing import Literal
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.stats import norm as normal
+from scipy.stats import t as student
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.units import UM
@@ -26,6 +28,8 @@ Residuals = Callable[[ControllerMotion], Array]
 LONGEST = {"means": 0.8, "lags": 0.25}  # [s] root of s
 STARTS = (0.03, 0.1, 0.25, 0.5)  # of that, as shares, from which a fit begins
 CLOSE, TRIED = tuple(np.linspace(0.1, 0.9, 41).tolist()), 4  # the same where motions wait by steps: behind CNT n < 100
+ACROSS = 2  # coordinates square to the path that a row has
+FEWEST = 2.5  # blocks that tell a number
 STEP = 1e-3  # of the two numbers, for slopes
 EVEN = 0.3  # q from which the fit of two times begins
 ALIKE, GROWS = 0.03, 0.03  # q, and [1/m2], from which that of two means that grow begins: an M-900iA/350's
@@ -160,7 +164,10 @@ def _scaled(x: Array, longest: float) -> Array:
 
 
 def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
-    """Covariance of a fit's numbers, (p, p): blocks of rows scatter together, rows inside of them as they like."""
+    """Covariance of a fit's numbers, (p, p): blocks of rows scatter together, and rows for themselves.
+
+    A bend that few blocks have tells a time by few of them: Student's t for their number, as a normal's.
+    """
     base = residuals(fit.motion)
     slopes = []
     for k in range(len(fit.numbers)):
@@ -171,11 +178,15 @@ def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
         slopes.append((residuals(motion_of(fit.kind, fit.numbers + step)) - base).ravel() / step[k])
     A = np.column_stack(slopes)
     scale = np.sqrt((A**2).sum(axis=0))
+    A /= np.where(scale > 0, scale, 1.0)
     scale = np.where(scale > 0, scale, 1.0)
-    inverse = np.linalg.pinv((A / scale).T @ (A / scale), rcond=1e-12)
-    score = (A / scale) * base.ravel()[:, None]
+    inverse = np.linalg.pinv(A.T @ A, rcond=1e-12)
     _, which = np.unique(np.repeat(block, base.shape[1]), return_inverse=True)
-    sums = np.column_stack([np.bincount(which, column) for column in score.T])
-    # blocks that are few scatter less than they would
-    factor = len(sums) / max(len(sums) - len(fit.numbers), 1)
-    return np.asarray(factor * inverse @ (sums.T @ sums) @ inverse / np.outer(scale, scale))
+    sums, shares = (
+        np.column_stack([np.bincount(which, column) for column in each.T]) for each in (A * base.ravel()[:, None], A**2)
+    )
+    meat = sums.T @ sums + A.T @ A * float((base**2).sum()) / len(base) / ACROSS  # rows that scatter for themselves
+    telling = np.maximum(1 / (shares**2).sum(axis=0), FEWEST)  # blocks that tell each number
+    few = student.ppf(0.975, telling - 1) / normal.ppf(0.975)
+    spread = inverse @ meat @ inverse * np.outer(few, few)
+    return np.asarray(spread / np.outer(scale, scale))

@@ -12,6 +12,7 @@ leaves little of what it takes away.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from compgen.identification.motion.fit import (
     Residuals,
     covariance,
     fit_kind,
+    motion_of,
     times_of,
     variance_of,
 )
@@ -43,6 +45,7 @@ LEFT = 0.05  # of what it takes away: what may be left on blocks held out by wha
 # do for the program; a mean and a lag, which no kind here is, leaves an eighth)
 BETTER = 0.9  # of what the plain program leaves: what leaves more is no better
 NOISE_MULTIPLE = 1.5  # of the log's noise, that is left without fault
+SAMPLED = 0.1e-6  # [m] rms that straight lines between samples of a smoothed motion are off by
 FLOOR = 0.5e-6  # [m] beside: straight lines between samples of a smoothed motion
 APART = 1.1  # of what the plain program leaves of one half of a log: what the other half may leave of it
 MOST_SLOWED = 0.6  # of the rows: where more seem slowed down, the law is not this one, and none is left out
@@ -138,6 +141,10 @@ def identify(
     alike = [fit for fit in fits if _as_well(fit, fits[0])]
     plainest = _believed(alike, robot.controller.period)
     chosen, intervals, sigma = _refitted(plainest, alike, function, block)
+    if robot.controller.rounds_up_to_period and chosen.kind == FIRST:
+        chosen = _in_whole_periods(chosen, function, robot.controller.period)
+        times = np.array(chosen.motion.moving_averages)
+        intervals = np.column_stack([np.minimum(intervals[:, 0], times), np.maximum(intervals[:, 1], times)])
     left, plain = function(plainest.motion)[~fitted], function(ControllerMotion())[~fitted]
     away = norm(left[:, :3])
     progress(1.0)
@@ -247,6 +254,17 @@ def _refitted(
             times = np.array([times_of(fit.kind, draw) for draw in draws])
             intervals = np.percentile(times, [2.5, 97.5], axis=0).T
     return chosen, intervals, np.array([min(sigmas), max(sigmas)])
+
+
+def _in_whole_periods(fit: KindFit, function: Residuals, period: float) -> KindFit:
+    """Two means of whole periods, as the maker's motion code has them, where they explain a log as well."""
+    near = (period * np.array([np.floor(time / period), np.ceil(time / period)]) for time in fit.motion.moving_averages)
+    pairs = [np.array(pair) ** 2 for pair in product(*near)]
+    tried = [np.array([sum(pair), (np.diff(pair)[0] / sum(pair)) ** 2]) for pair in pairs]
+    left = [rms(function(motion_of(FIRST, numbers))) for numbers in (fit.numbers, *tried)]
+    best = int(np.argmin(left[1:]))
+    as_well = left[best + 1] ** 2 <= (1 + SAME) * left[0] ** 2 + SAMPLED**2
+    return replace(fit, numbers=tried[best]) if as_well else fit
 
 
 def _unseen(function: Residuals, block: IntArray) -> float:

@@ -197,8 +197,9 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
             f"only {100 * track.share:.0f} % of it follows the path within 5 mm, from line "
             f"{log.table.line[int(log.row[track.row[first]])]}"
         )
+    other = "program, or arm (--robot)" if log.is_joints else "program"
     raise InputError(
-        f"{source}: it is of another program: {where}; give the log of one run of this program, or the program that ran"
+        f"{source}: it is of another {other}: {where}; give the log of one run of this program, or the program that ran"
     )
 
 

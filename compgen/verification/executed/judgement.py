@@ -170,7 +170,9 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
         message = f"{100 * offset.explained:.0f} % of the deviation is {words}"
         return Finding(Level.OUTSIDE, Code.EXECUTED_OFFSET, message)
     stops, away = _rests(course, followed, deviation)
-    if not len(away) or (np.median(away) <= STOPPED_OFF + 3 * deviation.noise and away.max() <= LEAST_OFFSET):
+    if not len(away) or (
+        np.median(away) <= STOPPED_OFF + 3 * deviation.noise and away.max() <= LEAST_OFFSET + 3 * deviation.noise
+    ):
         return None
     where = course.point_name(float(stops[int(np.argmax(away))]))
     message = (
