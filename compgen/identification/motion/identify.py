@@ -142,9 +142,7 @@ def identify(
     plainest = _believed(alike, robot.controller.period)
     chosen, intervals, sigma = _refitted(plainest, alike, function, block)
     if robot.controller.rounds_up_to_period and chosen.kind == FIRST:
-        chosen = _in_whole_periods(chosen, function, robot.controller.period)
-        times = np.array(chosen.motion.moving_averages)
-        intervals = np.column_stack([np.minimum(intervals[:, 0], times), np.maximum(intervals[:, 1], times)])
+        chosen, intervals = _in_whole_periods(chosen, intervals, function, robot.controller.period)
     left, plain = function(plainest.motion)[~fitted], function(ControllerMotion())[~fitted]
     away = norm(left[:, :3])
     progress(1.0)
@@ -256,15 +254,18 @@ def _refitted(
     return chosen, intervals, np.array([min(sigmas), max(sigmas)])
 
 
-def _in_whole_periods(fit: KindFit, function: Residuals, period: float) -> KindFit:
+def _in_whole_periods(fit: KindFit, intervals: Array, function: Residuals, period: float) -> tuple[KindFit, Array]:
     """Two means of whole periods, as the maker's motion code has them, where they explain a log as well."""
     near = (period * np.array([np.floor(time / period), np.ceil(time / period)]) for time in fit.motion.moving_averages)
     pairs = [np.array(pair) ** 2 for pair in product(*near)]
     tried = [np.array([sum(pair), (np.diff(pair)[0] / sum(pair)) ** 2]) for pair in pairs]
     left = [rms(function(motion_of(FIRST, numbers))) for numbers in (fit.numbers, *tried)]
     best = int(np.argmin(left[1:]))
-    as_well = left[best + 1] ** 2 <= (1 + SAME) * left[0] ** 2 + SAMPLED**2
-    return replace(fit, numbers=tried[best]) if as_well else fit
+    if left[best + 1] ** 2 > (1 + SAME) * left[0] ** 2 + SAMPLED**2:
+        return fit, intervals
+    whole = replace(fit, numbers=tried[best])
+    times = np.array(whole.motion.moving_averages)
+    return whole, np.column_stack([np.minimum(intervals[:, 0], times), np.maximum(intervals[:, 1], times)])
 
 
 def _unseen(function: Residuals, block: IntArray) -> float:

@@ -98,16 +98,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     log = timed_log(course, rates, place)
     clock, stretches, rounded = log.clock, log.stretches, log.clock is not course.cruise
     if not stretches:
-        return ClockFit(
-            stretches=(),
-            stands=(),
-            start=float(time[0]),
-            late=np.full(len(time), np.nan),
-            took=0.0,
-            expected=0.0,
-            rounded=rounded,
-            clock=clock,
-        )
+        return _unknown(time, clock, rounded=rounded)
     if len(waits) and len(stretches) == 1 and stretches[0].rate < 1:  # slower by waits, by an override, or by both
         clock = course.counted_clock() if rounded else course.cruise
         stretches = (replace(stretches[0], rate=1.0, alike=(round(100 * stretches[0].rate), 100)),)
@@ -115,6 +106,20 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
         course=course, clock=clock, time=time, arc=arc, shown=course.at(clock, arc), run=run, inside=inside
     )
     return _assessed(steady, _pooled(steady, stretches), held, stands, rounded=rounded)
+
+
+def _unknown(time: Array, clock: Array, *, rounded: bool) -> ClockFit:
+    """Of a log without steady motion."""
+    return ClockFit(
+        stretches=(),
+        stands=(),
+        start=float(time[0]),
+        late=np.full(len(time), np.nan),
+        took=0.0,
+        expected=0.0,
+        rounded=rounded,
+        clock=clock,
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
