@@ -115,7 +115,7 @@ INDIRECT_POSITION = any_case(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?")  # P
 POSITION_WRITTEN = re.compile(r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=")
 POSITION_BEFORE_EQUALS = any_case(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=")  # written, a component of it too
 #: Kind, and number: n of UFRAME[n]; of the system variable $MNUFRAME[group,n] too, or a component of it.
-FRAME_WRITTEN = re.compile(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
+FRAME_WRITTEN = any_case(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
 REGISTER = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")
 REGISTER_WRITTEN = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=")
 POSITION_REGISTER = any_case(r"(?<![A-Z_$])PR\[\s*(\d*)")  # n of PR[n]; empty for one that is found at run time
@@ -324,7 +324,7 @@ UNSAFE_HEADERS = (
 
 def written_frames(text: str) -> list[tuple[str, int | None]]:
     """UFRAME or UTOOL, and the number, that a statement writes; None for a number that is found at run time."""
-    indices = [(f"U{match[1]}", match[2].partition(":")[0].strip()) for match in FRAME_WRITTEN.finditer(text)]
+    indices = [(f"U{match[1].upper()}", match[2].partition(":")[0].strip()) for match in FRAME_WRITTEN.finditer(text)]
     return [(kind, int(index) if index.isdigit() else None) for kind, index in indices]
 
 
@@ -367,7 +367,9 @@ MODAL_STATEMENTS = (
     ModalStatement("JOINT_MAX_SPEED", any_case(r"JOINT_MAX_SPEED\s*(?:\[[^\]]*\])?\s*=")),
     ModalStatement("LINEAR_MAX_SPEED", any_case(r"LINEAR_MAX_SPEED\s*=")),
 )
-FRAME_NUMBER = any_case(r"^(UFRAME_NUM|UTOOL_NUM)\s*=\s*(.*?)\s*$")  # which, and its value
-FRAME_MENTIONED = any_case(r"\b(?:UFRAME_NUM|UTOOL_NUM)\b.*=")  # written, whatever else is said
+FRAME_NUMBER = any_case(r"^(UFRAME_NUM|UTOOL_NUM)(?:\[(?:GP)?1\])?\s*=\s*(.*?)\s*$")  # which, and its value
+FRAME_MENTIONED = any_case(
+    r"(?:\b(?:UFRAME_NUM|UTOOL_NUM)\b|\$MNU(?:FRAME|TOOL)NUM\b).*="
+)  # written, whatever else is said
 PAYLOAD_ALONE = any_case(r"^PAYLOAD\s*\[\s*(\d+)\s*\]$")  # its schedule
 ASSIGNED_NUMBER = re.compile(r"=\s*(\d+)\s*$")

@@ -256,6 +256,21 @@ def test_what_is_not_followed_stays_held_with_its_reason(moves, reason, hot):
         run(data, hot, strict=True)
 
 
+@pytest.mark.parametrize("write", ["UFRAME[4]=PR[5]", "utool[2]=pr[5]", "IF DI[1]=ON,UFRAME[R[1]]=PR[5]"])
+@pytest.mark.parametrize("call", ["CALL INNER", "CALL OUTER", "L P[2] 50mm/sec FINE TB .10sec,CALL OUTER"])
+def test_a_frame_that_a_called_program_writes_is_not_the_tables_behind_the_call(call, write, hot):
+    """It was: the program was corrected for the table's frame, proven for it, and inside its bounds."""
+    points = [at(n, HOME, numbered=(4, 2)) for n in (1, 3)]
+    go = "L P[2] 50mm/sec FINE"
+    data = program([go, "L P[1] 50mm/sec FINE", call, "L P[3] 50mm/sec FINE"], [*points, at(2, THERE, numbered=(0, 0))])
+    programs = {"OUTER": program(["CALL INNER"], [], name="OUTER"), "INNER": program([write], [], name="INNER")}
+    assert changed(data, run(data, hot)) == {1, 2, 3}
+    result = run(data, hot, programs=programs)
+    assert changed(data, result) == {1, 2}
+    (reason,) = {u.reason for u in result.plan.scope.unsafe}
+    assert "is written before it, here or in a program that it calls" in reason
+
+
 def test_a_frame_is_not_known_where_two_ways_meet_that_wrote_it_differently(hot):
     moves = ["UFRAME[4]=PR[5]", "IF DI[1]=ON,UFRAME[4]=PR[6]", "L P[1] 50mm/sec FINE"]
     data = shifted(moves, *assign(5, SHIFT), *assign(6, TURNED), points=[at(1, HOME, numbered=(4, 0)), at(2, THERE)])

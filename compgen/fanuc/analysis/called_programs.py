@@ -1,12 +1,12 @@
-"""Programs that a program calls: whether each moves the arm, and whether it writes position registers or frames."""
+"""Programs that a program calls: whether each moves the arm, and what it writes of position registers and frames."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import read_flow
-from compgen.fanuc.listing.listing import LsProgram, loads
-from compgen.fanuc.vocabulary import CALL, may_move_arm, may_write_registers
+from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
+from compgen.fanuc.vocabulary import CALL, may_move_arm, may_write_registers, written_frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +15,7 @@ class CalledPrograms:
 
     motionless: frozenset[str] = frozenset()  # they do not move the arm
     settled: frozenset[str] = frozenset()  # they write no position register, user frame or tool
+    frames: frozenset[tuple[str, int | None]] = frozenset()  # that any of them writes, as ``written_frames``
 
 
 UNKNOWN_PROGRAMS = CalledPrograms()
@@ -28,6 +29,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         find: The listing of a program by its name in capitals; None for one that is not there.
     """
     known: dict[str, tuple[bool, bool]] = {}  # motionless, settled
+    frames: set[tuple[str, int | None]] = set()
 
     def look_up(name: str) -> tuple[bool, bool]:
         if name not in known:
@@ -45,7 +47,9 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
 
     def _effects(called: LsProgram) -> tuple[bool, bool]:
         texts = set(read_flow(called).text.values())
-        beneath = {name: look_up(name) for name in _names(texts)}
+        for _, text in other_statements(called):
+            frames.update(written_frames(text))
+        beneath = {name: look_up(name) for name in _names(called)}
         motionless = {name for name, (still, _) in beneath.items() if still}
         settled = {name for name, (_, kept) in beneath.items() if kept}
         moves = not called.motions.disabled.all() or any(may_move_arm(text, motionless) for text in texts)
@@ -53,12 +57,14 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         writes |= any(may_write_registers(text, settled, options=True) for text in set(called.motions.options))
         return not moves, not writes
 
-    effects = {name: look_up(name) for name in _names(set(read_flow(program).text.values()))}
+    effects = {name: look_up(name) for name in _names(program)}
     return CalledPrograms(
         frozenset(name for name, (motionless, _) in effects.items() if motionless),
         frozenset(name for name, (_, settled) in effects.items() if settled),
+        frozenset(frames),
     )
 
 
-def _names(texts: set[str]) -> set[str]:
+def _names(program: LsProgram) -> set[str]:
+    texts = {*read_flow(program).text.values(), *program.motions.options}
     return {name.upper() for text in texts for name in CALL.findall(text)}

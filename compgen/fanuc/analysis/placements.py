@@ -80,10 +80,10 @@ def read_placements(
     m = program.motions
     active = np.flatnonzero(~m.disabled)
     with_offset = {o for o in set(m.options) if o and offsets_of(o)}
-    if not with_offset and not FRAME_BEGINS.search(program.data):
+    if not (with_offset or called.frames or FRAME_BEGINS.search(program.data)):
         return Placements()
     flow = read_flow(program)
-    written = _written_frames(set(flow.text.values()))
+    written = _written_frames(set(flow.text.values()), called)
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
         return Placements()
     registers_known = RegisterFlow(program=program, frames=frames, called=called)
@@ -138,12 +138,11 @@ def _not_followed(options: str, why: str) -> str:
     return f"{_NAMES.get(word, 'its frame')} is {'added' if word else 'written'} at run time: {why}"
 
 
-def _written_frames(texts: set[str]) -> dict[str, set[int]]:
-    """Numbers of user frames and tools that statements write; ANY among them for one that is found at run time."""
+def _written_frames(texts: set[str], called: CalledPrograms) -> dict[str, set[int]]:
+    """Numbers of user frames and tools that statements, or called programs, write; ANY for one found at run time."""
     written: dict[str, set[int]] = {}
-    for text in texts:
-        for kind, number in written_frames(text):
-            written.setdefault(kind, set()).add(ANY if number is None else number)
+    for kind, number in called.frames.union(*map(written_frames, texts)):
+        written.setdefault(kind, set()).add(ANY if number is None else number)
     return written
 
 
@@ -177,7 +176,8 @@ class _Motions:
                 values = state.get((kind, number))
                 numbers = self.flow.numbers(values) if isinstance(values, Register) else None
                 if numbers is None:
-                    return f"{kind}[{number}] is written before it, and its value is known at run time only"
+                    where = "is written before it, here or in a program that it calls"
+                    return f"{kind}[{number}] {where}: its value is known at run time only"
                 frames[kind].append((number, numbers))
         offsets = self._offsets(motion, state)
         if isinstance(offsets, str):

@@ -112,7 +112,7 @@ class RegisterFlow:
         names = [name.upper() for name in CALL.findall(text)]
         if names or (may_move_arm(text) and not (CONDITION_OF_OFFSET.match(text) or MOVERS.match(text))):
             kept = bool(names) and all(name in self.called.settled for name in names)
-            return {k: v for k, v in state.items() if k[0] != "R"} if kept else after_unknown_call(state)
+            return {k: v for k, v in state.items() if k[0] != "R"} if kept else self._after_unknown_call(state)
         if condition := CONDITION_OF_OFFSET.match(text):
             return self._after_condition(condition[1].upper(), text, state)
         target = element(text)
@@ -175,11 +175,16 @@ class RegisterFlow:
     def _after_options(self, options: str, state: State) -> State:
         names = [name.upper() for name in CALL.findall(options)]
         if POINT_LOGIC.search(options) or not all(name in self.called.settled for name in names):
-            return after_unknown_call(state)
+            return self._after_unknown_call(state)
         if names or NUMBER_REGISTER_SET.search(options):
             state = {k: v for k, v in state.items() if k[0] != "R"}
         written = POSITION_REGISTER_SET.findall(options)
         return _without_mentioned(" ".join(written), state) if written else state
+
+    def _after_unknown_call(self, state: State) -> State:
+        """What is left behind a program that may write all registers, and frames that this or a called one writes."""
+        kept = {k: (None if k[0] in KINDS else v) for k, v in state.items() if k[0] != "R"}
+        return _without_all(kept | {(kind, ANY if n is None else n): None for kind, n in self.called.frames})
 
     def settles(self, node: Node, state: State) -> bool:
         """Whether a statement writes frames to known values only."""
@@ -217,12 +222,6 @@ def _without_all(state: State, *, joint: bool = False) -> State:
 def _lost(value: Register | float | None) -> Register:
     """What is left of a register whose numbers are not known any more: it may still be in joint form."""
     return Register(JOINT) if isinstance(value, Register) and value.form == JOINT else UNKNOWN
-
-
-def after_unknown_call(state: State) -> State:
-    """What is left behind a program that may write all registers, and the frames that are written here as well."""
-    kept = {k: (None if k[0] in KINDS else v) for k, v in state.items() if k[0] != "R"}
-    return _without_all(kept)
 
 
 def meet(a: State, b: State) -> State:

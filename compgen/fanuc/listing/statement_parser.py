@@ -66,7 +66,8 @@ class StatementParser:
         """The next physical line.
 
         Raises:
-            InputError: A move whose target is not understood, or a C without its end point; names the line.
+            InputError: A move whose target is not understood, a C without its end point, or two statements in one line;
+                names the line.
         """
         data = self.data
         while stop > at and data[stop - 1] in b"\r\n":
@@ -88,6 +89,9 @@ class StatementParser:
                 raise too_long(self.move.line)
             _continue_options(data, self.move, body, limit)
         if close >= 0:
+            other = LINE_NUMBER.match(data, close + 1, stop)
+            if other and other[1] and self.state != "!":
+                raise InputError(f"program: line {number}: a second statement stands behind its ';'; part the lines")
             self.begin_statement()
 
     def _open_statement(self, body: int, limit: int, number: int) -> int:
