@@ -39,7 +39,7 @@ class DrivenProgram:
     length: Array  # (S,) [m] of the way there, NaN when an end is not known
     duration: Array  # (S,) [s] of the way there
     pause: Array  # (S,) [s] waited before leaving for it
-    untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
+    untimed: tuple[int, ...]  # lines whose speed, way or wait is not told, or whose override
     flow: tuple[int, ...]  # lines of statements that may change the order
     origin: IntArray  # (S,) station from which the robot surely comes, NONE when it or its place is not known
     carried: BoolArray  # (S,) an extended axis may move on the way there

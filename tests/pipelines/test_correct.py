@@ -376,6 +376,30 @@ def test_a_line_takes_its_length_over_its_speed(speed, seconds, hot):
     assert any(f.code == "timing.assumed" for f in result.findings) == ("R[" in speed)
 
 
+@pytest.mark.parametrize(
+    ("statement", "open_time"),
+    [
+        ("OVERRIDE=30%", True),
+        ("OVERRIDE=R[6:SPEED]", True),
+        ("OVERRIDE=100%", False),
+        ("LINEAR_MAX_SPEED=20", True),
+        ("JOINT_MAX_SPEED[1]=5", True),
+        ("WAIT DI[1]=ON", True),
+        ("WAIT R[3]", True),
+        ("PAUSE", True),
+        ("WAIT    .50(sec)", False),
+        ("WAIT   5.00(sec)", False),
+        ("TIMER[1]=START", False),
+    ],
+)
+def test_what_lasts_as_run_time_decides_is_said(statement, open_time, hot):
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    data = program(["J P[1] 10% FINE", statement, "L P[2] 50mm/sec FINE"], [at(1, HOME), at(2, q)])
+    said = [f.message for f in corrected(data, hot).findings if f.code == "timing.assumed"]
+    assert len(said) == open_time
+    assert all(message.startswith("line 5: ") for message in said)
+
+
 def test_turning_on_the_spot_takes_seconds(hot):
     """A line of some micrometres at 250 mm/s with a turn of the wrist: joints, not length, take the time."""
     q = (*HOME[:5], HOME[5] + 120)

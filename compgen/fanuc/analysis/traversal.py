@@ -20,7 +20,7 @@ from compgen.fanuc.analysis.flow_graph import station_origins
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
+from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, UNTIMED, WAIT
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.extended_axes import SAME_VALUE
 from compgen.robot.robot import Robot
@@ -58,6 +58,7 @@ def read_traversal(
     value, unit = (column[motion] for column in parse_speeds(m.speed))
     duration, untimed = _durations(ways, value, unit, robot)
     pause, flow = _others(program, m.line[motion])
+    waits = [number for number, text in other_statements(program) if UNTIMED.match(text)]
     origin = _known_origins(station_origins(program, motion, motionless, poses.placements.shifted), known)
     carried = _carried(poses, pose, origin)
     return DrivenProgram(
@@ -71,7 +72,7 @@ def read_traversal(
         length=length,
         duration=np.nan_to_num(duration, nan=0.0, posinf=0.0),
         pause=pause,
-        untimed=tuple(dict.fromkeys(m.line[motion[untimed]].tolist())),
+        untimed=tuple(sorted({*m.line[motion[untimed]].tolist(), *waits})),
         flow=flow,
         origin=np.where(carried, NONE, origin),
         carried=carried,
