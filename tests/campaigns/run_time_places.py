@@ -37,7 +37,10 @@ TOOLS = {0: (0.0,) * 6, 1: (0.0, 0.0, 120.0, 0.0, 5.0, 0.0)}
 POINTS, REGISTERS = 8, 4
 RUNS, STEPS = 12, 400
 QUIET = "/PROG  QUIET\n/ATTR\n/MN\n   1:  R[1]=5 ;\n   2:  DO[1]=ON ;\n/POS\n/END\n"
+FRAMER = "/PROG  FRAMER\n/ATTR\n/MN\n   1:  IF DI[4]=ON,UFRAME[1]=PR[2] ;\n   2:  UTOOL[1]=PR[3] ;\n/POS\n/END\n"
 WRITER = "/PROG  WRITER\n/ATTR\n/MN\n   1:  PR[1]=PR[2] ;\n/POS\n/END\n"
+
+BESIDE = {"QUIET": QUIET.encode(), "WRITER": WRITER.encode(), "FRAMER": FRAMER.encode()}
 
 
 # Programs ----------------------------------------------------------------------------------------------------------
@@ -95,7 +98,9 @@ def block(rng, depth=0):
         elif what < 0.79:
             lines.append(f"{rng.choice(['OFFSET', 'TOOL_OFFSET'])} CONDITION PR[{rng.randint(1, REGISTERS)}]")
         elif what < 0.84:
-            lines.append(rng.choice(["CALL QUIET", "CALL QUIET", "CALL WRITER", "CALL OTHER", "MY MACRO"]))
+            lines.append(
+                rng.choice(["CALL QUIET", "CALL QUIET", "CALL WRITER", "CALL FRAMER", "CALL OTHER", "MY MACRO"])
+            )
         elif what < 0.88:
             lines.append(f"IF DI[1]=ON,{rng.choice([assignment(rng), f'JMP LBL[{rng.randint(1, 3)}]', 'CALL OTHER'])}")
         elif what < 0.91:
@@ -228,6 +233,10 @@ class Run:
             self.r[1] = 5.0
         elif name == "WRITER":
             self.pr[1] = self.pr[2]
+        elif name == "FRAMER":
+            self.assign("UTOOL[1]=PR[3]")
+            if self.rng.random() < 0.5:
+                self.assign("UFRAME[1]=PR[2]")
         else:  # a program, or a macro, that nobody knows
             for i in list(self.pr):
                 if self.rng.random() < 0.5:
@@ -363,9 +372,8 @@ def judge(seed, robot):
     start = {1: (10.0, -20.0, 30.0, 0.0, 0.0, 0.0)} if rng.random() < 0.5 else {}
     read = loads(text.encode("ascii"))
     frames = frames_of_cell()
-    beside = {"QUIET": QUIET.encode(), "WRITER": WRITER.encode()}.get
     registers = {n: Register(CARTESIAN, v) for n, v in start.items()}
-    around = ProgramContext(frames, registers, called_programs(read, beside))
+    around = ProgramContext(frames, registers, called_programs(read, BESIDE.get))
     poses = around.poses(read, robot)
     drive = read_traversal(read, poses, robot, around.called.motionless)
     scope = read_scope(read, poses, drive, robot)
@@ -410,9 +418,8 @@ def corrected(seed, cell):
     rng = random.Random(seed)
     text = program(rng)
     frames = frames_of_cell()
-    beside = {"QUIET": QUIET.encode(), "WRITER": WRITER.encode()}.get
     before = load_before(("moving 200mm/s 6h",))
-    result = correct(text.encode("ascii"), cell, frames, before, Options(), lambda stage, share: None, beside)
+    result = correct(text.encode("ascii"), cell, frames, before, Options(), lambda stage, share: None, BESIDE.get)
     plan, first = result.plan, int(result.plan.program.statements[0])
     if not result.changed:
         return [], []

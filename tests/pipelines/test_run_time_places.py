@@ -23,7 +23,8 @@ def test_what_is_free_stands_where_every_run_leads(cell):
 
 
 def test_the_judge_sees_registers_that_are_believed_behind_an_unknown_program(cell, monkeypatch):
-    monkeypatch.setattr("compgen.fanuc.analysis.register_flow.after_unknown_call", lambda state: state)
+    unknown_call = "compgen.fanuc.analysis.register_flow.RegisterFlow._after_unknown_call"
+    monkeypatch.setattr(unknown_call, lambda _, state: state)
     assert any(run_time_places.judge(seed, cell.robot)[0] for seed in range(200))
 
 
