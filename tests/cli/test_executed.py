@@ -4,6 +4,7 @@ import json
 import re
 
 import executed_logs as logs
+import ls_text
 import numpy as np
 import pytest
 from command_line import refused, run
@@ -186,6 +187,55 @@ def test_a_program_in_a_user_frame_takes_a_log_in_it_and_names_one_in_world(fold
     write(folder, course)
     refused(executed(folder, "--frames", "frames.toml"), 2, "World", "--in-world")
     assert executed(folder, "--frames", "frames.toml", "--in-world").returncode == 0
+
+
+CORNERS = np.array([[0, -200, 0], [0, 200, 0], [100, 200, 0], [100, -200, 0], [0, -200, 0]])  # in UFRAME 1
+SECOND = np.array([50, 20, 50])  # UFRAME 2 in UFRAME 1
+
+
+def lines(folder, home, numbers=(1, 1, 1, 1, 1), log=lambda p: p):
+    """A program from home along lines between corners in user frames, and a log in the frame that is active there."""
+    frames = {1: np.array([1200, 0, -50])} | {2: np.array([1200, 0, -50]) + SECOND}
+    table = "".join(
+        f"[uframe.{n}]\nx_mm={x}\ny_mm={y}\nz_mm={z}\nw_deg=0\np_deg=0\nr_deg=0\n" for n, (x, y, z) in frames.items()
+    )
+    (folder / "frames.toml").write_text(table)
+    numbered = list(enumerate(zip(CORNERS, numbers, strict=True), 2))
+    points = [ls_text.cartesian(n, (*c - SECOND * (uf - 1), 180, 0, 0), uf=uf) for n, (c, uf) in numbered]
+    moves = ["UFRAME_NUM=1", "UTOOL_NUM=0", "J P[1] 20% FINE", *(f"L P[{n}] 100mm/sec FINE" for n, _ in numbered)]
+    (folder / "PART.LS").write_bytes(ls_text.program(moves, [home, *points]))
+    share = (1 - np.cos(np.linspace(0, np.pi, 500)))[:, None] / 2
+    way = np.vstack([a + (b - a) * share for a, b in zip(CORNERS[:-1], CORNERS[1:], strict=True)])
+    active = np.repeat(numbers[1:], len(share))[:, None]
+    place, turn = log(way - SECOND * (active - 1)), np.tile([np.pi, 0, 0], (len(way), 1))
+    (folder / "log.csv").write_text(logs.csv(np.arange(len(way)) * 0.008, place / 1000, turn))
+    return executed(folder, "--frames", "frames.toml")
+
+
+HOMES = {
+    "joints": ls_text.joint_form(1, (0, 0, 0, 0, -90, 0)),
+    "joints with another tool": ls_text.joint_form(1, (0, 0, 0, 0, -90, 0), ut=3),
+    "Cartesian": ls_text.cartesian(1, (1200, 0, 300, 180, 0, 0)),
+}
+
+
+@pytest.mark.parametrize("home", HOMES.values(), ids=list(HOMES))
+def test_a_home_in_another_frame_does_not_say_in_which_frame_the_log_is(folder, home):
+    """The right log of such a program was refused as another program's."""
+    lines(folder, home)
+    covered = report(folder)["covered"]
+    assert (covered["from"], covered["to"]) == ("P[2]", "P[6]")
+    assert report(folder)["deviation"]["total"]["max_um"] < 1
+
+
+def test_a_log_of_several_user_frames_is_told_what_to_log(folder):
+    result = lines(folder, HOMES["Cartesian"], (1, 1, 2, 2, 2))
+    assert result.returncode == 1
+    assert "several user frames: log joints, or positions in World with --in-world" in result.stderr
+
+
+def test_inches_are_not_taken_for_metres(folder):
+    refused(lines(folder, HOMES["Cartesian"], log=lambda p: p / 25.4), 2, "inches, not millimetres")
 
 
 def test_an_older_correction_is_told_from_the_text_that_was_given(folder, course, robot):

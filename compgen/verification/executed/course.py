@@ -61,11 +61,18 @@ class ProgramCourse:
     numbers: tuple[int, int]  # of frame and tool on the controller
     period: float  # [s] of interpolation
     counted: bool = False  # whether ``planned`` counts lines by whole periods
+    several_frames: bool = False  # whether ways lead in other user frames, too
 
     @property
     def length(self) -> float:
         """Of the whole course [m]."""
         return float(self.arc[-1])
+
+    @property
+    def frames_hint(self) -> str:
+        """What a log of positions should be in, where the program drives in several user frames."""
+        words = "; it drives in several user frames: log joints, or positions in World with --in-world"
+        return words if self.several_frames else ""
 
     def way(self, arc: Array) -> IntArray:
         """The way on which each arc length (M,) [m] lies."""

@@ -167,9 +167,10 @@ def _rotations(
 def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) -> NoReturn:
     """Raises InputError with what would make a log fit, or that nothing does."""
     source = log.table.source
-    for reading in readings[1:]:
-        if _followed(log, course, reading.position()) is not None:
-            raise InputError(f"{source}: columns {log.columns[0]} to {log.columns[-1]}: they fit as {reading.words}")
+    others = [(_followed(log, course, reading.position()), reading.words) for reading in readings[1:]]
+    fitting = [(followed.track.covered, words) for followed, words in others if followed is not None]
+    if fitting:
+        raise InputError(f"{source}: columns {log.columns[0]} to {log.columns[-1]}: they fit as {max(fitting)[1]}")
     place = readings[0].position()
     travelled = travelled_way(place, row_noise(place))
     if travelled[-1] - travelled[0] < LEAST_WAY:
@@ -179,7 +180,7 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
         )
     moved = shape_elsewhere(course, place, travelled)
     if moved is not None:
-        raise InputError(f"{source}: {motion_words(moved, course)}")
+        raise InputError(f"{source}: {motion_words(moved, course)}{course.frames_hint}")
     track = follow(course, place, travelled)
     where = "no row is within 5 mm of it"
     way = float(travelled[-1] - travelled[0])
@@ -200,6 +201,7 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
     other = "program, or arm (--robot)" if log.is_joints else "program"
     raise InputError(
         f"{source}: it is of another {other}: {where}; give the log of one run of this program, or the program that ran"
+        + course.frames_hint
     )
 
 
