@@ -85,6 +85,7 @@ def test_infinities_are_refused(tmp_path, cell, gaps):
         ("x_mm,\n1,2\n", ("line 1, column 2: has no name",)),
         ("x_m,y_mm\n1,2\n", ("column x_mm: missing; is it 'x_m'",)),
         ("x_mm,z_mm\n1,2\n", ("column z_mm: unknown; did you mean",)),
+        ("x_mm,Point\n1,2\n", ("column Point: unknown; remove it; known: x_mm, y_mm",)),
         ("x_mm;y_mm\n1;2\n", ("line 1", "semicolons", "commas")),
         ("x_mm\ty_mm\n1\t2\n", ("line 1", "tabs", "commas")),
         ("0.000,1.000,0.000\n0.008,1.000,0.000\n", ("line 1", "no header")),

@@ -42,7 +42,7 @@ def test_plan_and_text_a_hundredth_apart_is_a_finding():
     _, corrected = generate(load_job(path_file("line_x")), quiet)
     assert abs(corrected.written.time[-1] / corrected.trajectory.time[-1] - 1) > 0.01
     message = next(f.message for f in corrected.findings if f.code == "timing.clock")
-    assert f"{corrected.written.time[-1]:.2f} s" in message
+    assert f"the written program takes {corrected.written.time[-1]:.2f} s" in message
 
 
 def test_a_step_of_the_written_speed_is_asked_of_the_joints():

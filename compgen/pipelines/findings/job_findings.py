@@ -168,9 +168,9 @@ def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding
     if abs(driven / planned - 1) <= CLOCK_ERROR:
         return []
     message = (
-        f"the written text takes {driven:.2f} s by the twin's clock, {planned:.2f} s were planned "
-        f"({100 * (driven / planned - 1):+.1f} %): stops and slow stretches weigh differently; what is told is the "
-        "text's"
+        f"the written program takes {driven:.2f} s, {planned:.2f} s were planned "
+        f"({100 * (driven / planned - 1):+.1f} %), by its stops and slow stretches; all numbers here are of the "
+        "written program"
     )
     return [Finding(Level.NOTE, Code.TIMING_CLOCK, message)]
 

@@ -102,7 +102,8 @@ def _gibbs(points: GivenPoints, turn: Array) -> Array:
         angle = np.arccos(np.clip((trace[row] - 1) / 2, -1, 1)) / DEG
         raise InputError(
             f"{points.where(row)}: the tool is turned {angle:.0f} deg from pointing down with its x at tool.spin_deg; "
-            f"{MAX_TILT / DEG:.0f} at most: set tool.spin_deg, or give a [frame]"
+            f"{MAX_TILT / DEG:.0f} at most: i, j, k point out of the part, W P R are degrees; else set "
+            "tool.spin_deg, or give a [frame]"
         )
     axis = np.stack([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], 1)
     return np.asarray(axis / (1 + trace)[:, None])
