@@ -55,6 +55,20 @@ def test_a_drawn_file_is_read_as_by_who_is_told_how_it_is_written(tmp_path, seed
     assert "No." in table.recorded.left_out
 
 
+@pytest.mark.parametrize("head", ["Time [d]", "Zeit (Tage)", "t in days"])
+def test_days_are_no_seconds(tmp_path, head):
+    """They were asked for as ``columns = { time_s = "Time [d]" }``, and then read as seconds."""
+    text = f"{head};temp_d;temp_c\n0,5;20,5;21\n0,75;20,5;21\n"
+    table = read(written(tmp_path, text), columns={"j2": "temp_d", "j3": "temp_c"}, unit="degC")
+    assert_allclose(column(table, "time_s"), [43200, 64800])
+    assert_allclose(column(table, "j2_degC"), 20.5)
+
+
+def test_a_clock_without_seconds_is_said_to_count_hours(tmp_path):
+    for time, words in (("00:10", "clock times in hours and minutes"), ("00:10:00", "clock times without")):
+        assert words in read(written(tmp_path, f"time;j2 [°C]\n{time};20,5\n")).recorded.words
+
+
 def test_dates_are_seconds_since_2000_and_zones_are_of_utc(tmp_path):
     text = "time;j2 [°C]\n2000-01-02T00:00:10+01:00;20,5\n2000-01-02T00:00:20+01:00;20,5\n"
     assert_allclose(column(read(written(tmp_path, text)), "time_s"), [86410 - 3600, 86420 - 3600])
@@ -145,6 +159,7 @@ HEAD = "time;j2 [°C];TC 04\n"
         ("time,j2 [C],j3 [C]\n08:15,20,5,21,5\n08:16,20,5,21,5\n", {}, ("line 2: 5 cells", "has 3", "use others")),
         ("No j2 [C] time\n1 20 08:15\n2 21 08:16\n", {}, ("line 2: 3 cells", "has 4", "give each column")),
         ("only words\nand more\n", {}, ("no rows of readings", "give a table")),
+        ("t [s];j2 [C]\n0;20 C\n10;20 C\n", {}, ("no rows of readings", "numbers without units")),
         ("1;2\n", {}, ("no header above it", "column time_s: missing")),
         (b"PK\x03\x04 torn", {}, ("no workbook", "save it as CSV")),
     ],

@@ -3,7 +3,7 @@
 import re
 import unicodedata
 
-from compgen.core.units import DEG, HOUR, INCH, MINUTE, MM, MS, UM
+from compgen.core.units import DAY, DEG, HOUR, INCH, MINUTE, MM, MS, UM
 
 #: a unit as column names have it: what it measures, its size and its zero (in SI, temperatures in degC), its spellings
 _UNITS = {
@@ -21,6 +21,7 @@ _UNITS = {
     "ms": ("time", MS, 0.0, "ms msec millisecond milliseconds"),
     "min": ("time", MINUTE, 0.0, "min mins minute minutes minuten"),
     "h": ("time", HOUR, 0.0, "h hr hrs hour hours std stunden"),
+    "d": ("time", DAY, 0.0, "d day days tag tage"),
     "mm_s": ("speed", MM, 0.0, "mm/s mm/sec"),
     "m_s": ("speed", 1.0, 0.0, "m/s m/sec"),
     "mm_min": ("speed", MM / MINUTE, 0.0, "mm/min"),
@@ -75,7 +76,7 @@ def name_and_unit(text: str) -> tuple[str, str]:
             return plain_name(text[: mark.start()] + text[mark.end() :]), unit
     for gap in _PARTED.finditer(text):
         name, rest = text[: gap.start()], text[gap.end() :]
-        is_letter = rest.isascii() and len(rest) < 2 and gap[0].isspace()  # Channel C is no unit, Zeit in s is
+        is_letter = rest.isascii() and len(rest) < 2 and (gap[0].isspace() or rest in "dD")  # Channel C is no unit
         if name and (not is_letter or name.endswith(" in")) and (unit := unit_named(rest)):
             return plain_name(name.removesuffix(" in")), unit
     return plain_name(text), ""

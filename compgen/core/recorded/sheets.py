@@ -50,7 +50,7 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
         tried = [_of_text(text[:_SAMPLE], name) for name in ([delimiter] if delimiter else DELIMITERS)]
         best = _of_text(text, max(tried, key=lambda sheet: sheet.values).name)
     if not best.values:
-        raise InputError(f"{source}: no rows of readings in it; give a table with a line for each reading")
+        raise InputError(f"{source}: no rows of readings in it; give a table, a line a reading, numbers without units")
     return best
 
 

@@ -277,7 +277,8 @@ def _table(layout: _Layout, assigned: Mapping[str, tuple[int, str]], times: Sequ
         seconds = seconds_of(moments, layout.dialect.dates, lambda row: layout.where(times[0], lines[row]), mend)
         cells[TIME] = list(map(repr, seconds))
         kind = time_of(moments[0])[0]
-        words += f", {_WORDS[kind.strip('z')]} with{'' if 'z' in kind else 'out'} a zone"
+        clock = " in hours and minutes" if moments[0].count(":") == 1 else ""
+        words += f", {_WORDS[kind.strip('z')]}{clock} with{'' if 'z' in kind else 'out'} a zone"
     own = {c: layout.names[k] for c, (k, _) in assigned.items()}
     used = {*times, *(k for k, _ in assigned.values())}
     left = tuple(name for k, name in enumerate(layout.names) if k not in used and any(layout.column(k)))
