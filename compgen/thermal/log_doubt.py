@@ -70,6 +70,9 @@ def doubt_of(
         words = f"column ambient_degC: {zero + odd:.1f} degC is more than {HALL:g} K from the reference, {zero:g}"
         hint = "degrees Fahrenheit? " if abs((zero + odd - 32) / 1.8 - zero) < HALL else ""
         return f"{words}; {hint}mend the sensor or its unit, or remove the column"
+    if (cold := _colder_than_any_hall(log)) is not None:
+        words = f"column {columns[cold]}: reads below {zero - HALL:g} degC, {HALL:g} K under the reference: no part is"
+        return f"{words}; mend the sensor or its unit, or empty its cells"
     lie = _likeliest(log, heat, warmth, expected)
     if abs(lie.z) < SIGMAS:
         return ""
@@ -78,7 +81,7 @@ def doubt_of(
         (
             f"; or {words}"
             for changed, words in _other_readings(log, columns, zero, expected)
-            if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS
+            if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS and _colder_than_any_hall(changed) is None
         ),
         "",
     )
@@ -92,6 +95,12 @@ def doubt_of(
         f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, where {by} allow {allows} +- {spread:.1f} "
         f"({abs(lie.z):.0f} sigma); mend the sensor, or empty its cells{other}"
     )
+
+
+def _colder_than_any_hall(log: TemperatureLog) -> str | None:
+    """The first rise of which a quarter of the readings is colder than the air of any hall; work only warms."""
+    readings = ((name, rise[np.isfinite(rise)]) for name, rise in log.readings.items())
+    return next((name for name, rise in readings if len(rise) and np.quantile(rise, 0.25) < -HALL), None)
 
 
 def _likeliest(

@@ -104,6 +104,17 @@ def test_another_unit_is_told(cell):
     assert "milliseconds" in doubt(cell, replace(log, time=1000 * log.time))
 
 
+@pytest.mark.parametrize("names", [("j3",), SENSED])
+def test_a_part_colder_than_any_hall_is_refused_and_no_unit_that_makes_it_so_is_asked_for(cell, names):
+    """A J3 alone, made Celsius twice, reads -7 to 3 degC in a hall of 20: it was believed, and led 0.2 mm off."""
+    log = day(cell)
+    twice = {n: (20 + log.readings[n] - 32) / 1.8 - 20 for n in names}
+    words = doubt(cell, replace(log, readings=twice))
+    assert words.startswith(f"column {names[0]}_degC: reads below 0 degC, 20 K under the reference: no part is; mend")
+    stuck = {**log.readings, "j3": np.minimum(log.readings["j3"], log.readings["j3"][150])}
+    assert "Fahrenheit" not in doubt(cell, replace(log, readings=stuck))
+
+
 def test_a_robot_as_warm_as_work_makes_it_did_not_stand_for_a_day(cell):
     still = history(cell)
     still = replace(still, rise=still.rise[:1] * np.exp(-24 * HOUR / cell.warmth.lag) + 0 * still.rise)
