@@ -102,6 +102,14 @@ def test_a_robot_with_one_model_has_no_model_form(tmp_path: Path) -> None:
     assert told(result) == []
 
 
+def test_the_note_says_how_far_off_the_program_would_be_by_the_other_model() -> None:
+    _, result = corrected()
+    form = result.model_form
+    assert form is not None
+    words = f"'{form.driven}', the true one, this program would be up to {form.largest * 1e6:.1f} um off"
+    assert words in told(result)[0].message
+
+
 def test_another_model_that_cannot_be_driven_is_said(tmp_path: Path) -> None:
     text = (ROOT / "robots" / "m710ic50.toml").read_text()
     robot = tmp_path / "broken.toml"

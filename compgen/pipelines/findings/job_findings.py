@@ -272,7 +272,8 @@ def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Fi
     lines = f"its lines are kept to {distance.off / UM:.2g} um, " if file.joined else ""
     if off <= allowed:
         message = (
-            f"judged by {file.source} itself, read a second time: {lines}its places to {distance.missed / UM:.2g} um"
+            f"compared with {file.source}, read a second time: {lines}its places are met to "
+            f"{distance.missed / UM:.2g} um"
         )
         return [Finding(Level.NOTE, Code.PATH_FILE, message)]
     message = (

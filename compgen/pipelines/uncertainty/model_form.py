@@ -105,9 +105,9 @@ def cross_flight(job: Job, prepared: PreparedProgram, deviation: Deviation) -> t
     if form is None:
         return None, []
     message = (
-        f"model form: what is corrected for thermal.model = '{form.corrected}' is up to {form.largest / UM:.1f} um off "
-        f"({form.rms / UM:.1f} rms) driven on '{form.driven}', {100 * form.share:.0f} % of what the warmth does; "
-        "only a measurement of the warm arm tells which is nearer"
+        f"model form: were the robot file's other heat model, '{form.driven}', the true one, this program would be up "
+        f"to {form.largest / UM:.1f} um off ({form.rms / UM:.1f} rms), {100 * form.share:.0f} % of what the warmth "
+        "does; only a measurement of the warm arm tells which is nearer"
     )
     return form, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
 
