@@ -55,7 +55,7 @@ def provenance(result: Correction) -> dict[str, Any]:
 def inputs_record(result: Correction) -> dict[str, Any]:
     """Every key of the robot file that a correction used, and all that was given beside it."""
     made, options = provenance(result), result.options
-    given = {key: made[key] for key in ("frames", "registers", "before", "options")}
+    given = {key: made[key] for key in ("frames", "registers", "called", "before", "options")}
     if options.bound is not None:
         given["options"]["max_um"] = round(options.bound / UM, 9)
     if options.raised:
@@ -72,7 +72,9 @@ def _state(state: AnchoredState | None) -> dict[str, str]:
 
 def _context(result: Correction) -> dict[str, Any]:
     """Frames, registers and called programs that were given, by number and name."""
-    frames, registers = result.around.frames, result.around.registers
+    frames, registers, called = result.around.frames, result.around.registers, result.around.called
+    written = [f"{kind}[{'R' if n is None else n}]" for kind, n in called.frames]
+    known = {"motionless": called.motionless, "settled": called.settled, "writes": written}
     return {
         "frames": {
             **{kind: {str(n): _xyzwpr(pose) for n, pose in getattr(frames, kind).items() if n} for kind in FRAMES},
@@ -86,6 +88,7 @@ def _context(result: Correction) -> dict[str, Any]:
             },
         },
         "registers": {str(n): list(register.values) for n, register in registers.items()},
+        "called": {key: sorted(names) for key, names in known.items()},
     }
 
 

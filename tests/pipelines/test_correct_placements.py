@@ -21,6 +21,7 @@ from compgen.pipelines.correct.program_file import load_before
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.program.frames import default_frames, load_frames
 from compgen.program.registers import load_registers
+from compgen.report.provenance import inputs_record
 
 THERE = (15.0, 25.0, -20.0, 25.0, -55.0, 40.0)
 AWAY = (-30.0, 35.0, 5.0, 40.0, -75.0, -20.0)
@@ -269,6 +270,9 @@ def test_a_frame_that_a_called_program_writes_is_not_the_tables_behind_the_call(
     assert changed(data, result) == {1, 2}
     (reason,) = {u.reason for u in result.plan.scope.unsafe}
     assert "is written before it, here or in a program that it calls" in reason
+    frame = {"UFRAME[4]=PR[5]": "UFRAME[4]", "utool[2]=pr[5]": "UTOOL[2]"}.get(write, "UFRAME[R]")
+    called = inputs_record(result)["called"]  # another program beside is another input
+    assert called == {"motionless": ["OUTER" if "OUTER" in call else "INNER"], "settled": [], "writes": [frame]}
 
 
 def test_a_frame_is_not_known_where_two_ways_meet_that_wrote_it_differently(hot):
