@@ -71,7 +71,7 @@ _SPEED_WORD = rb"WELD_SPEED|max_speed"
 LINE_NUMBER = re.compile(rb"[ \t]*+(\d*+)[ \t]*+:")
 CONTINUATION = re.compile(rb"(?:\r\n|\r|\n)[ \t]*:([^\r\n]*)")  # a line without a number goes on with a statement
 _TARGET = rb"PR?|PAL_\d{1,9}"  # P[n], PR[n], and a place that palletizing computes
-MOTION = re.compile(rb"[ \t]*+(//)?+[ \t]*+([JLCAS])[ \t]++(?=(?:" + _TARGET + rb")\[)", re.IGNORECASE)
+MOTION = re.compile(rb"[ \t]*+(//)?+[ \t]*+([JLCAS])[ \t]++(?=(?:" + _TARGET + rb")[ \t]*\[)", re.IGNORECASE)
 #: Options that may stand between the via point of a C and its end point.
 _VIA_OPTION = rb"(?:TOOL_OFFSET|V?OFFSET|ACC|INC|RTCP|COORD|WJNT|PTH)\b|ACC[ \t]*\d"
 #: P[...], PR[...] or PAL_n[...]; a name may hold brackets, so it ends where a speed, another target, an option of a via

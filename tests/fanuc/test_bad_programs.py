@@ -62,6 +62,7 @@ REFUSED = {
     "position number too large": (changed(b"L P[2]", b"L P[12345678901]"), ("line 7", "999999999")),
     "position number in /POS too large": (changed(b"P[2]{", b"P[12345678901]{"), ("line 15",)),
     "motion without a target": (changed(b"L P[2] 100mm/sec", b"L P[2]&100mm/sec"), ("line 7", "target")),
+    "a blank before its number": (changed(b"L P[2] 100mm/sec", b"L P [2] 100mm/sec"), ("line 7", "target")),
     "two statements in a line": (changed(b"FINE    ;\n", b"FINE    ; "), ("line 6", "second statement")),
     "C without an end": (HALF_CIRCLE, ("line 7", "end point")),
 }  # fmt: skip

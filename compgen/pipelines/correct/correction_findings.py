@@ -15,6 +15,7 @@ from compgen.fanuc.analysis.inspection import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
+from compgen.fanuc.vocabulary import ARC_LETTERS
 from compgen.job.bounds import Bounds
 from compgen.job.part_frame import frame_findings
 from compgen.pipelines.correct.result import Correction
@@ -279,6 +280,12 @@ def _way_findings(result: Correction) -> list[Finding]:
         lines = sorted({_line_of(result, s) for s in unsure.tolist()})
         message = f"{_lines(lines)}: from where the robot comes is not sure (a jump, a call, a macro, an unknown place)"
         findings.append(Finding(Level.NOTE, Code.CORRECTION_ORDER, f"{message}: the end is judged, not the way there"))
+    letters = np.array(result.plan.program.motions.letter)[drive.motion]
+    curved = np.flatnonzero(result.plan.free & np.isin(letters, ARC_LETTERS))
+    if len(curved):
+        lines = sorted({_line_of(result, s) for s in curved.tolist()})
+        message = f"{_lines(lines)}: a chain of A or S: its ends are judged, not the curve between them"
+        findings.append(Finding(Level.NOTE, Code.CORRECTION_ORDER, message))
     return findings
 
 
