@@ -103,7 +103,10 @@ def read_toml_text(source: Path, folder: str, mend: str = "") -> TomlText:
         raise InputError(f"{source}: cannot be read: {failure.strerror}; give a TOML file") from None
     except (ValueError, RecursionError) as failure:
         reason = str(failure).partition("; use sys.")[0]  # a number of thousands of digits
-        raise InputError(f"{source}: not TOML: {reason}; see paths/ for examples") from None
+        mend = "see paths/ for examples"
+        if source.suffix.lower() != ".toml":
+            mend = "give a TOML file; one of a path names points, APT or G-code by [path] pattern and file"
+        raise InputError(f"{source}: not TOML: {reason}; {mend}") from None
 
 
 def override(data: dict[str, Any], assignment: str, option: str) -> None:

@@ -248,6 +248,13 @@ def test_a_file_as_windows_editors_save_it_is_read(tmp_path):
     assert load_frames(str(file)).utool[1].position.tolist() == [1e-3] * 3
 
 
+def test_points_given_in_place_of_a_path_file_are_led_to_one(tmp_path):
+    points = tmp_path / "my.csv"
+    points.write_text("x_mm,y_mm,z_mm\n1,2,3\n")
+    with pytest.raises(InputError, match=r"my.csv: not TOML: .*; give a TOML file; .* by \[path\] pattern and file"):
+        read_toml(points, "paths")
+
+
 def test_a_number_of_thousands_of_digits_is_refused_without_pythons_advice(tmp_path):
     file = tmp_path / "f.toml"
     file.write_text(f"name = {'9' * 5000}")
