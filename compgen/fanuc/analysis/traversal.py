@@ -57,8 +57,9 @@ def read_traversal(
     ways = _Ways(letter=letter, stop=stop, length=length, turn=turn, angle=_angles(poses, pose))
     value, unit = (column[motion] for column in parse_speeds(m.speed))
     duration, untimed = _durations(ways, value, unit, robot)
-    pause, flow = _others(program, m.line[motion])
-    waits = [number for number, text in other_statements(program) if UNTIMED.match(text)]
+    others = other_statements(program)
+    pause, flow = _others(others, m.line[motion])
+    waits = [number for number, text in others if UNTIMED.match(text)]
     origin = _known_origins(station_origins(program, motion, motionless, poses.placements.shifted), known)
     carried = _carried(poses, pose, origin)
     return DrivenProgram(
@@ -201,10 +202,10 @@ def parse_speeds(texts: tuple[str, ...]) -> tuple[Array, np.ndarray]:
     return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs], dtype="U8")
 
 
-def _others(program: LsProgram, line: IntArray) -> tuple[Array, tuple[int, ...]]:
+def _others(statements: list[tuple[int, str]], line: IntArray) -> tuple[Array, tuple[int, ...]]:
     """Pause before each station (S,) [s], and lines of statements that may change the order."""
     pause, flow = np.zeros(len(line)), []
-    for number, text in other_statements(program):
+    for number, text in statements:
         if FLOW.match(text):
             flow.append(number)
         elif wait := WAIT.match(text):
