@@ -19,6 +19,7 @@ from compgen.core.pose import Pose
 from compgen.fanuc import compose
 from compgen.fanuc.editing.numbers import format_like
 from compgen.pipelines.correct import Options, correct
+from compgen.pipelines.correct.program_file import load_before
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
@@ -374,6 +375,21 @@ def test_a_line_takes_its_length_over_its_speed(speed, seconds, hot):
     assert seconds - 1e-3 <= out < seconds + 1.5
     assert back <= out
     assert any(f.code == "timing.assumed" for f in result.findings) == ("R[" in speed)
+
+
+@pytest.mark.parametrize(
+    ("words", "twice"),
+    [
+        ("moving 200mm/s 5h 30min", "30min says duration"),
+        ("moving 200mm/s 5h, idle 30min", "idle says state"),
+        ("moving 200mm/s 100mm/s 5h", "100mm/s says feed"),
+        ("moving feed_mm_s=200 5h duration_h=1", "duration_h=1 says duration"),
+    ],
+)
+def test_what_went_before_says_each_thing_once(words, twice):
+    """The last one counted: half an hour, or standing, where five hours of work were said."""
+    with pytest.raises(InputError, match=f"{twice} a second time; give each stretch its own --before"):
+        load_before([words])
 
 
 @pytest.mark.parametrize(

@@ -201,19 +201,24 @@ def _plain_duties(data: dict[str, Any], where: str) -> list[Duty]:
 def stretch(item: str) -> dict[str, str | float]:
     """A stretch in words as a table."""
     table: dict[str, str | float] = {}
+    value: str | float
     for word in re.split(r"[\s,;:@]+", item.strip()):
         if word in ("moving", "idle", "off"):
-            table["state"] = word
+            key, value = "state", word
         elif feed := re.fullmatch(r"(?:feed_mm_s=)?(\d*\.?\d+)(?:mm/s(?:ec)?)?", word):
             if not (word.startswith("feed") or word.endswith(("s", "c"))):
                 raise InputError(f"--before '{item}': {word} has no unit; write it as in 'moving 200mm/s 5h'")
-            table["feed_mm_s"] = float(feed[1])
+            key, value = "feed_mm_s", float(feed[1])
         elif time := re.fullmatch(r"(\d*\.?\d+)(h|min|s)", word):
-            table["duration_h"] = float(time[1]) * {"h": HOUR, "min": MINUTE, "s": 1.0}[time[2]] / HOUR
+            key, value = "duration_h", float(time[1]) * {"h": HOUR, "min": MINUTE, "s": 1.0}[time[2]] / HOUR
         elif pair := re.fullmatch(r"(state|duration_h)=(\S+)", word):
-            table[pair[1]] = pair[2] if pair[1] == "state" else _plain(pair[2], item)
+            key, value = pair[1], pair[2] if pair[1] == "state" else _plain(pair[2], item)
         else:
             raise InputError(f"--before '{item}': {word!r} is not understood; write it as in 'moving 200mm/s 5h'")
+        if key in table:
+            mend = "give each stretch its own --before, and its time as one number, as 5.5h"
+            raise InputError(f"--before '{item}': {word} says {key.partition('_')[0]} a second time; {mend}")
+        table[key] = value
     return {"state": "moving" if "feed_mm_s" in table else "idle", **table}
 
 
