@@ -10,12 +10,14 @@ from numpy.testing import assert_array_equal
 from shipped import ROOT
 
 from compgen.core.exceptions import InputError
+from compgen.fanuc.analysis.called_programs import CalledPrograms
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
 from compgen.fanuc.editing.dry_run_lift import lifted_program
 from compgen.fanuc.listing.listing import dumps, loads, other_statements, statement_texts
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.program.frames import default_frames
 from compgen.program.pages import Capacity
 
 HEAD = {
@@ -136,8 +138,8 @@ def test_pages_and_a_dry_run_are_in_its_own_words():
     for page, same in zip(german.pages, english.pages, strict=True):
         assert page.data == in_german(same.data)
     assert german.main == in_german(english.main)
-    still = {"GRIP", "PARK"}
-    lifted = [lifted_program(loads(text), 10.0, 8, still) for text in (sample(), in_german(sample()))]
+    still, frames = CalledPrograms(motionless=frozenset({"GRIP", "PARK"})), default_frames().uframe
+    lifted = [lifted_program(loads(text), 10.0, 8, still, frames) for text in (sample(), in_german(sample()))]
     assert dumps(lifted[1]) == in_german(dumps(lifted[0]))
 
 

@@ -2,16 +2,21 @@
 
 import json
 import re
+from functools import partial
 
 import naive_ls
 import numpy as np
 import pytest
 from command_line import refused, run
 from corrected import HOME, corrected, missed_um
-from ls_text import at, joint_form, program
+from ls_text import at, cartesian, joint_form, program
 
+from compgen.core.exceptions import InputError
 from compgen.fanuc import loads
+from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS
+from compgen.fanuc.editing.lift import lifted_program
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.program.pose_table import pose_of
 
 TURNS = ([0, 0, 0, 0, 0, 0], [3, -2, 1, 0, 2, 0], [5, -3, 2, 1, 3, 1], [-4, 2, 3, 0, 1, 2])
 STEP = [np.array(HOME) + np.array(turn) for turn in TURNS]
@@ -147,3 +152,29 @@ def test_disabled_motions_and_unused_positions_stay_as_they_are(folder):
 @pytest.mark.parametrize("height", ["0", "-1", "nan", "5000"])
 def test_a_height_that_is_none_is_refused(folder, height):
     refused(lift(folder, height=height), 2, "--lift-all", "mm")
+
+
+#: the frame's turn about x, the tool's in it, a statement before -> whether the lift leads from the part
+LIFTS = [
+    (0, 180, "", True),
+    (0, 90, "", True),  # a gripper across the flange, lifted up
+    (0, 0, "", False),  # from below against a part: up is into it
+    (180, 0, "", False),  # z of the frame points down
+    (90, 180, "", True),  # on a wall: sideways, back along the tool
+    (90, 90, "", False),  # sideways, the tool down
+    (0, 90, "UFRAME[1]=PR[2]", False),  # nothing says where up is
+]
+
+
+@pytest.mark.parametrize(("frame_w", "tool_w", "statement", "leads_away"), LIFTS)
+def test_a_lift_leads_away_from_the_part_or_is_refused(frame_w, tool_w, statement, leads_away):
+    """Of a frame whose z points down a dry run went into the part, and was inside its bounds."""
+    points = [cartesian(n, (100.0 * n, 0, 0, tool_w, 0, 0), uf=1) for n in (1, 2)]
+    data = program([*filter(None, [statement]), "L P[1] 100mm/sec FINE", "L P[2] 100mm/sec FINE"], points)
+    frames = {1: pose_of((1200.0, 0.0, 0.0, frame_w, 0.0, 0.0))}
+    lift = partial(lifted_program, loads(data), 50.0, 8, UNKNOWN_PROGRAMS, frames)
+    if leads_away:
+        assert [g.groups[1].axes["Z"] for g in naive_ls.read(lift().source)[0].values()] == [50.0, 50.0]
+    else:
+        with pytest.raises(InputError, match=r"line \d+: z of its user frame leads P\[1\] neither up nor back"):
+            lift()

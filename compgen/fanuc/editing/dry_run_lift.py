@@ -5,38 +5,47 @@ statement between that may move the arm. Else a part of it would still go where 
 """
 
 import re
-from collections.abc import Collection
+from collections.abc import Mapping
 
 import numpy as np
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
+from compgen.core.units import DEG
+from compgen.fanuc.analysis.called_programs import CalledPrograms
 from compgen.fanuc.editing.insertion import insert_remark
 from compgen.fanuc.editing.numbers import Edits, format_like
 from compgen.fanuc.listing.listing import LsProgram, dumps, edited, loads, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import ends_elsewhere
-from compgen.fanuc.vocabulary import may_move_arm
+from compgen.fanuc.vocabulary import may_move_arm, written_frames
 from compgen.program.program import dry_name
 
 _NAME = re.compile(rb"(/PROG[ \t]+)(\S+)", re.IGNORECASE)
-_Z = 2  # column of a position's numbers
+_Z, _W, _P = 2, 3, 4  # columns of a position's numbers
+CLEARS = 0.5  # share of a lift that leads away from the part
+FORWARD = 0.1  # share of a lift up that may lead forward along a tool that stands across it
 
 
-def lifted_program(program: LsProgram, height_mm: float, length: int, motionless: Collection[str] = ()) -> LsProgram:
+def lifted_program(
+    program: LsProgram, height_mm: float, length: int, called: CalledPrograms, uframe: Mapping[int, Pose]
+) -> LsProgram:
     """The program with another name, a remark that says it, and Z higher by so much.
 
     Args:
         program: Any.
         height_mm: By which it goes up.
         length: Characters that a name may have.
-        motionless: Programs, in capitals, that do not move the arm.
+        called: What is known of the programs that it calls.
+        uframe: User frames, by number.
 
     Raises:
         InputError: A part of it would not go along; names the line.
     """
     where = f"program {program.name}: --lift-all: line"
-    for line, text in other_statements(program):
-        if may_move_arm(text, motionless):
+    others = other_statements(program)
+    for line, text in others:
+        if may_move_arm(text, called.motionless):
             raise InputError(f"{where} {line}: '{text:.40}' may move the arm, not lifted; lift a copy without it")
     m, p = program.motions, program.positions
     driven: set[int] = set()
@@ -58,6 +67,15 @@ def lifted_program(program: LsProgram, height_mm: float, length: int, motionless
         raise InputError(
             f"program {program.name}: --lift-all: positions in several user frames ({listed}), up is not one way; "
             "lift a copy with one"
+        )
+    written = called.frames.union(*(written_frames(text) for _, text in others))  # then none of the table is sure
+    leads_up = not written and any(n in uframe and uframe[n].rotation[2, 2] > CLEARS for n in frames.tolist())
+    back = -np.cos(p.value[rows, _W] * DEG) * np.cos(p.value[rows, _P] * DEG)  # of the lift along the tool's axis
+    wrong = rows[back < (-FORWARD if leads_up else CLEARS)]
+    if len(wrong):
+        raise InputError(
+            f"{where} {p.line[wrong[0]]}: z of its user frame leads P[{p.number[wrong[0]]}] neither up nor back along "
+            "the tool: it may drive into the part; lift a copy in a frame whose z points from the part"
         )
     edits: Edits = {}
     for row in rows.tolist():

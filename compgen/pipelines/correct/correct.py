@@ -112,7 +112,7 @@ def correct(  # noqa: PLR0913  what a program is corrected with, each by its nam
     if options.raised:
         _refuse_marked_before_lift(program, task)
         length = cell.robot.controller.name_length
-        program = lifted_program(program, options.raised / MM, length, around.called.motionless)
+        program = lifted_program(program, options.raised / MM, length, around.called, frames.uframe)
     plan = _plan_correction(program, task)
     if not options.again:
         _refuse_marked(plan)

@@ -91,7 +91,9 @@ def raised_findings(height: float) -> list[Finding]:
     """That a corrected program is a dry run, lifted by so much [m]; none for 0."""
     if height == 0:
         return []
-    message = f"{dry_run_words(height)}: Z of every position is {height / MM:g} mm higher; not for the part"
+    message = (
+        f"{dry_run_words(height)}: Z of all positions is {height / MM:g} mm larger in their frame; not for the part"
+    )
     return [Finding(Level.WARNING, Code.PROGRAM_DRY_RUN, message)]
 
 
