@@ -103,9 +103,8 @@ def read_toml_text(source: Path, folder: str, mend: str = "") -> TomlText:
         raise InputError(f"{source}: cannot be read: {failure.strerror}; give a TOML file") from None
     except (ValueError, RecursionError) as failure:
         reason = str(failure).partition("; use sys.")[0]  # a number of thousands of digits
-        mend = "see paths/ for examples"
-        if source.suffix.lower() != ".toml":
-            mend = "give a TOML file; one of a path names points, APT or G-code by [path] pattern and file"
+        other = "give a TOML file; one of a path names points, APT or G-code by [path] pattern and file"
+        mend = "see paths/ for examples" if source.suffix.lower() == ".toml" else other
         raise InputError(f"{source}: not TOML: {reason}; {mend}") from None
 
 

@@ -47,8 +47,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
 
     def _effects(called: LsProgram) -> tuple[bool, bool]:
         texts = set(read_flow(called).text.values())
-        for _, text in other_statements(called):
-            frames.update(written_frames(text))
+        frames.update(*(written_frames(text) for _, text in other_statements(called)))
         beneath = {name: look_up(name) for name in _names(called)}
         motionless = {name for name, (still, _) in beneath.items() if still}
         settled = {name for name, (_, kept) in beneath.items() if kept}
