@@ -4,6 +4,7 @@ import json
 import re
 import tomllib
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -13,6 +14,7 @@ import pytest
 from campaign import SOURCES
 from command_line import run
 from flawed import flawed_file
+from naive_arm import frames_at, growth_of_rises
 from shipped import path_file, quiet
 from synthetic import made_up, measured, random_theta, warming
 
@@ -379,3 +381,70 @@ def test_a_node_that_no_sensor_reads_leaves_the_frame_open_by_what_it_may_be_off
     moved = 10 * (hotter - at) * record["rise_K"]["link1"] / HOT[1]
     k = np.argmax(np.abs(moved))
     assert (unread - known)[k] > 0.9 * moved[k] ** 2  # 1.1; of the height alone 0.83
+
+
+def write_posterior(cell, sigma, correlation):
+    """Beside known.toml, what the numbers of some names are known to [unit of the key]."""
+    sources = tomllib.loads((cell / "mine.toml").read_text())["sources"]
+
+    def value(name):
+        table, key, index = re.fullmatch(r"(\w+)\.(\w+)\[(\d)\]", name).groups()
+        return sources.get(table, {}).get(key, [0.0] * 6)[int(index) - 1]
+
+    rows = [{"name": name, "value": value(name), "sigma": s} for name, s in sigma.items()]
+    record = {"robot": "mine", "parameters": rows, "correlation": correlation}
+    (cell / "known.posterior.json").write_text(json.dumps(record))
+    hashed = sha256((cell / "known.posterior.json").read_bytes()).hexdigest()
+    text = re.sub("posterior = .*", 'posterior = "known.posterior.json"', (cell / "mine.toml").read_text())
+    (cell / "known.toml").write_text(re.sub("posterior_sha256 = .*", f'posterior_sha256 = "{hashed}"', text))
+
+
+def place_that_a_probe_finds(touched, rotation, moved, sigma):
+    """How far least squares of numpy move the middle of the part, where touches (T, 3) are moved; probe to 0.5 mm."""
+    lever = touched - touched.mean(axis=0)
+    turns = np.stack([np.cross(np.eye(3)[k], lever) for k in range(3)], axis=2)
+    rows = np.concatenate([np.tile(np.eye(3), (len(lever), 1, 1)), turns, -rotation], axis=2).reshape(-1, 9) / sigma
+    held = np.hstack([np.zeros((3, 6)), np.eye(3) / (0.5 * MM)])
+    u = np.linalg.lstsq(np.vstack([rows, held]), np.concatenate([moved.ravel() / sigma, np.zeros(3)]), rcond=None)[0]
+    return u[:3] - rotation.mean(axis=0) @ u[6:]
+
+
+def test_what_identification_left_open_of_growth_leaves_the_part_open_and_a_cold_joint_does_not(cell, truth):
+    """Arms drawn by the posterior, grown by hand on the study's chain: their warm touches find the part elsewhere."""
+    names = ["thermal_growth.excess_a[2]", "thermal_growth.excess_d[4]", "joint_zeros.offset_mdeg[2]"]
+    correlation = [[1], [-0.7, 1], [0, 0, 1]]
+
+    def squares(sigma, rises):
+        write_posterior(cell, dict(zip(names, sigma, strict=True)), correlation)
+        write_log(cell, truth.arm.nodes, rises)
+        return np.array(taught(cell, robot="known.toml", name="by_known.toml")["sigma_um"]) ** 2
+
+    sigma = np.array([0.15, 0.2])
+    more = squares([*sigma, 20], HOT) - squares([0, 0, 0], HOT)
+    cold = squares([*sigma, 20], HOT * 0) - squares([0, 0, 0], HOT * 0)
+    write_log(cell, truth.arm.nodes, HOT)
+    frame = tomllib.loads((cell / "by_known.toml").read_text())["frame"]["taught"]
+    pendant = np.radians([t["joints_deg"] for t in frame["touches"]])
+    probe = np.array(frame["probe_mm"])
+    a2, d4, _ = growth_of_rises(HOT)
+    rng, found = np.random.default_rng(6), []
+    still = frames_at(pendant)[-1]
+    for z in rng.normal(size=(800, 2)) @ np.linalg.cholesky([[1, -0.7], [-0.7, 1]]).T:
+        grown = frames_at(pendant, np.tile([*(z * sigma * [a2, d4]), 0], (len(pendant), 1)))[-1]
+        moved = (grown - still)[:, :3] @ [*probe, 1.0]
+        touched = still[:, :3] @ [*probe, 1.0]
+        found.append(place_that_a_probe_finds(touched * MM, still[:, :3, :3], moved * MM, 20 * UM) / UM)
+    spread = np.square(found).mean(axis=0)
+    assert spread.max() > 50  # um^2
+    assert np.allclose(more, spread, rtol=0.1, atol=1.0)
+    assert np.allclose(cold, 0, atol=0.05)
+
+
+def test_without_its_posterior_a_robot_file_is_named(cell, record):
+    text = re.sub("posterior = .*", 'posterior = "nowhere.posterior.json"', (cell / "mine.toml").read_text())
+    (cell / "known.toml").write_text(text)
+    missing = taught(cell, robot="known.toml", name="by_known.toml")
+    assert "posterior.missing" in {f["code"] for f in missing["findings"]}
+    assert "posterior.missing" not in {f["code"] for f in record["findings"]}
+    assert (np.array(missing["sigma_um"]) <= record["sigma_um"]).all()
+    assert missing["sigma_um"] != record["sigma_um"]

@@ -18,14 +18,18 @@ from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.error_model.direction_memory import DirectionState
+from compgen.error_model.parameter_slopes import build_slopes, parameters_of
+from compgen.error_model.posterior import ParameterPosterior
+from compgen.error_model.rigid_share import rigid_share
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import build_model, fixed_source
-from compgen.identification.part_frame_fit import FrameFit, fit_frame, measured_lengths, touches_of_part
+from compgen.identification.model import ArmModel, build_model, fixed_source
+from compgen.identification.part_frame_fit import PROBE, FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM
 from compgen.job.tables import fit_limits_of
-from compgen.pipelines.files.robot_file import Arm
+from compgen.pipelines.files.robot_file import Arm, posterior_beside
 from compgen.robot.robot import Robot
 from compgen.thermal.filled_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference
@@ -83,15 +87,13 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
         data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
-    sources, limits = [fixed_source(k.source) for k in arm.known], fit_limits_of(arm.identified)
     model = build_model(arm.robot, [], len(arm.nodes))
     fitted = pendant = fit_frame(artefact, touches, model, data, [])
     if not nominal:
-        model = build_model(arm.robot, sources, len(arm.nodes))
-        variants = _variants(data, arm.warmth.sensors)
-        fitted = fit_frame(
-            artefact, touches, model, data, variants, MISSING if limits.missing is None else limits.missing
-        )
+        model = build_model(arm.robot, [fixed_source(k.source) for k in arm.known], len(arm.nodes))
+        fitted, of_posterior = _through_model(arm, artefact, touches, model, data)
+        findings += of_posterior
+    smooth = fit_limits_of(arm.identified).noise
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
@@ -103,10 +105,25 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         robot_file=robot_file,
         rise=rise,
         touches=touches,
-        for_band={} if nominal else _for_the_band(arm.robot, artefact, touches, data, fitted, limits.noise),
+        for_band={} if nominal else _for_the_band(arm.robot, artefact, touches, data, fitted, smooth),
         pendant=None if nominal else pendant,
         findings=(*findings, *read_findings(touches.notes)),
     )
+
+
+def _through_model(
+    arm: Arm, artefact: Artefact, touches: Touches, model: ArmModel, data: Measurements
+) -> tuple[FrameFit, list[Finding]]:
+    """The frame by the model of the warm arm, with what is open of it, and what is wrong with its posterior's file."""
+    missing = fit_limits_of(arm.identified).missing
+    variants = _variants(data, arm.warmth.sensors)
+    fitted = fit_frame(artefact, touches, model, data, variants, MISSING if missing is None else missing)
+    posterior, findings = posterior_beside(arm.identified, Path(arm.source), arm.known, arm.heat)
+    if posterior is None or not data.rise.any():
+        return fitted, findings
+    kept, along = data.subset(~fitted.outlier), touches.normal[~fitted.outlier]
+    flange = Pose(*model.pose(kept, np.zeros(0)))
+    return _with_open_warmth(arm, posterior, kept, flange, along, fitted), findings
 
 
 def _variants(data: Measurements, sensors: float) -> list[Measurements]:
@@ -119,6 +136,31 @@ def _variants(data: Measurements, sensors: float) -> list[Measurements]:
         unit = np.eye(data.rise.shape[1])[k]
         variants += [replace(data, rise=data.rise + change * unit) for change in (HEIGHT * data.rise, LAG * data.lag)]
     return variants
+
+
+def _with_open_warmth(
+    arm: Arm, posterior: ParameterPosterior, data: Measurements, flange: Pose, along: Array, fit: FrameFit
+) -> FrameFit:
+    r"""The frame with what identification left open of growth, bends and whatever else warmth does.
+
+    A parameter p moves the tool at the touches by A(rise) p; of that a cold arm, wherever it works, repeats A(0) p. The
+    rest moves turn, place and probe of the frame (``rigid_share``), the place as that probe finds it, by
+
+        u = G (A(rise) - A(0)) p        so the covariance grows by  G (A(rise) - A(0)) C_p (A(rise) - A(0))^T G^T
+    """
+    parameters = parameters_of([k.source for k in arm.known])
+    at = {(parameters.sources[e.source].NAME, e.field, e.index): n for n, e in enumerate(parameters.entries)}
+    named = [(p.table, p.field, p.index) for p in posterior.parameters]
+    rows = [i for i, name in enumerate(named) if name in at]  # the others are of the law, or widths
+    which, probe = tuple(at[named[i]] for i in rows), Pose(fit.probe, np.eye(3))
+    slopes = build_slopes(arm.robot, parameters, which, len(arm.nodes), probe)
+    motion = DirectionState(data.direction, np.zeros((len(data.theta), 3)))
+    warm, cold = (slopes(data.theta, rise, motion)[0] for rise in (data.rise, 0 * data.rise))
+    share = rigid_share((flange @ probe).position, flange.rotation, along, fit.noise * data.sigma, PROBE)
+    u = share.motion(warm - cold)
+    moved = np.concatenate([u[3:6], u[:3] - fit.flange @ u[6:], u[6:]])
+    open_of_warmth = moved @ posterior.covariance[np.ix_(rows, rows)] @ moved.T
+    return replace(fit, covariance=fit.covariance + open_of_warmth)
 
 
 def _findings(
