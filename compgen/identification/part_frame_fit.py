@@ -2,8 +2,8 @@ r"""Where a part stands: its frame from spheres touched by an arm whose errors a
 
 The touches are rows of a fit (``fit``) in which the arm's parameters are known and the part's frame (o, Q), the probe
 t in the flange and the spheres whose places are not certain are free, by their priors N(t_0, PROBE^2) and
-N(s_0, sigma^2). The noise is the touches' own, or what the residuals say where that is more. What the model of the
-temperatures leaves unknown is added, and what sensors err by: the frame is fitted again with rises moved by a sigma.
+N(s_0, sigma^2). The noise is the touches' own, or what the residuals say where that is more. What warmth leaves open of
+it is added where a frame is taught (``pipelines/measure/teach_frame``).
 """
 
 from dataclasses import dataclass, replace
@@ -82,14 +82,7 @@ def touches_of_part(artefact: Artefact, touches: Touches, direction: Array, node
     )
 
 
-def fit_frame(
-    artefact: Artefact,
-    touches: Touches,
-    model: ArmModel,
-    data: Measurements,
-    variants: list[Measurements],
-    missing: float = 0.0,
-) -> FrameFit:
+def fit_frame(artefact: Artefact, touches: Touches, model: ArmModel, data: Measurements) -> FrameFit:
     """The frame that explains the touches.
 
     Args:
@@ -97,8 +90,6 @@ def fit_frame(
         touches: N of them.
         model: The arm as it is known, nothing in it free.
         data: The touches as rows (``touches_of_part``), with the rises of their moments.
-        variants: The same with one unknown of the temperatures moved by its sigma each.
-        missing: Share of what warmth did there that the model leaves out, along any direction.
 
     Raises:
         InputError: Too few touches, spheres on a line, or touches that are not of this artefact.
@@ -126,18 +117,7 @@ def fit_frame(
             f"{artefact.source}: the spheres touched lie on a line or near each other: the frame's turn is known to "
             f"{turn / DEG:.2f} deg only; touch spheres apart"
         )
-    changes = [_change(frame, _fit(artefact, touches, model, variant, outlier)) for variant in variants]
-    warmth = _change(frame, _fit(artefact, touches, model, replace(data, rise=0 * data.rise), outlier))[3:6]
-    left_out = np.diag(np.repeat([0.0, missing * np.linalg.norm(warmth), 0.0], 3)) ** 2
-    return replace(frame, covariance=frame.covariance + left_out + sum(np.outer(c, c) for c in changes))
-
-
-def _change(frame: FrameFit, moved: FrameFit) -> Array:
-    """Turn, middle and probe of one fit against another's, (9,) [rad], [m]."""
-    turn = moved.frame.rotation @ frame.frame.rotation.T
-    axial = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-    longer = moved.probe - frame.probe
-    return np.concatenate([axial, moved.middle - frame.middle - frame.flange @ longer, longer])
+    return frame
 
 
 def _sigma(touches: Touches) -> Array:

@@ -85,7 +85,7 @@ def fitted(tmp_path, arm, artefact, touches, uframes=None):
 def fitted_rows(arm, known, rows):
     """By a perfect, cold arm whose joints came from nowhere."""
     return fit_frame(
-        known, rows, build_model(arm, [], 0), touches_of_part(known, rows, np.zeros((len(rows.theta), 6)), 0), []
+        known, rows, build_model(arm, [], 0), touches_of_part(known, rows, np.zeros((len(rows.theta), 6)), 0)
     )
 
 

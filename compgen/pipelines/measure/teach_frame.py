@@ -88,7 +88,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
         data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
     model = build_model(arm.robot, [], len(arm.nodes))
-    fitted = pendant = fit_frame(artefact, touches, model, data, [])
+    fitted = pendant = fit_frame(artefact, touches, model, data)
     if not nominal:
         model = build_model(arm.robot, [fixed_source(k.source) for k in arm.known], len(arm.nodes))
         fitted, of_posterior = _through_model(arm, artefact, touches, model, data)
@@ -115,52 +115,57 @@ def _through_model(
     arm: Arm, artefact: Artefact, touches: Touches, model: ArmModel, data: Measurements
 ) -> tuple[FrameFit, list[Finding]]:
     """The frame by the model of the warm arm, with what is open of it, and what is wrong with its posterior's file."""
-    missing = fit_limits_of(arm.identified).missing
-    variants = _variants(data, arm.warmth.sensors)
-    fitted = fit_frame(artefact, touches, model, data, variants, MISSING if missing is None else missing)
+    fitted = fit_frame(artefact, touches, model, data)
     posterior, findings = posterior_beside(arm.identified, Path(arm.source), arm.known, arm.heat)
-    if posterior is None or not data.rise.any():
-        return fitted, findings
-    kept, along = data.subset(~fitted.outlier), touches.normal[~fitted.outlier]
-    flange = Pose(*model.pose(kept, np.zeros(0)))
-    return _with_open_warmth(arm, posterior, kept, flange, along, fitted), findings
+    if data.rise.any():
+        kept, along = data.subset(~fitted.outlier), touches.normal[~fitted.outlier]
+        open_of_warmth = _open_of_warmth(arm, posterior, model, kept, along, fitted)
+        fitted = replace(fitted, covariance=fitted.covariance + open_of_warmth)
+    return fitted, findings
 
 
-def _variants(data: Measurements, sensors: float) -> list[Measurements]:
-    """The poses with rises moved by a sigma: all of a warm arm by what its sensors share, then those without a sensor.
+def _open_of_warmth(
+    arm: Arm, posterior: ParameterPosterior | None, model: ArmModel, data: Measurements, along: Array, fit: FrameFit
+) -> Array:
+    r"""What warmth leaves open of turn, place and probe, (9, 9): no arm repeats it that works colder.
+
+    What moves the tool at the touches by c moves frame and probe by u = G c (``rigid_share``), the place as that probe
+    finds it. That is
+
+        (A(rise) - A(0)) p    of parameters that identification left open, p ~ N(0, C)
+        B r                   of rises that are off by r (``_open_rises``)
+        missing |w|           along any direction, w what all warmth did to the place
+    """
+    parameters, probe = parameters_of([k.source for k in arm.known]), Pose(fit.probe, np.eye(3))
+    at = {(parameters.sources[e.source].NAME, e.field, e.index): n for n, e in enumerate(parameters.entries)}
+    named = [] if posterior is None else [(p.table, p.field, p.index) for p in posterior.parameters]
+    rows = [i for i, name in enumerate(named) if name in at]  # the others are of the law, or widths
+    C = np.zeros((0, 0)) if posterior is None else posterior.covariance[np.ix_(rows, rows)]
+    slopes = build_slopes(arm.robot, parameters, tuple(at[named[i]] for i in rows), len(arm.nodes), probe)
+    motion, still = DirectionState(data.direction, np.zeros((len(data.theta), 3))), replace(data, rise=0 * data.rise)
+    (A, B, _), (cold, *_) = (slopes(d.theta, d.rise, motion) for d in (data, still))
+    tool, cold_tool = (Pose(*model.pose(d, np.zeros(0))) @ probe for d in (data, still))
+    share = rigid_share(tool.position, tool.rotation, along, fit.noise * data.sigma, PROBE)
+    warmth = (tool.position - cold_tool.position)[:, :, None]
+    u = share.motion(np.concatenate([A - cold, B @ _open_rises(data, arm.warmth.sensors), warmth], axis=2))
+    moved = np.concatenate([u[3:6], u[:3] - fit.flange @ u[6:], u[6:]])
+    of_parameters, of_rises, w = np.split(moved, [len(C), -1], axis=1)
+    missing = fit_limits_of(arm.identified).missing
+    left_out = (MISSING if missing is None else missing) * np.linalg.norm(w[3:6])
+    alike = np.diag(np.repeat([0.0, left_out, 0.0], 3)) ** 2
+    return np.asarray(of_parameters @ C @ of_parameters.T + of_rises @ of_rises.T + alike)
+
+
+def _open_rises(data: Measurements, sensors: float) -> Array:
+    """By how much rises may be off, (N, K, S) [K]: what all sensors of a warm arm share, then nodes without a sensor.
 
     These by their height and by their lag.
     """
-    variants = [replace(data, rise=data.rise + sensors * (data.rise.max(initial=0.0) > WARM))]
-    for k in data.modelled:
-        unit = np.eye(data.rise.shape[1])[k]
-        variants += [replace(data, rise=data.rise + change * unit) for change in (HEIGHT * data.rise, LAG * data.lag)]
-    return variants
-
-
-def _with_open_warmth(
-    arm: Arm, posterior: ParameterPosterior, data: Measurements, flange: Pose, along: Array, fit: FrameFit
-) -> FrameFit:
-    r"""The frame with what identification left open of growth, bends and whatever else warmth does.
-
-    A parameter p moves the tool at the touches by A(rise) p; of that a cold arm, wherever it works, repeats A(0) p. The
-    rest moves turn, place and probe of the frame (``rigid_share``), the place as that probe finds it, by
-
-        u = G (A(rise) - A(0)) p        so the covariance grows by  G (A(rise) - A(0)) C_p (A(rise) - A(0))^T G^T
-    """
-    parameters = parameters_of([k.source for k in arm.known])
-    at = {(parameters.sources[e.source].NAME, e.field, e.index): n for n, e in enumerate(parameters.entries)}
-    named = [(p.table, p.field, p.index) for p in posterior.parameters]
-    rows = [i for i, name in enumerate(named) if name in at]  # the others are of the law, or widths
-    which, probe = tuple(at[named[i]] for i in rows), Pose(fit.probe, np.eye(3))
-    slopes = build_slopes(arm.robot, parameters, which, len(arm.nodes), probe)
-    motion = DirectionState(data.direction, np.zeros((len(data.theta), 3)))
-    warm, cold = (slopes(data.theta, rise, motion)[0] for rise in (data.rise, 0 * data.rise))
-    share = rigid_share((flange @ probe).position, flange.rotation, along, fit.noise * data.sigma, PROBE)
-    u = share.motion(warm - cold)
-    moved = np.concatenate([u[3:6], u[:3] - fit.flange @ u[6:], u[6:]])
-    open_of_warmth = moved @ posterior.covariance[np.ix_(rows, rows)] @ moved.T
-    return replace(fit, covariance=fit.covariance + open_of_warmth)
+    shared = np.full((*data.rise.shape, 1), sensors * (data.rise.max(initial=0.0) > WARM))
+    unread = np.eye(data.rise.shape[1])[:, list(data.modelled)]
+    return np.concatenate(
+        [shared, HEIGHT * data.rise[:, :, None] * unread, LAG * data.lag[:, :, None] * unread], axis=2
+    )
 
 
 def _findings(
