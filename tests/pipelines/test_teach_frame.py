@@ -388,7 +388,7 @@ def write_posterior(cell, sigma, correlation):
     sources = tomllib.loads((cell / "mine.toml").read_text())["sources"]
 
     def value(name):
-        table, key, index = re.fullmatch(r"(\w+)\.(\w+)\[(\d)\]", name).groups()
+        table, key, index = re.findall(r"\w+", name)
         return sources.get(table, {}).get(key, [0.0] * 6)[int(index) - 1]
 
     rows = [{"name": name, "value": value(name), "sigma": s} for name, s in sigma.items()]
