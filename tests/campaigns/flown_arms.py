@@ -112,10 +112,10 @@ def reversals_file(site, folder, rng):
     return str(folder / "reversals.csv")
 
 
-def log_file(arm, folder, name, hours, rng, off=0.0):
-    """Temperatures of a day's warming until some hours after its start; warm, all sensors are off by so much [K]."""
+def log_file(arm, folder, name, hours, rng, off=0.0, worked=6.0):
+    """Temperatures of a day until some hours after its start, of which it worked; warm, all sensors are off [K]."""
     minute = np.arange(0, hours * 3600 + 1, 60.0)
-    degC = 22 + arm.rises(minute) + rng.normal(0, 0.05, (len(minute), 5))
+    degC = 22 + arm.rises(minute, worked) + rng.normal(0, 0.05, (len(minute), 5))
     degC += off * -np.expm1(-minute / 1800)[:, None]
     rows = ["time_s," + ",".join(f"{n}_degC" for n in NODES)]
     rows += [f"{t:.0f}," + ",".join(f"{v:.3f}" for v in d) for t, d in zip(minute, degC, strict=False)]
@@ -151,15 +151,15 @@ def touches_file(arm, robot, place, folder, rng, hours=TAUGHT_AT):
     return str(folder / "touches.csv"), str(folder / "artefact.toml")
 
 
-def job_file(name, folder, hot):
-    """A shipped path in the part's frame, driven with the probe as it was taught; warm by the day's log, or cold."""
+def job_file(name, folder, hot, day="hot"):
+    """A shipped path in the part's frame, driven with the probe as it was taught; warm by the log of a day, or cold."""
     text = Path(path_file(name)).read_text()
     text = text.split("[[before]]")[0] + text[text.index("[bounds]") :]
     text = re.sub(r"x_mm = 1350[^\n]*\ny_mm = -30\nz_mm = 203", "x_mm = 0\ny_mm = 0\nz_mm = 0", text)
     tool = tomllib.loads((folder / "frame.toml").read_text())["tool"]
     tool = "[tool]\nnumber = 1\n" + "".join(f"{k} = {tool[k]}\n" for k in ("x_mm", "y_mm", "z_mm"))
-    log = '[log]\nfile = "hot.csv"\nreference = "start"\n' if hot else ""
-    file = folder / f"{name}_{'hot' if hot else 'cold'}.toml"
+    log = f'[log]\nfile = "{day}.csv"\nreference = "start"\n' if hot else ""
+    file = folder / f"{name}_{day if hot else 'cold'}.toml"
     file.write_text(text.replace("[process]", f'[frame]\nfile = "frame.toml"\n{tool}{log}[process]'))
     return str(file)
 
