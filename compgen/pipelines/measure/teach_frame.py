@@ -30,7 +30,6 @@ from compgen.identification.warm_up import with_temperatures
 from compgen.job.part_frame import WARM
 from compgen.job.tables import fit_limits_of
 from compgen.pipelines.files.robot_file import Arm, posterior_beside
-from compgen.robot.robot import Robot
 from compgen.thermal.filled_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference
 
@@ -93,19 +92,17 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         model = build_model(arm.robot, [fixed_source(k.source) for k in arm.known], len(arm.nodes))
         fitted, of_posterior = _through_model(arm, artefact, touches, model, data)
         findings += of_posterior
-    smooth = fit_limits_of(arm.identified).noise
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
     findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
-    robot_file = f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}"
     return TaughtFrame(
         number=number,
         fit=fitted,
         through="pendant" if nominal else "model",
-        robot_file=robot_file,
+        robot_file=f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}",
         rise=rise,
         touches=touches,
-        for_band={} if nominal else _for_the_band(arm.robot, artefact, touches, data, fitted, smooth),
+        for_band={} if nominal else _for_the_band(arm, artefact, touches, data, fitted),
         pendant=None if nominal else pendant,
         findings=(*findings, *read_findings(touches.notes)),
     )
@@ -257,22 +254,20 @@ def frame_text(taught: TaughtFrame) -> str:
     return tomlkit.dumps(file)
 
 
-def _for_the_band(
-    robot: Robot, artefact: Artefact, touches: Touches, data: Measurements, fit: FrameFit, smooth: float
-) -> dict[str, Any]:
+def _for_the_band(arm: Arm, artefact: Artefact, touches: Touches, data: Measurements, fit: FrameFit) -> dict[str, Any]:
     r"""What tells a band what the frame took up: the probe, and the touches that count.
 
     What n touches of a sphere share, its place by sigma, counts as n sigma^2 in each: their mean errs by as much. They
-    share the arm's fit noise tau (``smooth``) [m] as well, a field that the band has already, less what the frame took
+    share the arm's fit noise tau [m] as well, a field that the band has already, less what the frame took
     up of it. No touch tells one from the other, so of what touches of a sphere were seen to share, c times their noise
     s^2 in all, only the rest is noise of theirs:
 
         s^2 + max((c - 1) s^2 - n tau^2, 0) + n sigma^2
     """
-    pendant, counted = robot.to_pendant(data.theta) / DEG, np.flatnonzero(~fit.outlier)
+    pendant, counted = arm.robot.to_pendant(data.theta) / DEG, np.flatnonzero(~fit.outlier)
     together = np.bincount(touches.target[counted], minlength=len(artefact.sigma))[touches.target]
     own = (fit.noise * data.sigma) ** 2
-    alike = np.maximum(own * (fit.shared - 1) - together * smooth**2, 0.0)
+    alike = np.maximum(own * (fit.shared - 1) - together * fit_limits_of(arm.identified).noise ** 2, 0.0)
     noise = np.sqrt(own + alike + together * artefact.sigma[touches.target] ** 2)
     return {
         "probe_mm": _listed(fit.probe / MM, 4),
