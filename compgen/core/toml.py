@@ -51,7 +51,7 @@ class Table(BaseModel):
     from the source by who makes them (``use_attribute_docstrings`` reads it at every start).
     """
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
 
 Model = TypeVar("Model", bound=Table)

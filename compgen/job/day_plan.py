@@ -17,12 +17,14 @@ MOST_RUNS = 20_000
 class Programs:
     """Motions of the programs that steps name, each planned once."""
 
-    def __init__(self, own: ProgramPlan, cell: Cell, load: Callable[[str], ProgramPlan]) -> None:
-        """``own`` is the program called ""; ``load`` reads another path file by name."""
+    def __init__(
+        self, own: ProgramPlan, cell: Cell, load: Callable[[str], ProgramPlan], driven: JointMotion | None = None
+    ) -> None:
+        """``own`` is the program called "", ``driven`` how it is known to be; ``load`` reads another path by name."""
         self._cell = cell
         self._load = load
         self._plans = {"": own}
-        self._motions: dict[tuple[str, float], JointMotion] = {}
+        self._motions = {} if driven is None else {("", own.process.feed): driven}
         self._losses: dict[tuple[str, float], MeanLosses] = {}
 
     def plan(self, name: str) -> ProgramPlan:

@@ -26,7 +26,7 @@ from compgen.planning.exact_path import ExactPath
 from compgen.planning.surfaces import Quadric
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
-from compgen.thermal import Duty, Profile, ThermalModel, state_after
+from compgen.thermal import Duty, JointMotion, Profile, ThermalModel, state_after
 from compgen.thermal.ensemble import Ensemble, Start, duties_before
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.schedule import History
@@ -149,7 +149,8 @@ class Job:
     overrides: tuple[str, ...]  # on both files
     inputs_hash: str  # of both files, what they name, and the overrides
     input_findings: tuple[Finding, ...] = ()  # values of both files that look like another unit's
-    on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
+    #: plans the day anew for it, of the program as it is known to be driven; None: the robot file has one
+    on_other_heat_model: "Callable[[JointMotion | None], Job] | None" = None
     log: TemperatureLog | None = None  # that its heat begins with, as it was read
     own_file: OwnFile | None = None  # the user's own path, as the judge reads it; None: a pattern
     ensemble: Ensemble | None = None  # the starts that the file shall serve; None: the planned one alone

@@ -189,6 +189,11 @@ def _joints(program: ProgramPlan, robot: Robot, pose: Pose) -> Array:
     return joint_path.follow_branch(robot, flange, program.posture)
 
 
+def keeps_waypoints(process: Process) -> bool:
+    """Whether the program is driven through each waypoint that is laid."""
+    return process.thin is None or process.arcs
+
+
 def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> MotionPlan:
     """A program's motion as it will stand in its file: without the waypoints that ``process.thin_um`` drops.
 
@@ -197,7 +202,7 @@ def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> Motion
         ImpossibleError: The robot cannot drive it.
     """
     plan = plan_motion(program, cell, feed, lambda stage, share: None)
-    if program.process.thin is None or program.process.arcs:
+    if keeps_waypoints(program.process):
         return plan
     unmoved, period = np.zeros_like(plan.path.target.position), cell.robot.controller.period
     rows = simplify.simplify(plan.path, unmoved, program.process.thin, plan.feed * period)

@@ -60,7 +60,7 @@ from compgen.planning.tables import (
 )
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.tables import TOOL_POSE, ToolTable, tool_pose
-from compgen.thermal import Ambient, tables
+from compgen.thermal import Ambient, JointMotion, tables
 from compgen.thermal.ensemble import Ensemble, started
 from compgen.thermal.log_end import end_of
 from compgen.thermal.schedule import History
@@ -101,9 +101,9 @@ class JobFiles:
     project: Project | None = None
     may_start_late: bool = True  # False: unless its tables say so, the robot never stands before the start
 
-    def __call__(self) -> Job:
+    def __call__(self, driven: JointMotion | None) -> Job:
         """The job that they describe; unlike a function, two of the same files compare as the same."""
-        return job_of(self)
+        return job_of(self, driven)
 
 
 def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) -> JobFiles:
@@ -131,8 +131,12 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
     )
 
 
-def job_of(files: JobFiles) -> Job:
+def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
     """The job that its files describe.
+
+    Args:
+        files: As they were read.
+        driven: How its program is driven, uncorrected and as it is written, where that is known; else it is planned.
 
     Raises:
         InputError: Anything wrong, naming file and key.
@@ -150,7 +154,7 @@ def job_of(files: JobFiles) -> Job:
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
     notes = (*(files.project.notes if files.project else ()), *notes, *read_findings(read))
-    programs = programs_of(program, cell)
+    programs = programs_of(program, cell, driven)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
@@ -237,9 +241,9 @@ def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "state": {k: v for k, v in state.items() if k != "file"}} if isinstance(state, dict) else data
 
 
-def programs_of(plan: ProgramPlan, cell: Cell) -> Programs:
+def programs_of(plan: ProgramPlan, cell: Cell, driven: JointMotion | None = None) -> Programs:
     """Motions of a program and, by their names, of those that its path file's day names, at any feed."""
-    return Programs(plan, cell, lambda name: _other_program(find_program(name, plan.source), cell))
+    return Programs(plan, cell, lambda name: _other_program(find_program(name, plan.source), cell), driven)
 
 
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:

@@ -44,7 +44,7 @@ def lifted(job: Job, height: float) -> Job:
         plan=replace(job.plan, path=replace(job.plan.path, raised=height)),
         inputs_hash=sha256(f"{job.inputs_hash} lifted by {height!r} m".encode()).hexdigest(),
         inputs={**job.inputs, "options": {"lift_all_mm": height / MM}},
-        on_other_heat_model=None if other is None else lambda: lifted(other(), height),
+        on_other_heat_model=None if other is None else lambda _: lifted(other(None), height),
     )
 
 

@@ -21,7 +21,7 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, command_directions, reversal_widths
 from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.job.job import Job
-from compgen.job.motion_plan import plan_motion
+from compgen.job.motion_plan import keeps_waypoints, plan_motion
 from compgen.job.moves_in_arcs import flown_at_waypoints
 from compgen.job.part_frame import frame_findings
 from compgen.job.start_window import PromptMotion, windows
@@ -141,7 +141,8 @@ def generate(
     """
     planned = _plan(job, progress, date, pages=pages)
     job = planned.job
-    model_form.plan_other_day(job)
+    as_written = pages and keeps_waypoints(job.plan.process)  # uncorrected: what the day before was driven as
+    other, unknown_form = model_form.plan_other_day(job, planned.motion_from(0) if as_written else None)
     planned, problem, solution, limited = find_correction(planned, progress)
     path = planned.path
     commanded = problem.commanded(solution.correction)
@@ -161,7 +162,7 @@ def generate(
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)
-    form, form_findings = model_form.cross_flight(job, prepared, deviation)
+    form, form_findings = model_form.cross_flight(job, other, prepared, deviation)
     drawn = fly_draws(driven, prepared, deviation, late, partial(progress, stages.DRAWS))
     corrected = Corrected(
         solution=solution,
@@ -182,7 +183,7 @@ def generate(
         findings=(),
         averaged=averaged,
     )
-    verdict = _verdict(planned, corrected, prepared, limited, form_findings)
+    verdict = _verdict(planned, corrected, prepared, limited, [*unknown_form, *form_findings])
     return planned, replace(corrected, findings=tuple(verdict))
 
 

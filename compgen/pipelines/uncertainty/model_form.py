@@ -5,13 +5,11 @@ tool is *model form*, an error that no parameter of either knows of. The joints 
 times the twin's; the day before is planned anew for the other model.
 """
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, rms, row_norms
-from compgen.core.evaluation import kept_with
 from compgen.core.exceptions import CompgenError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -44,27 +42,27 @@ class ModelForm:
         return self.displacement / max(self.thermal, 1e-12)
 
 
-@kept_with("job")
-def other_job(job: Job) -> Job | None:
-    """A job on the robot file's other heat model; None where the file has one only.
+def plan_other_day(job: Job, driven: JointMotion | None) -> tuple[Job | None, list[Finding]]:
+    """A job on the robot file's other heat model; None where the file has one only, or, as it is said, it has faults.
 
-    Raises:
-        CompgenError: The other model's tables contradict themselves, or the day cannot be planned for it.
+    Args:
+        job: On its own.
+        driven: How its program is driven, where that is what its file says; else it is planned.
     """
-    return None if job.on_other_heat_model is None else job.on_other_heat_model()
+    try:
+        return None if job.on_other_heat_model is None else job.on_other_heat_model(driven), []
+    except CompgenError as failure:
+        return None, [_not_known(failure)]
 
 
-def plan_other_day(job: Job) -> None:
-    """Plans it ahead, while few of the program's arrays are at hand; ``cross_flight`` says why it cannot be planned."""
-    with suppress(CompgenError):
-        other_job(job)
-
-
-def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretch: int = STRETCH) -> ModelForm | None:
-    """A text on the other heat model; None where the robot file has one only.
+def fly_across(
+    job: Job, other: Job, prepared: PreparedProgram, deviation: Deviation, stretch: int = STRETCH
+) -> ModelForm:
+    """A text on the other heat model.
 
     Args:
         job: The text was corrected for its heat.
+        other: The same on the other.
         prepared: The text, of N positions.
         deviation: Of the text on the job's own heat.
         stretch: Waypoints whose heat is at hand at a time.
@@ -72,9 +70,6 @@ def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretc
     Raises:
         CompgenError: The other model cannot be driven.
     """
-    other = other_job(job)
-    if other is None:
-        return None
     rows = np.unique(np.linspace(0, len(prepared.time) - 1, POSITIONS).astype(int))
     own_place = _places(job, prepared, rows, prepared.rises_at(rows))
     other_place = _places(other, prepared, rows, _rises(other, prepared, rows, stretch))
@@ -95,21 +90,28 @@ def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretc
     )
 
 
-def cross_flight(job: Job, prepared: PreparedProgram, deviation: Deviation) -> tuple[ModelForm | None, list[Finding]]:
-    """``fly_across``, and what it means in words: also where the other model cannot be driven."""
-    try:
-        form = fly_across(job, prepared, deviation)
-    except CompgenError as failure:
-        message = f"model form is not known, the robot file's other heat model cannot be driven: {failure}"
-        return None, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
-    if form is None:
+def cross_flight(
+    job: Job, other: Job | None, prepared: PreparedProgram, deviation: Deviation
+) -> tuple[ModelForm | None, list[Finding]]:
+    """``fly_across``, and what it means in words: also where the other model cannot be driven; without one, nothing."""
+    if other is None:
         return None, []
+    try:
+        form = fly_across(job, other, prepared, deviation)
+    except CompgenError as failure:
+        return None, [_not_known(failure)]
     message = (
         f"model form: were the robot file's other heat model, '{form.driven}', the true one, this program would be up "
         f"to {form.largest / UM:.1f} um off ({form.rms / UM:.1f} rms), {100 * form.share:.0f} % of what the warmth "
         "does; only a measurement of the warm arm tells which is nearer"
     )
     return form, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
+
+
+def _not_known(failure: CompgenError) -> Finding:
+    """Why nobody can say what the other model differs by."""
+    message = f"model form is not known, the robot file's other heat model cannot be driven: {failure}"
+    return Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)
 
 
 def _places(job: Job, prepared: PreparedProgram, rows: IntArray, rise: Array) -> Array:
