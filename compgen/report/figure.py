@@ -205,10 +205,15 @@ def figures_of_page(page: bytes) -> dict[str, Figure]:
 
 
 def library() -> bytes:
+    """``library_text`` as its file has it."""
+    return library_text().encode()
+
+
+def library_text() -> str:
     """The script that draws: plotly.js, and what adapts figures to a dark, narrow or printed page."""
     colours = f"const cgenColours={json.dumps(VARIABLES)};\n"
     adapting = (files("compgen.report") / "figure.js").read_text(encoding="utf-8")
-    return f"{get_plotlyjs()}\n{colours}{adapting}".encode()
+    return f"{get_plotlyjs()}\n{colours}{adapting}"
 
 
 @lru_cache(maxsize=1)

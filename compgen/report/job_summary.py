@@ -1,7 +1,7 @@
 """A job as data; its schema is documented in docs/report.md and changes only with ``schema``."""
 
 from hashlib import sha256
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from compgen.job.bounds import Bounds
 from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.pipelines.planned.written_program import WrittenFlight
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory
 from compgen.program.pages import estimated_memory
@@ -28,6 +27,9 @@ from compgen.verification.deviation import statistics
 from compgen.verification.motion_effect import MotionEffect
 from compgen.verification.verdict import Verdict, unit_of, verdict_of
 from compgen.verification.written_motion import WrittenMotion
+
+if TYPE_CHECKING:
+    from compgen.pipelines.planned.written_program import WrittenFlight
 
 SCHEMA = 1
 
@@ -67,7 +69,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
     }
 
 
-def written_summary(flight: WrittenFlight, file: str) -> dict[str, Any]:
+def written_summary(flight: "WrittenFlight", file: str) -> dict[str, Any]:
     """The report of ``cgen check --written``: ``before`` is the planned program, ``after`` the text.
 
     Args:

@@ -13,7 +13,7 @@ from markupsafe import Markup, escape
 from compgen.core.findings import in_reading_order
 from compgen.core.version import __version__
 from compgen.report.band_words import largest_unknown, rounded
-from compgen.report.figure import div, library
+from compgen.report.figure import div, library_text
 from compgen.report.inputs import Inputs
 
 #: A sign beside the words, for who does not see the colour.
@@ -88,7 +88,7 @@ def templates() -> Environment:
 
 
 def _library() -> Markup:
-    return Markup(library().decode())
+    return Markup(library_text())
 
 
 def fixed(value: float, digits: int = 2) -> str:

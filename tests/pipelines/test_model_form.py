@@ -1,5 +1,6 @@
 """Cross flight: what one heat model corrected, driven on the other."""
 
+from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from shipped import ROOT
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.job import day_plan
-from compgen.job.job import Cell, ProgramPlan
+from compgen.job.job import Cell, Job, ProgramPlan
 from compgen.job.motion_plan import MotionPlan, plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
@@ -28,6 +29,12 @@ def corrected(*overrides: str, robot: str | None = None, path: str = LINE) -> tu
 
 def told(result: Corrected) -> list[Finding]:
     return [f for f in result.findings if f.code == "thermal.model_form"]
+
+
+def on_other_model(planned: Planned) -> Job:
+    """The job on the robot file's other model, its day planned anew."""
+    assert planned.job.on_other_heat_model is not None
+    return planned.job.on_other_heat_model(None)
 
 
 @pytest.mark.parametrize(("own", "other"), [("nodes", "network"), ("network", "nodes")])
@@ -62,9 +69,8 @@ def test_in_moving_air_both_models_feel_the_same_air() -> None:
 def test_a_long_program_is_heated_stretch_by_stretch() -> None:
     planned, result = corrected("robot.thermal.model=network")
     prepared = prepare(result.twin, result.program, result.before, result.air)
-    whole, parted = (fly_across(planned.job, prepared, result.deviation, stretch) for stretch in (10**6, 40))
-    assert whole is not None
-    assert parted is not None
+    other = on_other_model(planned)
+    whole, parted = (fly_across(planned.job, other, prepared, result.deviation, stretch) for stretch in (10**6, 40))
     assert len(prepared.time) > 80
     assert abs(whole.largest - parted.largest) < 0.01 * UM
 
@@ -89,8 +95,29 @@ def test_the_other_model_plans_the_day_and_not_the_program_itself(monkeypatch: p
     monkeypatch.setattr(day_plan, "plan_written_motion", planned)
     job = load_job(LINE, None, ["process.feed_mm_s=100", "before.0.feed_mm_s=150"])
     assert job.on_other_heat_model is not None
-    assert job.on_other_heat_model().heat.names != job.heat.names
+    assert job.on_other_heat_model(None).heat.names != job.heat.names
     assert feeds == [0.15]
+
+
+@pytest.mark.parametrize(("change", "planned_anew"), [
+    ("process.feed_mm_s=200", []), ("process.thin_um=5", [0.2]), ("before.0.feed_mm_s=150", [0.15])
+])  # fmt: skip
+def test_a_program_that_ran_before_is_planned_once_for_both_models(
+    change: str, planned_anew: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    feeds = []
+
+    def counted(program: ProgramPlan, cell: Cell, feed: float) -> MotionPlan:
+        feeds.append(feed)
+        return plan_written_motion(program, cell, feed)
+
+    monkeypatch.setattr(day_plan, "plan_written_motion", counted)
+    planned, result = corrected(change, path=str(ROOT / "paths" / "circle_1300.toml"))
+    assert feeds == planned_anew
+    prepared = prepare(result.twin, result.program, result.before, result.air)
+    anew = fly_across(planned.job, on_other_model(planned), prepared, result.deviation)
+    assert result.model_form is not None
+    assert astuple(result.model_form) == astuple(anew)
 
 
 def test_a_robot_with_one_model_has_no_model_form(tmp_path: Path) -> None:

@@ -32,13 +32,13 @@ class Run:
         return owner.command == self.command and self.about in ("", owner.about)
 
 
-def owners_in(folder: Path) -> dict[str, Run]:
-    """Whose the files of a folder are that its marker names and that are what was written."""
+def owners_in(folder: Path, names: Collection[str]) -> dict[str, Run]:
+    """Whose some files of a folder are: those that its marker names and that are what was written."""
     return {
         name: Run(run["command"], run["about"])
         for run in runs_in(folder)
         for name, digest in run["files"].items()
-        if _hash_of(folder / name) == digest
+        if name in names and _hash_of(folder / name) == digest
     }
 
 

@@ -51,8 +51,9 @@ def check_folder(
         headed: Programs.
         option: That names the folder.
     """
-    owners = owners_in(folder)
-    for name in (record, *(one.program for one in headed), *others):
+    names = (record, *(one.program for one in headed), *others)
+    owners = owners_in(folder, names)
+    for name in names:
         if not name or not os.path.lexists(folder / name):
             continue
         owner = owners.get(name) or _owner_by_content(folder, run, name, record, headed)

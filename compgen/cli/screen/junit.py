@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 from compgen.core.exit_codes import ExitCode
 from compgen.core.finding_codes import Level
 
-_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # no reader takes them, escaped or not
+_NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")  # no reader takes them, escaped or not
 
 
 @dataclass(frozen=True, slots=True)

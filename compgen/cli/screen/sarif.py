@@ -11,7 +11,6 @@ from compgen.core.exit_codes import ExitCode
 from compgen.core.files import read_regular
 from compgen.core.finding_codes import Code, Level
 from compgen.core.json_text import json_text
-from compgen.core.toml import line_of_key
 from compgen.core.version import __version__
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -52,6 +51,8 @@ def _results(one: JudgedPath) -> Iterator[dict[str, Any]]:
 
 def _line(path: str, key: str) -> int:
     """Where a path file has the key that a code or a refusal names, or its table."""
+    from compgen.core.toml import line_of_key  # pydantic is loaded by commands that read a table
+
     try:
         return line_of_key(read_regular(path).decode(errors="replace"), key)
     except (OSError, ValueError):

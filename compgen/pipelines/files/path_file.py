@@ -132,11 +132,7 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
 
 
 def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
-    """The job that its files describe.
-
-    Args:
-        files: As they were read.
-        driven: How its program is driven, uncorrected and as it is written, where that is known; else it is planned.
+    """The job that its files describe; ``driven`` is its program's motion as written, where that is known.
 
     Raises:
         InputError: Anything wrong, naming file and key.
