@@ -217,6 +217,20 @@ def _with_distances(
     def misfit(x: Array) -> Array:
         return np.asarray(at(x).residual(rows, position, rotation)[:, 0])
 
+    near_turns, far_turns = frames.rotation_of(rows.instrument) @ rotation[rows.pose], rotation[ends.pose]
+
+    def slopes(x: Array) -> Array:
+        """Of the misfit l - |delta|, (N, X): by a reflector of the near end, of the far one, by a place."""
+        away = at(x).difference(rows, position, rotation)
+        away /= np.linalg.norm(away, axis=1)[:, None]
+        away[np.isnan(ends.distance)] = [-1.0, 0.0, 0.0]  # a coordinate
+        by_near, by_far = (np.einsum("ni,nij->nj", away, turns)[:, None] for turns in (near_turns, far_turns))
+        is_near = (rows.reflector[:, None] == reflectors)[:, :, None]
+        is_far = ((ends.reflector[:, None] == reflectors) & (ends.pose != NONE)[:, None])[:, :, None]
+        is_place = (ends.place[:, None] == places)[:, :, None]
+        by_reflector = is_near * by_near - is_far * by_far
+        return np.concatenate([by_reflector, is_place * -away[:, None]], axis=1).reshape(len(away), -1)
+
     starts = []
     for node in GRID if len(reflectors) else GRID[:1]:
         begin = at(np.concatenate([np.tile(node, len(reflectors)), frames.place[places].ravel()]))
@@ -226,7 +240,8 @@ def _with_distances(
         starts.append((float(np.median(np.abs(misfit(start)))), start))
     starts.sort(key=lambda pair: pair[0])
     improved = [
-        least_squares(misfit, start, loss="soft_l1", f_scale=TOLERANCE, x_scale=0.1).x for _, start in starts[:IMPROVED]
+        least_squares(misfit, start, slopes, loss="soft_l1", f_scale=TOLERANCE, x_scale=0.1).x
+        for _, start in starts[:IMPROVED]
     ]
     return at(min(improved, key=lambda x: float(np.median(np.abs(misfit(x))))))
 
