@@ -1,5 +1,7 @@
 """Programs nobody wrote, for hypothesis: every print of numbers, names, targets, options and line ends."""
 
+from functools import cache
+
 from hypothesis import strategies as st
 
 NAMES = st.sampled_from(["", "home", "a:b", "a]b", "x y", "JPOS[]", "gr\xfcn", "q'q", "-1", "UF 0"])
@@ -42,6 +44,12 @@ OPAQUE = st.sampled_from(
 )
 
 
+@cache
+def among(*values):
+    """One of some values; hypothesis looks over each strategy that is built, which takes longer than to draw of it."""
+    return st.sampled_from(values)
+
+
 @st.composite
 def printed_number(draw):
     style = draw(st.integers(0, 6))
@@ -49,10 +57,13 @@ def printed_number(draw):
         return "*" * draw(st.integers(1, 9))
     if style == 1:
         return str(round(draw(NUMBERS)))
-    text = f"{draw(NUMBERS):.{draw(st.sampled_from([1, 2, 3, 3, 6]))}f}"
+    text = f"{draw(NUMBERS):.{draw(among(1, 2, 3, 3, 6))}f}"
     if style == 2 and "0." in text:
         text = text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else text
-    return text.rjust(draw(st.sampled_from([1, 9, 12])))
+    return text.rjust(draw(among(1, 9, 12)))
+
+
+PRINTED_NUMBER = printed_number()
 
 
 def units_of(axis, group):
@@ -66,72 +77,65 @@ def units_of(axis, group):
 
 @st.composite
 def printed_group(draw, number):
-    blank = draw(st.sampled_from(["", " ", "\t", "  "]))
-    form = draw(st.sampled_from(["cartesian", "joint", "remote"]))
-    frames = [draw(st.sampled_from(["0", "1", "9", "F"])) for _ in range(2)]
+    blank = draw(among("", " ", "\t", "  "))
+    form = draw(among("cartesian", "joint", "remote"))
+    frames = [draw(among("0", "1", "9", "F")) for _ in range(2)]
     text = f"   GP{number}:\n\tUF{blank}:{blank}{frames[0]}, UT{blank}:{blank}{frames[1]},\t"
     if form != "joint":
         names = ["X", "Y", "Z", "W", "P", "R"] if form == "cartesian" else ["RX", "RY", "RZ", "RW", "RP", "RR"]
         configs = ["N U T, 0, 0, 0", "F D B, -1, 0, 1", "", "R, 0, 0, 0", "N   U  T, 0,0,0"]
-        text += f"\tCONFIG{blank}:{blank}'{draw(st.sampled_from(configs))}',"
+        text += f"\tCONFIG{blank}:{blank}'{draw(among(*configs))}',"
     else:
         names = [f"J{i}" for i in range(1, draw(st.integers(1, 9)) + 1)]
     names += ["E1", "E2", "E3"][: draw(st.integers(0, 3))]
     for i, axis in enumerate(names):
-        unit = draw(st.sampled_from([*units_of(axis, number), ""]))
-        gap = draw(st.sampled_from(["", " ", "\t"]))
-        comma = "" if i == len(names) - 1 else draw(st.sampled_from([",", ", ", ",\t"]))
-        text += (
-            draw(st.sampled_from(["\n", "\n\t", "\t", " "])) + f"{axis}{gap}={gap}{draw(printed_number())}{gap}{unit}"
-        )
+        unit = draw(among(*units_of(axis, number), ""))
+        gap = draw(among("", " ", "\t"))
+        comma = "" if i == len(names) - 1 else draw(among(",", ", ", ",\t"))
+        text += draw(among("\n", "\n\t", "\t", " ")) + f"{axis}{gap}={gap}{draw(PRINTED_NUMBER)}{gap}{unit}"
         text += comma
-    return text + draw(st.sampled_from(["\n", "", " "]))
+    return text + draw(among("\n", "", " "))
 
 
 @st.composite
 def printed_move(draw, number):
-    blanks = st.sampled_from([" ", "  ", "\t"])
+    blanks = among(" ", "  ", "\t")
     target = st.one_of(
         st.builds("P[{}{}]".format, st.integers(1, 300), NAMES.map(lambda n: f":{n}" if n else "")),
-        st.sampled_from(["PR[1]", "PR[2:a]b]", "P[R[5]]", "PR[GP2:4]", "PR[R[R[1]]]", "PAL_1[A_1]", "PAL_12[BTM]"]),
+        among("PR[1]", "PR[2:a]b]", "P[R[5]]", "PR[GP2:4]", "PR[R[R[1]]]", "PAL_1[A_1]", "PAL_12[BTM]"),
     )
-    letter = draw(st.sampled_from("JLLLCAS"))
+    letter = draw(among(*"JLLLCAS"))
     text = letter + draw(blanks) + draw(target)
     if letter == "C":
-        text += draw(st.sampled_from([" ", "    \n    :  ", "\n:"])) + draw(target)
+        text += draw(among(" ", "    \n    :  ", "\n:")) + draw(target)
     words = [draw(SPEEDS), draw(ENDS), *draw(OPTIONS)]
-    blanks = st.sampled_from([" ", "  ", "\t", *(["    \n    :  "] if letter == "C" else [])])  # over several lines
-    before = draw(st.sampled_from(["", "  ", " ", "  //", "  // "]))
+    blanks = among(" ", "  ", "\t", *(["    \n    :  "] if letter == "C" else []))  # over several lines
+    before = draw(among("", "  ", " ", "  //", "  // "))
     text = before + text + "".join(draw(blanks) + word for word in words)
     ends = ["    ;", ";", " ; note: J P[1] 5% FINE", *([] if letter == "C" else [""])]
-    return f"{number}:{text}{draw(st.sampled_from(ends))}"
+    return f"{number}:{text}{draw(among(*ends))}"
 
 
 @st.composite
 def programs(draw):
-    text = (
-        draw(st.sampled_from(["", "\n", "  \n"]))
-        + "/PROG  "
-        + draw(st.sampled_from(["GEN", "-X_1\t  Macro"]))
-        + "\n/ATTR\n"
-    )
-    text += draw(st.sampled_from(["", 'OWNER\t\t= MNEDITOR;\nCOMMENT\t\t= "any ; text";\n']))
-    text += draw(st.sampled_from(["", "/APPL\n  A : B;\n", "/APPL\n/APPL\n  L P[1] 5mm/sec FINE ;\n"])) + "/MN\n"
-    number = draw(st.sampled_from([0, 9997]))
+    text = draw(among("", "\n", "  \n")) + "/PROG  " + draw(among("GEN", "-X_1\t  Macro")) + "\n/ATTR\n"
+    text += draw(among("", 'OWNER\t\t= MNEDITOR;\nCOMMENT\t\t= "any ; text";\n'))
+    text += draw(among("", "/APPL\n  A : B;\n", "/APPL\n/APPL\n  L P[1] 5mm/sec FINE ;\n")) + "/MN\n"
+    number = draw(among(0, 9997))
     for _ in range(draw(st.integers(0, 6))):
-        number += draw(st.sampled_from([1, 1, 1, 5, -3]))
+        number += draw(among(1, 1, 1, 5, -3))
         label = f"{max(number, 1):4d}"
         text += draw(st.one_of(printed_move(label), OPAQUE.map(f"{label}:{{}}".format))) + "\n"
-    text += "/POS" + draw(st.sampled_from(["", "  "])) + "\n"
+    text += "/POS" + draw(among("", "  ")) + "\n"
     for n in sorted(draw(st.sets(st.integers(1, 2500), max_size=4))):
         name = draw(NAMES)
         title = f"{n}" if not name and draw(st.booleans()) else f'{n}:"{name}"'
-        text += f"P[{title}]" + draw(st.sampled_from(["{", " {", "\t{ "])) + draw(st.sampled_from(["\n", ""]))
+        text += f"P[{title}]" + draw(among("{", " {", "\t{ ")) + draw(among("\n", ""))
         for group in draw(st.permutations([1, 2]))[: draw(st.integers(1, 2))]:
             text += draw(printed_group(group))
-        text += draw(st.sampled_from(["};\n", "}\n", "} ;\n"]))
-    text += draw(st.sampled_from(["/END", "/END\n", "/END.\n", "/END\n\n \t\n\x1a"]))
-    end = draw(st.sampled_from(["\n", "\r\n", "mixed"]))
+        text += draw(among("};\n", "}\n", "} ;\n"))
+    text += draw(among("/END", "/END\n", "/END.\n", "/END\n\n \t\n\x1a"))
+    end = draw(among("\n", "\r\n", "mixed"))
     if end == "mixed":
         lines = text.split("\n")
         text = "".join(line + ("\r\n" if i % 3 else "\n") for i, line in enumerate(lines[:-1])) + lines[-1]
