@@ -202,10 +202,11 @@ def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> Motion
         ImpossibleError: The robot cannot drive it.
     """
     plan = plan_motion(program, cell, feed, lambda stage, share: None)
-    if keeps_waypoints(program.process):
+    thin = program.process.thin
+    if thin is None or keeps_waypoints(program.process):
         return plan
     unmoved, period = np.zeros_like(plan.path.target.position), cell.robot.controller.period
-    rows = simplify.simplify(plan.path, unmoved, program.process.thin, plan.feed * period)
+    rows = simplify.simplify(plan.path, unmoved, thin, plan.feed * period)
     path, theta = plan.path.subset(rows), plan.theta[rows]
     robot = cell.robot.at_acceleration(program.process.acc)
     trajectory = retiming.retime(robot, path.arc, theta, path.stop, plan.feed * path.pace, lines=True)
