@@ -14,7 +14,7 @@ from ls_text import at, cartesian, joint_form, program
 from compgen.core.exceptions import InputError
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS
-from compgen.fanuc.editing.lift import lifted_program
+from compgen.fanuc.editing.dry_run_lift import lifted_program
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.program.pose_table import pose_of
 

@@ -131,7 +131,7 @@ def fit_kind(
     numbers = np.zeros(0)
     if kind.count:
         size = kind.count + (kind.reach_at is not None)
-        even, tried = (EVEN, 1) if len(shares) == len(STARTS) else (ALIKE, TRIED)
+        even, tried = (EVEN, 1) if shares == STARTS else (ALIKE, TRIED)
         usual = [np.array([(share * LONGEST[kind.filters]) ** 2, even, GROWS][:size]) for share in shares]
         starts = [start] if start is not None else usual
         costs = [_cost(kind, residuals, fitted, x) for x in starts]
