@@ -217,19 +217,10 @@ def _with_distances(
     def misfit(x: Array) -> Array:
         return np.asarray(at(x).residual(rows, position, rotation)[:, 0])
 
-    near_turns, far_turns = frames.rotation_of(rows.instrument) @ rotation[rows.pose], rotation[ends.pose]
+    turns = frames.rotation_of(rows.instrument) @ rotation[rows.pose], rotation[ends.pose]
 
     def slopes(x: Array) -> Array:
-        """Of the misfit l - |delta|, (N, X): by a reflector of the near end, of the far one, by a place."""
-        away = at(x).difference(rows, position, rotation)
-        away /= np.linalg.norm(away, axis=1)[:, None]
-        away[np.isnan(ends.distance)] = [-1.0, 0.0, 0.0]  # a coordinate
-        by_near, by_far = (np.einsum("ni,nij->nj", away, turns)[:, None] for turns in (near_turns, far_turns))
-        is_near = (rows.reflector[:, None] == reflectors)[:, :, None]
-        is_far = ((ends.reflector[:, None] == reflectors) & (ends.pose != NONE)[:, None])[:, :, None]
-        is_place = (ends.place[:, None] == places)[:, :, None]
-        by_reflector = is_near * by_near - is_far * by_far
-        return np.concatenate([by_reflector, is_place * -away[:, None]], axis=1).reshape(len(away), -1)
+        return _slopes(at(x).difference(rows, position, rotation), rows, *turns, reflectors, places)
 
     starts = []
     for node in GRID if len(reflectors) else GRID[:1]:
@@ -244,6 +235,21 @@ def _with_distances(
         for _, start in starts[:IMPROVED]
     ]
     return at(min(improved, key=lambda x: float(np.median(np.abs(misfit(x))))))
+
+
+def _slopes(
+    away: Array, rows: Measurements, near_turns: Array, far_turns: Array, reflectors: IntArray, places: IntArray
+) -> Array:
+    """Of the misfit l - |delta| for differences (N, 3): by a reflector of the near end, of the far one, by a place."""
+    ends = rows.ends
+    away = away / np.linalg.norm(away, axis=1)[:, None]
+    away[np.isnan(ends.distance)] = [-1.0, 0.0, 0.0]  # a coordinate
+    by_near, by_far = (np.einsum("ni,nij->nj", away, turns)[:, None] for turns in (near_turns, far_turns))
+    is_near = (rows.reflector[:, None] == reflectors)[:, :, None]
+    is_far = ((ends.reflector[:, None] == reflectors) & (ends.pose != NONE)[:, None])[:, :, None]
+    is_place = (ends.place[:, None] == places)[:, :, None]
+    by_reflector = is_near * by_near - is_far * by_far
+    return np.concatenate([by_reflector, is_place * -away[:, None]], axis=1).reshape(len(away), -1)
 
 
 def _centre(near: Array, distance: Array) -> Array:

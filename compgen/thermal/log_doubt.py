@@ -66,13 +66,8 @@ def doubt_of(
         return f"{days}; are its times milliseconds? give seconds"
     if not heat.reference_rise.any() or not any(np.isfinite(v).any() for v in log.readings.values()):
         return ""
-    if log.has_air and abs(odd := float(np.median(log.air))) > HALL:
-        words = f"column ambient_degC: {zero + odd:.1f} degC is more than {HALL:g} K from the reference, {zero:g}"
-        hint = "degrees Fahrenheit? " if abs((zero + odd - 32) / 1.8 - zero) < HALL else ""
-        return f"{words}; {hint}mend the sensor or its unit, or remove the column"
-    if (cold := _colder_than_any_hall(log)) is not None:
-        words = f"column {columns[cold]}: reads below {zero - HALL:g} degC, {HALL:g} K under the reference: no part is"
-        return f"{words}; mend the sensor or its unit, or empty its cells"
+    if impossible := _impossible(log, columns, zero):
+        return impossible
     lie = _likeliest(log, heat, warmth, expected)
     if abs(lie.z) < SIGMAS:
         return ""
@@ -95,6 +90,18 @@ def doubt_of(
         f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, where {by} allow {allows} +- {spread:.1f} "
         f"({abs(lie.z):.0f} sigma); mend the sensor, or empty its cells{other}"
     )
+
+
+def _impossible(log: TemperatureLog, columns: Mapping[str, str], zero: float) -> str:
+    """What no log of an arm in a hall holds, in words; empty where there is nothing of it."""
+    if log.has_air and abs(odd := float(np.median(log.air))) > HALL:
+        words = f"column ambient_degC: {zero + odd:.1f} degC is more than {HALL:g} K from the reference, {zero:g}"
+        hint = "degrees Fahrenheit? " if abs((zero + odd - 32) / 1.8 - zero) < HALL else ""
+        return f"{words}; {hint}mend the sensor or its unit, or remove the column"
+    if (cold := _colder_than_any_hall(log)) is not None:
+        words = f"column {columns[cold]}: reads below {zero - HALL:g} degC, {HALL:g} K under the reference: no part is"
+        return f"{words}; mend the sensor or its unit, or empty its cells"
+    return ""
 
 
 def _colder_than_any_hall(log: TemperatureLog) -> str | None:

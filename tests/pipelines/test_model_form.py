@@ -133,7 +133,7 @@ def test_the_note_says_how_far_off_the_program_would_be_by_the_other_model() -> 
     _, result = corrected()
     form = result.model_form
     assert form is not None
-    words = f"'{form.driven}', the true one, this program would be up to {form.largest * 1e6:.1f} um off"
+    words = f"'{form.driven}', is the true one, this program is up to {form.largest * 1e6:.1f} um off"
     assert words in told(result)[0].message
 
 

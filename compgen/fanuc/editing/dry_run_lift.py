@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from compgen.core.arrays import IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
@@ -61,22 +62,8 @@ def lifted_program(
             f"{where} {p.line[odd[0]]}: P[{p.number[odd[0]]}] is in joint form or untaught: it has no Z to lift; "
             "record it in Cartesian form"
         )
-    frames = np.unique(p.uframe[rows])
-    if len(frames) > 1:
-        listed = ", ".join("F" if n == NO_NUMBER else str(n) for n in frames.tolist())
-        raise InputError(
-            f"program {program.name}: --lift-all: positions in several user frames ({listed}), up is not one way; "
-            "lift a copy with one"
-        )
     written = called.frames.union(*(written_frames(text) for _, text in others))  # then none of the table is sure
-    leads_up = not written and any(n in uframe and uframe[n].rotation[2, 2] > CLEARS for n in frames.tolist())
-    back = -np.cos(p.value[rows, _W] * DEG) * np.cos(p.value[rows, _P] * DEG)  # of the lift along the tool's axis
-    wrong = rows[back < (-FORWARD if leads_up else CLEARS)]
-    if len(wrong):
-        raise InputError(
-            f"{where} {p.line[wrong[0]]}: z of its user frame leads P[{p.number[wrong[0]]}] neither up nor back along "
-            "the tool: it may drive into the part; lift a copy in a frame whose z points from the part"
-        )
+    _refuse_into_the_part(program, rows, {} if written else uframe)
     edits: Edits = {}
     for row in rows.tolist():
         start, end = p.span[row, _Z].tolist()
@@ -85,3 +72,24 @@ def lifted_program(
     name = dry_name(program.name, length).encode("latin-1")
     renamed = _NAME.sub(lambda m: m[1] + name, dumps(edited(program, edits)), count=1)
     return insert_remark(loads(renamed), f"DRY RUN +{height_mm:.4g} MM")
+
+
+def _refuse_into_the_part(program: LsProgram, rows: IntArray, uframe: Mapping[int, Pose]) -> None:
+    """Refuse positions whose frame's z leads neither up nor back along the tool."""
+    p = program.positions
+    frames = np.unique(p.uframe[rows])
+    if len(frames) > 1:
+        listed = ", ".join("F" if n == NO_NUMBER else str(n) for n in frames.tolist())
+        raise InputError(
+            f"program {program.name}: --lift-all: positions in several user frames ({listed}), up is not one way; "
+            "lift a copy with one"
+        )
+    leads_up = any(n in uframe and uframe[n].rotation[2, 2] > CLEARS for n in frames.tolist())
+    back = -np.cos(p.value[rows, _W] * DEG) * np.cos(p.value[rows, _P] * DEG)  # of the lift along the tool's axis
+    wrong = rows[back < (-FORWARD if leads_up else CLEARS)]
+    if len(wrong):
+        raise InputError(
+            f"program {program.name}: --lift-all: line {p.line[wrong[0]]}: z of its user frame leads "
+            f"P[{p.number[wrong[0]]}] neither up nor back along the tool: it may drive into the part; lift a copy in a "
+            "frame whose z points from the part"
+        )

@@ -188,17 +188,21 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
         "number": poses.number[pose].astype(np.int64),
         "theta": poses.theta[pose],
     }
-    ends = pose[1:][judged] if judged.any() else pose
-    pairs = np.column_stack([poses.base, poses.tool])[ends]
-    kinds, first, count = np.unique(pairs, axis=0, return_index=True, return_counts=True)
-    usual = ends[first[np.argmax(count)]]  # home may stand in another frame
+    usual, several = _usual(poses, pose[1:][judged] if judged.any() else pose)
     base, tool = int(poses.base[usual]), int(poses.tool[usual])
     p, row = program.positions, poses.row[usual]
     numbers = int(max(p.uframe[row], 0)), int(max(p.utool[row], 0))
     frame = IDENTITY if base == NONE else poses.bases[base]
     tools = IDENTITY if tool == NONE else poses.tools[tool]
     course = _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
-    return replace(course, several_frames=len(np.unique(kinds[:, 0])) > 1)
+    return replace(course, several_frames=several)
+
+
+def _usual(poses: Poses, ends: IntArray) -> tuple[int, bool]:
+    """A pose in the frame and tool of most: home may stand in others; and whether they are in several frames."""
+    pairs = np.column_stack([poses.base, poses.tool])[ends]
+    kinds, first, count = np.unique(pairs, axis=0, return_index=True, return_counts=True)
+    return int(ends[first[np.argmax(count)]]), len(np.unique(kinds[:, 0])) > 1
 
 
 def _kept_speed(termination: NDArray[np.str_]) -> Array:

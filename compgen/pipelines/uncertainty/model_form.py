@@ -101,7 +101,7 @@ def cross_flight(
     except CompgenError as failure:
         return None, [_not_known(failure)]
     message = (
-        f"model form: were the robot file's other heat model, '{form.driven}', the true one, this program would be up "
+        f"model form: if the robot file's other heat model, '{form.driven}', is the true one, this program is up "
         f"to {form.largest / UM:.1f} um off ({form.rms / UM:.1f} rms), {100 * form.share:.0f} % of what the warmth "
         "does; only a measurement of the warm arm tells which is nearer"
     )
