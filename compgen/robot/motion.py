@@ -14,6 +14,7 @@ from enum import StrEnum
 from typing import Literal
 
 SAME_TIME = 1e-6  # [s]
+SAME_OVERRIDE = 0.01  # of 1
 
 
 class RunBeginning(StrEnum):
@@ -46,8 +47,8 @@ class MotionEvidence:
 
     @property
     def accepted(self) -> bool:
-        """Whether programs may be commanded against the numbers."""
-        return self.verdict is MotionVerdict.COMMANDABLE
+        """Whether programs may be commanded against the numbers: they are made for 100 % override."""
+        return self.verdict is MotionVerdict.COMMANDABLE and abs(self.override - 1) <= SAME_OVERRIDE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -297,8 +297,8 @@ def test_a_tool_that_turns_on_its_lines_is_the_programs_own_and_one_that_is_turn
         np.testing.assert_allclose(motion["moving_average_ms"], [152, 136], atol=1)
 
 
-@pytest.mark.parametrize("override", [1, 0.6])
-def test_what_corners_wait_at_cnt50_is_not_taken_for_an_override(tmp_path, override):
+@pytest.mark.parametrize(("override", "reserve"), [(1, ""), (0.6, "60 % override, and programs are made for 100")])
+def test_what_corners_wait_at_cnt50_is_not_taken_for_an_override(tmp_path, override, reserve):
     """120 ms at each of six corners a second apart, and the means are those that it was driven with."""
     path, fine = [*SQUARE, *SQUARE[1:]], [*ROUND, *ROUND[1:]]
     waits = PERIOD * np.floor(52 * (1 - np.sqrt(0.5))) * ~np.array(fine[1:])
@@ -309,4 +309,17 @@ def test_what_corners_wait_at_cnt50_is_not_taken_for_an_override(tmp_path, overr
     result, motion = identify(tmp_path)
     assert result.returncode == 0, result.stderr
     np.testing.assert_allclose(motion["moving_average_ms"], [216, 208], atol=1)
-    assert motion["identified"]["verdict"] == "may be commanded against"
+    assert motion["identified"]["verdict"] == ("foretells" if reserve else "may be commanded against")
+    assert reserve in result.stdout + result.stderr
+
+
+def test_corners_below_cnt50_are_not_commanded_against(tmp_path):
+    """No log of the motion code shows what they wait: how two means share their sum is not told right."""
+    path, fine = [*SQUARE, *SQUARE[1:]], [*ROUND, *ROUND[1:]]
+    waits = PERIOD * np.floor(52 * (1 - np.sqrt(0.25))) * ~np.array(fine[1:])
+    time, place = driven(path, 200, fine, means=(0.216, 0.208), waits=waits)
+    write(tmp_path, time, place, program(path, 200, fine, cnt=25))
+    result, motion = identify(tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert motion["identified"]["verdict"] == "foretells"
+    assert "less than CNT50" in " ".join((result.stdout + result.stderr).split())

@@ -11,7 +11,7 @@ from compgen.pipelines.files.robot_file import known_robots, load_any_robot, loa
 from compgen.robot.motion import ANY_ARM
 
 HASH = 64 * "a"
-IDENTIFIED = f'motion.identified={{robot="m710ic50", verdict="accepted", log_sha256="{HASH}", override_percent=50}}'
+IDENTIFIED = f'motion.identified={{robot="m710ic50", verdict="accepted", log_sha256="{HASH}", override_percent=100}}'
 MEANS = "motion.moving_average_ms=[200, 100]"
 
 
@@ -43,9 +43,11 @@ def test_a_lag_alone_smooths_nothing():
     ("accepted", "true", True), ("accepted", "false", False), ("rejected", "true", False),
 ])  # fmt: skip
 def test_programs_are_pre_distorted_only_by_accepted_numbers_that_are_enabled(verdict, enabled, may):
-    known = motion(MEANS, IDENTIFIED.replace("accepted", verdict), f"motion.enabled={enabled}")
-    assert known.may_predistort is may
-    assert known.evidence.override == 0.5
+    identified = IDENTIFIED.replace("accepted", verdict)
+    assert motion(MEANS, identified, f"motion.enabled={enabled}").may_predistort is may
+    at_half = motion(MEANS, identified.replace("percent=100", "percent=50"), f"motion.enabled={enabled}")
+    assert not at_half.may_predistort  # programs are made for 100 %
+    assert at_half.evidence.override == 0.5
 
 
 @pytest.mark.parametrize(("overrides", "words"), [

@@ -108,8 +108,11 @@ def _why_not(motion: ControllerMotion) -> str:
         why = f"its runs begin with a {other} line, and no logged one did: log the program of cgen plan-motion-log"
     elif motion.evidence.verdict is MotionVerdict.FORETELLS:
         why = "its [motion.identified] foretells and no more: log another run for cgen identify-motion"
-    elif not motion.evidence.accepted:
+    elif motion.evidence.verdict is MotionVerdict.REJECTED:
         why = "its [motion.identified] was rejected: log another run for cgen identify-motion"
+    elif not motion.evidence.accepted:
+        at = f"{motion.evidence.override / PERCENT:.0f} % override"
+        why = f"its log was run at {at}, and the program is made for 100: log one at 100 % for cgen identify-motion"
     else:
         why = "motion.enabled is false"
     return why

@@ -1,24 +1,29 @@
 """How a log becomes the robot file's ``[motion]``: laid along its program, fitted, judged, written into a copy."""
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.core.finding_codes import Code
+from compgen.core.finding_codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.beginnings import identify_runs
 from compgen.identification.motion.identify import IdentifiedMotion, timed_windows
 from compgen.identification.motion.speeds import shown_speeds
+from compgen.identification.motion.windows import Window
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
+from compgen.robot.motion import SAME_OVERRIDE
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.executed.position_log import PositionLog
+
+LEAST_CNT = 0.5  # n / 100 of CNT n in the logs by which its wait is known (docs/motion.md)
 
 
 def identify_motion(
@@ -52,7 +57,22 @@ def identify_motion(
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
     robot, tool = situation.robot, run.course.tool
     identified = identify_runs(windows, robot, tool, run.deviation.noise, progress)
-    return run, replace(identified, speeds=shown_speeds(run.course, windows, robot, tool, identified.motion))
+    speeds = shown_speeds(run.course, windows, robot, tool, identified.motion)
+    return run, replace(identified, speeds=speeds, findings=(*_unlike_a_job(run, windows), *identified.findings))
+
+
+def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Finding]:
+    """What a run has, by which no program may be commanded: another override, corners whose wait nobody measured."""
+    unlike = []
+    if run.clock.main is not None and abs(run.clock.main.override - 1) > SAME_OVERRIDE:
+        unlike.append(
+            f"it was run at {run.clock.main.override / PERCENT:.0f} % override, and programs are made for 100"
+        )
+    if any((window.kept < LEAST_CNT).any() for window in windows):
+        unlike.append(f"its corners pass at less than CNT{LEAST_CNT / PERCENT:.0f}, whose waits no log has shown")
+    for what in unlike:
+        message = f"{what}: it foretells, and is not commanded against; log a run at 100 % with corners at CNT100"
+        yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
 
 
 def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText, identified: IdentifiedMotion) -> str:
