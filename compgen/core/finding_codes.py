@@ -111,8 +111,8 @@ class Code(StrEnum):
         "The log is further off than a correction may be: another program ran.", "Give the program that ran.", OUTSIDE)
     EXECUTED_OFFSET = ("executed.offset", "verification", "Most of the deviation is one shift or one turn.",
         "Compare frame, tool and offsets on the pendant with those of the program.", OUTSIDE)
-    EXECUTED_OLDER = ("executed.older", "verification", "An older correction of the same path ran.",
-        "Load the new program; give the older one with --also to be sure.", OUTSIDE)
+    EXECUTED_OLDER = ("executed.older", "verification", "The robot stood elsewhere: older correction, frame or tool.",
+        "Load the new program and compare frame and tool; give an older correction with --also.", OUTSIDE)
     EXECUTED_PART = ("executed.part", "verification", "The log has a part of the path only; the rest is not judged.",
         "Log the whole run.", OUTSIDE)
     EXECUTED_NO_CLOCK = ("executed.no_clock", "verification",
@@ -206,8 +206,8 @@ class Code(StrEnum):
         "Nothing; what it leaves is in its band.", WARNING)
     MOTION_ALIKE = ("motion.alike", "identification", "The log cannot tell two kinds of smoothing apart.",
         "Log corners at CNT100, or curvature that changes, at full speed.", WARNING)
-    MOTION_UNSURE = ("motion.unsure", "identification", "A time of the smoothing is known too loosely.",
-        "Log corners at CNT100, or curvature that changes, at full speed.", WARNING)
+    MOTION_UNSURE = ("motion.unsure", "identification", "A log tells too little of the smoothing to command by.",
+        "Log corners at CNT100, or curvature that changes, at full speed and 100 % override.", WARNING)
     MOTION_SLOWED = ("motion.slowed", "identification", "Rows of slowed-down motion are left out.", "Nothing.", NOTE)
     MOTION_LAG = ("motion.lag", "identification", "A log does not show a lag of the whole motion, which moves no path.",
         "Nothing.", NOTE)
