@@ -370,8 +370,7 @@ MODAL_STATEMENTS = (
     ModalStatement("LINEAR_MAX_SPEED", any_case(r"LINEAR_MAX_SPEED\s*=")),
 )
 FRAME_NUMBER = any_case(r"^(UFRAME_NUM|UTOOL_NUM)(?:\[(?:GP)?1\])?\s*=\s*(.*?)\s*$")  # which, and its value
-FRAME_MENTIONED = any_case(
-    r"(?:\b(?:UFRAME_NUM|UTOOL_NUM)\b|\$MNU(?:FRAME|TOOL)NUM\b).*="
-)  # written, whatever else is said
+#: The same written, whatever else the statement has.
+FRAME_MENTIONED = any_case(r"(?:\b(?:UFRAME_NUM|UTOOL_NUM)\b|\$MNU(?:FRAME|TOOL)NUM\b).*=")
 PAYLOAD_ALONE = any_case(r"^PAYLOAD\s*\[\s*(\d+)\s*\]$")  # its schedule
 ASSIGNED_NUMBER = re.compile(r"=\s*(\d+)\s*$")

@@ -46,9 +46,9 @@ def calls():
 
 
 def test_a_finding_takes_its_code_from_the_registry_at_a_level_that_it_may_have():
-    found = list(calls())
-    assert len(found) > 150
-    for path, call in found:
+    made = list(calls())
+    assert len(made) > 150
+    for path, call in made:
         level, code, _ = call.args
         assert not call.keywords
         where = f"{path}:{call.lineno}"

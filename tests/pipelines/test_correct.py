@@ -411,9 +411,9 @@ def test_what_went_before_says_each_thing_once(words, twice):
 def test_what_lasts_as_run_time_decides_is_said(statement, open_time, hot):
     q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
     data = program(["J P[1] 10% FINE", statement, "L P[2] 50mm/sec FINE"], [at(1, HOME), at(2, q)])
-    said = [f.message for f in corrected(data, hot).findings if f.code == "timing.assumed"]
-    assert len(said) == open_time
-    assert all(message.startswith("line 5: ") for message in said)
+    assumed = [f.message for f in corrected(data, hot).findings if f.code == "timing.assumed"]
+    assert len(assumed) == open_time
+    assert all(message.startswith("line 5: ") for message in assumed)
 
 
 def test_turning_on_the_spot_takes_seconds(hot):

@@ -136,6 +136,6 @@ def test_half_a_circle_that_a_correction_widens_is_told():
 def test_a_chain_of_arcs_is_named_for_its_ends_alone_are_judged(letter, hot):
     points = [cartesian(n, (1200 + 10 * n, 40.0 * n, 300, 180.0, 0.0, 0.0)) for n in range(1, 5)]
     moves = ["L P[1] 100mm/sec FINE", *(f"{letter} P[{n}] 100mm/sec CNT100" for n in (2, 3, 4))]
-    said = [f.message for f in corrected(program(moves, points), hot).findings if f.code == "correction.order"]
+    unsure = [f.message for f in corrected(program(moves, points), hot).findings if f.code == "correction.order"]
     named = "lines 5, 6, 7: a chain of A or S: its ends are judged, not the curve between them"
-    assert said == ([] if letter == "L" else [named])
+    assert unsure == ([] if letter == "L" else [named])

@@ -427,14 +427,14 @@ def test_what_identification_left_open_of_growth_leaves_the_part_open_and_a_cold
     pendant = np.radians([t["joints_deg"] for t in frame["touches"]])
     probe = np.array(frame["probe_mm"])
     a2, d4, _ = growth_of_rises(HOT)
-    rng, found = np.random.default_rng(6), []
+    rng, misses = np.random.default_rng(6), []
     still = frames_at(pendant)[-1]
     for z in rng.normal(size=(800, 2)) @ np.linalg.cholesky([[1, -0.7], [-0.7, 1]]).T:
         grown = frames_at(pendant, np.tile([*(z * sigma * [a2, d4]), 0], (len(pendant), 1)))[-1]
         moved = (grown - still)[:, :3] @ [*probe, 1.0]
         touched = still[:, :3] @ [*probe, 1.0]
-        found.append(place_that_a_probe_finds(touched * MM, still[:, :3, :3], moved * MM, 20 * UM) / UM)
-    spread = np.square(found).mean(axis=0)
+        misses.append(place_that_a_probe_finds(touched * MM, still[:, :3, :3], moved * MM, 20 * UM) / UM)
+    spread = np.square(misses).mean(axis=0)
     assert spread.max() > 50  # um^2
     assert np.allclose(more, spread, rtol=0.1, atol=1.0)
     assert np.allclose(cold, 0, atol=0.05)

@@ -16,8 +16,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import norm as normal
-from scipy.stats import t as student
+from scipy.special import ndtri, stdtrit
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.units import UM
@@ -178,8 +177,8 @@ def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
         slopes.append((residuals(motion_of(fit.kind, fit.numbers + step)) - base).ravel() / step[k])
     A = np.column_stack(slopes)
     scale = np.sqrt((A**2).sum(axis=0))
-    A /= np.where(scale > 0, scale, 1.0)
     scale = np.where(scale > 0, scale, 1.0)
+    A /= scale
     inverse = np.linalg.pinv(A.T @ A, rcond=1e-12)
     _, which = np.unique(np.repeat(block, base.shape[1]), return_inverse=True)
     sums, shares = (
@@ -187,6 +186,6 @@ def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
     )
     meat = sums.T @ sums + A.T @ A * float((base**2).sum()) / len(base) / ACROSS  # rows that scatter for themselves
     telling = np.maximum(1 / (shares**2).sum(axis=0), FEWEST)  # blocks that tell each number
-    few = student.ppf(0.975, telling - 1) / normal.ppf(0.975)
+    few = stdtrit(telling - 1, 0.975) / ndtri(0.975)
     spread = inverse @ meat @ inverse * np.outer(few, few)
     return np.asarray(spread / np.outer(scale, scale))

@@ -230,8 +230,7 @@ def _window(
 
 def _joints(course: ProgramCourse, robot: Robot, arc: Array, posture: int) -> Array:
     """Commanded joints at arc lengths, (K, 6) [rad]."""
-    k = course.way(arc)
-    share = (arc - course.arc[k]) / np.maximum(np.diff(course.arc)[k], 1e-12)
+    k, share = course.on_way(arc)
     joints, _ = solve_tool(robot, Pose(course.place(arc), course.rotation_at(arc)), course.tool, ALL_POSTURES[posture])
     return nearest_turns(joints, course.theta[k] + share[:, None] * (course.theta[k + 1] - course.theta[k]))
 

@@ -338,8 +338,10 @@ def _timing_findings(result: Correction) -> list[Finding]:
     drive = result.plan.drive
     findings = []
     if drive.untimed:
-        message = f"{_lines(drive.untimed)}: how fast or how long is only known at run time (a register, a wait, an "
-        message += "override): an assumed time warms the model"
+        message = (
+            f"{_lines(drive.untimed)}: how fast or how long is only known at run time "
+            "(a register, a wait, an override): an assumed time warms the model"
+        )
         findings.append(Finding(Level.NOTE, Code.TIMING_ASSUMED, message))
     if drive.flow:
         message = f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed"

@@ -96,14 +96,18 @@ class ProgramCourse:
             np.maximum.at(widest, self.statement, np.maximum(node[:-1], node[1:]))
         return np.asarray(SAME_SPREAD * np.round(widest / SAME_SPREAD))[self.statement]
 
+    def on_way(self, arc: Array) -> tuple[IntArray, Array]:
+        """The way on which each arc length (M,) [m] lies, and the share of it that is behind, (M,)."""
+        k = self.way(arc)
+        return k, (arc - self.arc[k]) / np.maximum(np.diff(self.arc)[k], LEAST_WAY)
+
     def place(self, arc: Array) -> Array:
         """Positions at arc lengths, (M, 3) [m]."""
         return np.column_stack([np.interp(arc, self.arc, column) for column in self.position.T])
 
     def rotation_at(self, arc: Array) -> Array:
         """Orientations at arc lengths (M,) [m], turning steadily over each way, (M, 3, 3)."""
-        k = self.way(arc)
-        share = (arc - self.arc[k]) / np.maximum(np.diff(self.arc)[k], LEAST_WAY)
+        k, share = self.on_way(arc)
         return interpolate_rotation(self.rotation[k], self.rotation[k + 1], share)
 
     def tangents(self) -> Array:
