@@ -196,6 +196,9 @@ TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
          {"columns": {"j2": "Temp, °C (LBL: J2)"}, "unit": "degC"}),
         ("YREC\nCh\t0001\t0002\tMessage\nTag\tJ2\tJ3\nUnit\t°C\t°C\nSampling Data\n2026/11/23 08:15:00\t20.5\t1\t0\n"
          "2026/11/23 08:16:00\t20.5\t1\t0\n", {"columns": {"j2": "J2"}}),
+        # a row of units and one of how each was taken
+        ('"TOA5","CR1000","4.2"\n"TIMESTAMP","RECORD","J2","J3"\n"TS","RN","Deg C","Deg C"\n"","","Avg","Avg"\n'
+         '"2026-11-23 06:00:00",0,20.5,1\n"2026-11-23 06:01:00",1,20.5,1\n', {}),
         ('DATUM:;ZEIT:;M00: °C\n23.11.26;08:15:00;20,5\n;08:16:00;20,5\n', {"columns": {"j2": "M00"}}),
         ("Id;Datum/Uhrzeit;[1] Temp [°C];\n1;23.11.2026 08:15:00;20,5;\n2;23.11.2026 08:16:00;20,5;\n;Minimum;20,5;\n"
          ";Mittelwert;20,5;\n", {"columns": {"j2": "[1] Temp"}}),

@@ -156,9 +156,8 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
         n for n in range(begin + 1) if wanted <= {p for c in rows[n][1] for p in (plain_name(c), name_and_unit(c)[0])}
     ]
     head = heads[-1] if wanted and heads else begin - 1
-    if head > 0 and not wanted and any(map(unit_named, rows[head][1])) and set(kinds(rows[head - 1][1])) <= set("a-"):
-        above, below = (sum(map(bool, cells)) for _, cells in rows[head - 1 : head + 1])
-        head -= 2 * above > below  # a row of units lies between; of a title above names it is none: K is a normal's
+    while head > 0 and not wanted and _says_more(rows[head][1], rows[head - 1][1]):
+        head -= 1
     body = rows[max(begin, head + 1) :]
     at = kinds(body[0][1]).find("t")  # the time's column
     while set(kinds(body[-1][1])) <= set("a-") or "".join(body[-1][1][at : at + 1]).isalpha():
@@ -183,6 +182,16 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
     return _Layout(
         place=source, table=table, dialect=dialect, names=names, units=units, line=line, parted=sheet.name, body=body
     )
+
+
+def _says_more(cells: Sequence[str], above: Sequence[str]) -> bool:
+    """Whether a row has no names of its own, but units, or words like ``Avg``, of the names above it.
+
+    A title above it is sparse and names nothing: K is a normal's then.
+    """
+    filled = [cell for cell in cells if cell]
+    more = len(set(filled)) < len(filled) or any(map(unit_named, filled))
+    return more and set(kinds(above)) <= set("a-") and 2 * sum(map(bool, above)) > len(filled)
 
 
 def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str]]:
