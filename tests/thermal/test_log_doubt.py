@@ -81,7 +81,9 @@ def test_a_sensor_that_is_off_is_named(cell, name, size, known):
 def test_the_sensors_that_move_the_tool_most_are_known_best(cell, name, size):
     log = day(cell)
     log.readings[name][:] += size
-    assert doubt(cell, log).startswith(f"column {name}_degC: reads ")
+    words = doubt(cell, log)
+    assert words.startswith(f"column {name}_degC: reads ")
+    assert words.endswith("; if it is right, let cgen identify --temperatures fit how this arm warms")
 
 
 def test_a_sensor_that_runs_away_is_named(cell):
