@@ -239,6 +239,33 @@ def test_a_corner_cut_by_eighteen_millimetres_is_no_other_program(tmp_path):
     np.testing.assert_allclose(motion["moving_average_ms"], [300, 300], atol=5)
 
 
+def along_a_square_with_rounded_corners(distance, speed, ramp):
+    """Time and places of a motion at one speed along SQUARE, corners parabolas that begin a distance before."""
+    way = [np.array(SQUARE[:1], dtype=float)]
+    share = np.linspace(0, 1, 400)[:, None]
+    for before, corner, after in np.array(list(zip(SQUARE, SQUARE[1:], SQUARE[2:], strict=False)), dtype=float):
+        begin, end = (corner + distance * (p - corner) / np.linalg.norm(p - corner) for p in (before, after))
+        way.append((1 - share) ** 2 * begin + 2 * share * (1 - share) * corner + share**2 * end)
+    way = np.vstack([*way, SQUARE[-1:]])
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1)))
+    lasts = arc[-1] / speed
+    time = PERIOD * np.arange(round((lasts + ramp + 2) / PERIOD))
+    done = (np.clip(time - 1, 0, None) ** 2 - np.clip(time - 1 - ramp, 0, None) ** 2) / 2
+    done -= (np.clip(time - 1 - lasts, 0, None) ** 2 - np.clip(time - 1 - lasts - ramp, 0, None) ** 2) / 2
+    place = np.column_stack([np.interp(speed / ramp * done, arc, c) for c in way.T])
+    return time, place
+
+
+@pytest.mark.parametrize(("distance", "speed"), [(10, 200), (5, 100), (6, 200)])
+def test_corners_that_are_rounded_by_a_distance_and_not_slowed_are_of_no_controller_that_is_tried(
+    tmp_path, distance, speed
+):
+    """Their ramps may be those of a mean: what it makes of a bend this log does not show."""
+    write(tmp_path, *along_a_square_with_rounded_corners(distance, speed, 0.1), program(SQUARE, speed, ROUND), digits=4)
+    result, _ = identify(tmp_path)
+    refused(result, 1, "the bends have another speed than it gives them", "new.toml not written")
+
+
 @pytest.mark.parametrize(("head", "words"), [
     ("timestamp,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", ["no column time_s or time_ms", "timestamp"]),
     ("time_ms,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", ["--j3 link2"]),

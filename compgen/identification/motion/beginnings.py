@@ -47,7 +47,8 @@ def identify_runs(
     whole = identify(windows, robot, tool, noise, progress)
     if not whole.chosen.kind.count:
         return whole
-    if whole.verdict is MotionVerdict.FORETELLS and (other := _grown(whole, windows, robot, tool, noise)) is not None:
+    tried = whole.verdict is MotionVerdict.FORETELLS or whole.misses_bends
+    if tried and (other := _grown(whole, windows, robot, tool, noise)) is not None:
         return other
     first, long = np.array([w.first for w in windows]), whole.motion.long
     begins = {RunBeginning.SHORT: first <= long, RunBeginning.LONG: first > SURELY_LONG * long}

@@ -185,7 +185,7 @@ def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
         np.column_stack([np.bincount(which, column) for column in each.T]) for each in (A * base.ravel()[:, None], A**2)
     )
     meat = sums.T @ sums + A.T @ A * float((base**2).sum()) / len(base) / ACROSS  # rows that scatter for themselves
-    telling = np.maximum(1 / (shares**2).sum(axis=0), FEWEST)  # blocks that tell each number
+    telling = np.maximum(1 / np.maximum((shares**2).sum(axis=0), 1 / len(shares)), FEWEST)  # blocks that tell each
     few = stdtrit(telling - 1, 0.975) / ndtri(0.975)
     spread = inverse @ meat @ inverse * np.outer(few, few)
     return np.asarray(spread / np.outer(scale, scale))

@@ -80,7 +80,8 @@ class IdentifiedMotion:
     largest: float  # [m]
     ramps: tuple[float, float]  # [m] rms along the curve near stops, by the plain program and by the controller
     blocks: int
-    slowed: float  # share of the rows that are left out, where the motion was slowed down
+    slowed: float  # share of the rows that are left out, where the motion had another speed
+    unexplained: float  # [m] rms of one coordinate that the plain program leaves on these
     findings: tuple[Finding, ...]
     speeds: tuple[SpeedStretch, ...] = ()  # at a corner and at a stop
     runs_began: frozenset[RunBeginning] = frozenset()  # of those whose bends it explains
@@ -89,6 +90,16 @@ class IdentifiedMotion:
     def limit(self) -> float:
         """What blocks held out may leave for programs to be commanded against it [m]."""
         return limit_of(self.plain, self.held_out, self.noise)
+
+    @property
+    def seen(self) -> float:
+        """What is more than the log's noise, of one coordinate [m]."""
+        return limit_of(0.0, 0.0, self.noise)
+
+    @property
+    def misses_bends(self) -> bool:
+        """Whether all rows that show bends are left out."""
+        return self.plain <= self.seen < self.unexplained
 
     @property
     def verdict(self) -> MotionVerdict:
@@ -131,6 +142,8 @@ def identify(
     def function(motion: ControllerMotion) -> Array:
         return residuals(windows, robot, tool, motion)[kept]
 
+    slowed = residuals(windows, robot, tool, ControllerMotion())[~kept]
+
     spaces = ("cartesian", "joint") if all(w.theta is not None for w in windows) else ("cartesian",)
     kinds = kinds or [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
     fits = []
@@ -161,6 +174,7 @@ def identify(
         ramps=(rms(plain[:, 3]), rms(left[:, 3])),
         blocks=len(np.unique(block)),
         slowed=1 - float(kept.mean()),
+        unexplained=rms(slowed[:, :3]) * np.sqrt(3 / 2) if len(slowed) else 0.0,
         findings=(),
     )
     apart = _disagreement(plainest, function, block)
@@ -306,8 +320,8 @@ def _findings(identified: IdentifiedMotion, period: float, apart: float) -> tupl
     ]
     if identified.slowed > 0:
         message = (
-            f"{100 * identified.slowed:.0f} % of the rows are left out: there the motion was slower than its words, by "
-            "the controller or by its operator"
+            f"{100 * identified.slowed:.0f} % of the rows are left out: there the motion had another speed than its "
+            "words, by the controller or by its operator"
         )
         findings.append(Finding(Level.NOTE, Code.MOTION_SLOWED, message))
     message = "a lag of the whole motion only shifts the log's clock: this log does not show it, and it moves no path"
@@ -332,7 +346,13 @@ def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterato
             f"the log has commanded positions from before the smoothing; {known}"
         )
         yield Finding(Level.REFUSED, Code.MOTION_NONE, message)
-    elif _whole(identified, 1) > max(BETTER * _whole(identified, 0), NOISE_MULTIPLE * identified.noise + FLOOR):
+    elif identified.misses_bends:
+        message = (
+            f"{kind.words} explains the ramps at stops, but the bends have another speed than it gives them: "
+            f"{100 * identified.slowed:.0f} % of the rows, and with them all bends, are left out: it is none tried"
+        )
+        yield Finding(Level.REFUSED, Code.MOTION_HELD_OUT, message)
+    elif _whole(identified, 1) > max(BETTER * _whole(identified, 0), identified.seen):
         message = (
             f"{kind.words} foretells stretches that it was not fitted to with {identified.held_out / UM:.2f} um rms, "
             f"the plain program with {identified.plain / UM:.2f}: it is none of those tried"
@@ -355,7 +375,7 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     """Why a controller foretells, and may not be commanded against."""
     kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
-    if identified.plain <= NOISE_MULTIPLE * identified.noise + FLOOR:
+    if max(identified.plain, identified.unexplained) <= identified.seen:
         message = (
             f"only its ramps at stops show smoothing, and no bend: it foretells, and is not commanded against; {more}"
         )
