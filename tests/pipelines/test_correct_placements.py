@@ -275,6 +275,26 @@ def test_a_frame_that_a_called_program_writes_is_not_the_tables_behind_the_call(
     assert called == {"motionless": ["OUTER" if "OUTER" in call else "INNER"], "settled": [], "writes": [frame]}
 
 
+OTHER_NAME = program([], [], name="OTHER")
+
+
+@pytest.mark.parametrize(
+    ("beside", "missing"),
+    [
+        ({}, "DEEP, OUTER"),
+        ({"OUTER": program(["CALL INNER"], [], name="OUTER"), "DEEP": b"\xd0\xcf"}, "DEEP, INNER"),
+        ({"OUTER": OTHER_NAME, "DEEP": program([], [], name="DEEP")}, "OUTER"),
+        ({"OUTER": program(["CALL OUTER"], [], name="OUTER"), "DEEP": program([], [], name="DEEP")}, ""),
+    ],
+)
+def test_a_called_program_that_is_not_there_to_read_is_named(beside, missing, hot):
+    """It was taken to write no frame, and nothing said so."""
+    moves = ["L P[2] 50mm/sec FINE", "CALL OUTER", "L P[1] 50mm/sec FINE TB .10sec,CALL DEEP"]
+    data = program(moves, [at(1, HOME, numbered=(4, 2)), at(2, THERE, numbered=(0, 0))])
+    messages = [f.message for f in run(data, hot, programs=beside).findings if f.code == "program.called"]
+    assert [message.split(": ")[1].split(";")[0] for message in messages] == [missing] * bool(missing)
+
+
 def test_a_frame_is_not_known_where_two_ways_meet_that_wrote_it_differently(hot):
     moves = ["UFRAME[4]=PR[5]", "IF DI[1]=ON,UFRAME[4]=PR[6]", "L P[1] 50mm/sec FINE"]
     data = shifted(moves, *assign(5, SHIFT), *assign(6, TURNED), points=[at(1, HOME, numbered=(4, 0)), at(2, THERE)])

@@ -16,6 +16,7 @@ class CalledPrograms:
     motionless: frozenset[str] = frozenset()  # they do not move the arm
     settled: frozenset[str] = frozenset()  # they write no position register, user frame or tool
     frames: frozenset[tuple[str, int | None]] = frozenset()  # that any of them writes, as ``written_frames``
+    missing: frozenset[str] = frozenset()  # called here or beneath, and no listing of theirs was there to read
 
 
 UNKNOWN_PROGRAMS = CalledPrograms()
@@ -30,18 +31,19 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
     """
     known: dict[str, tuple[bool, bool]] = {}  # motionless, settled
     frames: set[tuple[str, int | None]] = set()
+    missing: set[str] = set()
 
     def look_up(name: str) -> tuple[bool, bool]:
         if name not in known:
             known[name] = (False, False)  # of one that calls itself nothing is known
             listing = find(name)
-            if listing is None:
-                return known[name]
             try:
-                called = loads(listing)
+                called = None if listing is None else loads(listing)
             except InputError:
-                return known[name]
-            if called.name.upper() == name:
+                called = None
+            if called is None or called.name.upper() != name:
+                missing.add(name)
+            else:
                 known[name] = _effects(called)
         return known[name]
 
@@ -61,6 +63,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         frozenset(name for name, (motionless, _) in effects.items() if motionless),
         frozenset(name for name, (_, settled) in effects.items() if settled),
         frozenset(frames),
+        frozenset(missing),
     )
 
 

@@ -194,6 +194,10 @@ def _scope_findings(result: Correction) -> list[Finding]:
         first = contradicted[0]
         message = f"the program contradicts itself at {_lines(lines)}; first: {first.text}: {first.reason}"
         findings.append(Finding(Level.WARNING, Code.PROGRAM_CONTRADICTION, message))
+    if missing := sorted(result.around.called.missing):
+        message = f"called programs not beside it are taken to write no user frame and no tool: {_first_of(missing)}"
+        message += "; put their .LS there, or make sure that none does"
+        findings.append(Finding(Level.WARNING, Code.PROGRAM_CALLED, message))
     reasons: dict[str, list[int]] = {}
     for station, reason in result.plan.stations.held:
         reasons.setdefault(reason, []).append(_line_of(result, station))
