@@ -186,8 +186,7 @@ class Code(StrEnum):
         "Check which sensor is which, and mend the header.", WARNING)
     LOG_GAP = ("log.gap", "identification", "A sensor has no reading around measured poses; its rise is modelled.",
         "Nothing, where the model is good enough.", NOTE)
-    LOG_LOOSE = ("log.loose", "identification", "Readings far from their neighbours are left out.",
-        "Check the sensor's contact.", NOTE)
+    LOG_LOOSE = ("log.loose", "identification", "Readings far from others are left out.", "Check the contact.", NOTE)
     LOG_MODELLED = ("log.modelled", "identification", "A part has no sensor: its rise is modelled from the others.",
         "Nothing; a sensor there would tell more.", NOTE)
     LOG_FITTED = ("log.fitted", "identification", "How parts of the arm warm was fitted to the log, or to the poses.",
@@ -341,8 +340,7 @@ class Code(StrEnum):
         "If it cannot be loaded, part it with cgen pages or take fewer points.", OUTSIDE, WARNING, NOTE)
     PROGRAM_DRY_RUN = ("program.dry_run", "pipelines", "The program runs above its place, clear of the part.",
         "Use it for the dry run only.", WARNING)
-    PROGRAM_CALLED = ("program.called", "pipelines", "A called program is not there: it is taken to write no frame.",
-        "Put its listing (.LS) beside the program.", WARNING)
+    PROGRAM_CALLED = ("program.called", "pipelines", "A called program is not there.", "Put its .LS there.", WARNING)
     PROGRAM_CONTRADICTION = ("program.contradiction", "pipelines", "The program contradicts itself.",
         "Mend the lines that are named; what depends on them is not corrected.", WARNING)
     ROBOT_UNATTAINABLE = ("robot.unattainable", "pipelines", "The robot cannot take positions of the program.",

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
+from compgen.core.recorded.table import DialectTable
 from compgen.planning.own_points.apt import read_apt
 from compgen.planning.own_points.csv_points import read_points
 from compgen.planning.own_points.gcode import read_gcode
@@ -48,6 +49,8 @@ def test_csv_with_everything(tmp_path):
         (f"{HEAD},feed_mm_s\n1,2,3,0\n", "line 2, column feed_mm_s: 0 mm/s is outside 0.05 to 2000"),
         (f"{HEAD},contact\n1,2,3,2\n", "line 2, column contact: 2 is neither 0 nor 1"),
         (f"{HEAD}\n1,2,20000\n", "beyond 10000"),
+        ("X [mm],Y [mm],Z [mm],Qw,Qx,Qy,Qz\n1,2,3,0,1,0,0\n", "columns Qw, Qx, Qy, Qz may say how the tool stands"),
+        ("X [mm];Y [mm];Z [mm];A [deg];B [deg];C [deg]\n1;2;3;0;9;180\n", "B .deg., C .deg. may say how the tool"),
     ],
 )
 def test_bad_csv(tmp_path, text, words):
@@ -55,6 +58,16 @@ def test_bad_csv(tmp_path, text, words):
         read_points(written(tmp_path, text))
     assert "given.txt" in str(refusal.value)
     assert len(str(refusal.value)) < 300 + len(str(tmp_path))
+
+
+def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offsets_are_none(tmp_path):
+    text = "X [mm],Y [mm],Z [mm],Nx,Ny,Nz,dX [mm],dY [mm],dZ [mm]\n1,2,3,0,0.6,0.8,9,9,9\n2,2,3,0,0,1,9,9,9\n"
+    named = DialectTable(columns={"i": "Nx", "j": "Ny", "k": "Nz"})
+    assert_allclose(read_points(written(tmp_path, text), named).normal, [[0, 0.6, 0.8], [0, 0, 1]])
+    with pytest.raises(InputError, match="Nx, Ny, Nz may say how the tool stands"):
+        read_points(written(tmp_path, text))
+    offsets = "X [mm],Y [mm],Z [mm],dX [mm],dY [mm],dZ [mm]\n1,2,3,9,9,9\n2,2,3,9,9,9\n"
+    assert read_points(written(tmp_path, offsets)).normal is None
 
 
 APT = """PARTNO/DISH, 400.0

@@ -7,6 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, row_norms
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
+from compgen.core.recorded.cells import name_and_unit
 from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
@@ -17,6 +18,11 @@ NORMAL = ("i", "j", "k")
 ANGLES = ("w_deg", "p_deg", "r_deg")
 OTHERS = ("feed_mm_s", "contact", "stop")
 KNOWN = (*PLACE, *NORMAL, *ANGLES, *OTHERS)
+#: what others call columns of how a tool stands: quaternions, angles, normals
+STANDS = {
+    *("qw", "qx", "qy", "qz", "q0", "q1", "q2", "q3", "q4", "a", "b", "c", "w", "p", "r", "i", "j", "k", "u", "v"),
+    *("rx", "ry", "rz", "roll", "pitch", "yaw", "nx", "ny", "nz", "normal x", "normal y", "normal z"),
+}
 UNIT = 0.01  # that a normal's length may differ from one
 LARGEST = 1e4  # mm
 
@@ -37,7 +43,8 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
         dialect: What the path file says of the file in [path].
 
     Raises:
-        InputError: What ``read_csv`` refuses; a column of one kind without the others, or of both; a normal that is no
+        InputError: What ``read_csv`` refuses; a column of one kind without the others, or of both; columns of another
+            writer that say in another way how the tool stands; a normal that is no
             unit vector; a feed that no program can say; a flag that is neither 0 nor 1.
     """
     table = points_table(source, dialect) or read_csv(source, PLACE, KNOWN)
@@ -47,6 +54,13 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
     for column in given[0] if given else ():
         if not table.has(column):
             raise InputError(f"{source}: column {column}: missing; give {', '.join(given[0])} together, or none")
+    left_out = table.recorded.left_out if table.recorded and not given else ()
+    stands = [name for name in left_out if name_and_unit(name)[0] in STANDS]
+    if len(stands) > 2:
+        raise InputError(
+            f"{source}: columns {', '.join(stands)} may say how the tool stands, and are not read; give i, j, k or "
+            "w_deg, p_deg, r_deg (columns in [path] may name them so), or take these columns out"
+        )
     position = np.column_stack([table.numbers(c, largest=LARGEST) for c in PLACE]) * MM
     M = len(position)
     return GivenPoints(
