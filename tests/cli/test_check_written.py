@@ -1,6 +1,7 @@
 """``cgen check --written``: the text that was written is flown, in the state of the path, and no other path's."""
 
 import json
+import re
 
 import pytest
 from command_line import refused, run
@@ -100,6 +101,25 @@ def test_another_path_s_program_is_refused(line, tmp_path):
     refused(run("check", ROOT / "paths" / "line_x.toml", "--written", line), 2, "LINE_Y.LS", "another path's program")
     moved = ("--set", "path.x_mm=1300.0")
     refused(run("check", LINE, "--written", line, *moved), 2, "LINE_Y.LS", "line_y.toml", "another path's program")
+
+
+EDITS = {
+    "a stop taken away": ("FINE", "CNT100", "it does not stop there"),
+    "a stop added": ("CNT100", "FINE", "it stops there"),
+    "a speed": (r"\d+mm/sec", "999mm/sec", "999 mm/s lead there"),
+    "a payload": (r"\d+:J P\[1\]", "99:  PAYLOAD[2] ;\r\n 100:J P[1]", "PAYLOAD 2"),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_a_text_that_was_edited_since_is_refused(edit, line, tmp_path):
+    """Its places were this path's, and it was inside."""
+    old, new, words = EDITS[edit]
+    text = line.read_bytes().decode()
+    begin = text.index("\r\n", text.index("J P[1]")) if edit != "a payload" else 0  # a stop at the first is a start
+    edited = tmp_path / line.name
+    edited.write_bytes((text[:begin] + re.sub(old, new, text[begin:], count=1)).encode())
+    refused(run("check", LINE, "--written", edited), 2, line.name, words, "one was edited since")
 
 
 def test_another_robot_file_than_it_was_written_with_is_a_warning(line, tmp_path):

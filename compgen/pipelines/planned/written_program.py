@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.arrays import Array, IntArray, step_lengths
+from compgen.core.arrays import Array, IntArray, first_true, step_lengths
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -31,6 +31,8 @@ from compgen.verification.twin import PreparedProgram
 from compgen.verification.verdict import judge
 
 ROUNDED = 1e-5  # [m] and [rad] that the digits of a text may add to a correction
+LONG = 1e-3  # [m] a line of which digits and corrections change the speed by less than
+SAME_SPEED, SPEED_STEP = 0.1, 1e-4  # this share, and this much [m/s]
 AHEAD = 5e-3  # [m] beside a statement's own length, that the path may go on for until the next position
 
 
@@ -75,6 +77,7 @@ def fly_written(
         )
     planned = generate.predict(job, progress)
     rows, path = _positions_of(job, planned.path, program)
+    _refuse_other_motion(planned, path, program)
     progress(stages.TWIN_AFTER, 0.0)
     prepared = prepared_for(job, program)
     worst: tuple[Start, Deviation] | None = None
@@ -159,6 +162,29 @@ def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray,
             f"{job.settings.clamp_position / MM:g} mm: it is another path's program"
         )
     return rows, path
+
+
+def _refuse_other_motion(planned: Planned, path: ToolPath, program: Program) -> None:
+    """Refuse a text that was edited since: other stops, speeds or payload than this path's program has."""
+    job, mend = planned.job, "one was edited since; generate it anew"
+    if (program.payload, program.acc) != (job.tool.payload, job.plan.process.acc):
+        raise InputError(
+            f"it says PAYLOAD {program.payload} and ACC {program.acc}, and {job.source} {job.tool.payload} and "
+            f"{job.plan.process.acc}: {mend}"
+        )
+    other = first_true(program.fine != path.stop)
+    if other is not None:
+        does, plans = ("stops", "no stop") if program.fine[other] else ("does not stop", "a stop")
+        raise InputError(f"P[{other + 1}]: it {does} there, and {job.source} plans {plans}: {mend}")
+    motion, speed = job.robot.motion, planned.trajectory.speed
+    if len(speed) != len(program.speed) or (motion is not None and motion.may_predistort):
+        return  # each of its lines is as long as several, or is commanded elsewhere
+    other = first_true((program.lengths() > LONG) & (np.abs(program.speed - speed) > SAME_SPEED * speed + SPEED_STEP))
+    if other is not None:
+        given, wanted = program.speed[other] / MM, speed[other] / MM
+        raise InputError(
+            f"P[{other + 2}]: {given:.4g} mm/s lead there, and {job.source} plans {wanted:.4g} mm/s: {mend}"
+        )
 
 
 def _rows_of(path: ToolPath, position: Array) -> IntArray:
