@@ -70,6 +70,21 @@ def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offset
     assert read_points(written(tmp_path, offsets)).normal is None
 
 
+@pytest.mark.parametrize("first", ["1", "P1"])
+@pytest.mark.parametrize(
+    "behind", ["Mean,1.5,2,3\nStd. Dev.,0.5,0,0\n", "MITTELWERT,2,2,3\n", "max,2,2,3\nMin,1,2,3\n"]
+)
+def test_statistics_behind_the_points_are_no_points(tmp_path, first, behind):
+    """The tool was driven there."""
+    points = f"No.,X [mm],Y [mm],Z [mm]\n{first},1,2,3\n{first}2,2,2,3\n"
+    assert read_points(written(tmp_path, points + behind)).line.tolist() == [2, 3]
+
+
+def test_a_word_of_statistics_that_all_points_have_is_a_name(tmp_path):
+    points = "Name,X [mm],Y [mm],Z [mm]\nmax,1,2,3\nmax,2,2,3\n"
+    assert read_points(written(tmp_path, points)).line.tolist() == [2, 3]
+
+
 APT = """PARTNO/DISH, 400.0
 UNITS/MM
 MULTAX/ON

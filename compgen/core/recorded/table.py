@@ -34,6 +34,11 @@ _ALIASES = {
     "target": {"point", "point name", "point id", "pointid", "name", "id", "punkt", "punktname", "punktnummer"},
     "ambient": {"air", "room", "luft", "raum", "umgebung", "raumluft", "ambient temperature", "air temperature"},
 }
+#: of rows behind the last reading
+_STATISTICS = {
+    *"mean average avg median min minimum max maximum range rms sum total count mittel mittelwert summe anzahl".split(),
+    *("std", "std dev", "std. dev", "stdev", "stddev", "sigma", "standard deviation"),
+}
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
 
@@ -160,7 +165,8 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
         head -= 1
     body = rows[max(begin, head + 1) :]
     at = kinds(body[0][1]).find("t")  # the time's column
-    while set(kinds(body[-1][1])) <= set("a-") or "".join(body[-1][1][at : at + 1]).isalpha():
+    in_first = set(map(plain_name, body[0][1]))
+    while set(kinds(body[-1][1])) <= set("a-") or _sums_up(body[-1][1], at, in_first):
         body = body[:-1]  # words behind the last reading, or the mean of all
     line, given = rows[head] if head >= 0 else (0, [])
     lengths = [len(cells) for _, cells in body]
@@ -192,6 +198,11 @@ def _says_more(cells: Sequence[str], above: Sequence[str]) -> bool:
     filled = [cell for cell in cells if cell]
     more = len(set(filled)) < len(filled) or any(map(unit_named, filled))
     return more and set(kinds(above)) <= set("a-") and 2 * sum(map(bool, above)) > len(filled)
+
+
+def _sums_up(cells: Sequence[str], at: int, in_first: set[str]) -> bool:
+    """Whether a row is no reading: a word in the time's column, or one of statistics that the first reading has not."""
+    return "".join(cells[at : at + 1]).isalpha() or bool(_STATISTICS.intersection(map(plain_name, cells)) - in_first)
 
 
 def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str]]:
