@@ -20,12 +20,17 @@ KEYS = {
     ("compgen/pipelines/files/path_file.py", "path.file"),
 }
 REGISTRY = ROOT / "compgen" / "core" / "finding_codes.py"
-TREES = {
-    path.relative_to(ROOT): ast.parse(path.read_text())
-    for folder in ("compgen", "docs", "benchmarks")
-    for path in sorted((ROOT / folder).rglob("*.py"))
-    if path != REGISTRY
-}
+
+
+@pytest.fixture(scope="module")
+def trees():
+    """The source of each file; kept no longer than these tests: a search for cycles would walk through all of it."""
+    return {
+        path.relative_to(ROOT): ast.parse(path.read_text())
+        for folder in ("compgen", "docs", "benchmarks")
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        if path != REGISTRY
+    }
 
 
 def names_in(tree, enum):
@@ -37,16 +42,16 @@ def names_in(tree, enum):
     ]
 
 
-def calls():
+def calls(trees):
     """Where a finding is made, and the call."""
-    for path, tree in TREES.items():
+    for path, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Finding":
                 yield path, node
 
 
-def test_a_finding_takes_its_code_from_the_registry_at_a_level_that_it_may_have():
-    made = list(calls())
+def test_a_finding_takes_its_code_from_the_registry_at_a_level_that_it_may_have(trees):
+    made = list(calls(trees))
     assert len(made) > 150
     for path, call in made:
         level, code, _ = call.args
@@ -58,12 +63,12 @@ def test_a_finding_takes_its_code_from_the_registry_at_a_level_that_it_may_have(
             assert {Level[other] for other in names_in(level, "Level")} <= set(Code[name].levels), where
 
 
-def test_each_code_is_found_by_its_own_room_first_and_none_by_nobody():
+def test_each_code_is_found_by_its_own_room_first_and_none_by_nobody(trees):
     rooms: dict[Code, set[str]] = {}
-    for path, call in calls():
+    for path, call in calls(trees):
         for name in names_in(call.args[1], "Code"):
             rooms.setdefault(Code[name], set()).add(path.parts[1])
-    named = {Code[name] for path, tree in TREES.items() for name in names_in(tree, "Code")}
+    named = {Code[name] for path, tree in trees.items() for name in names_in(tree, "Code")}
     by_key = {code for code in Code if code.startswith("bounds.") and code not in named}
     extents = {name: Extent(*[0.0] * len(Extent.__dataclass_fields__)) for name in COMPONENTS}
     keys = [key for key, *_ in checks(extents, Bounds())]
@@ -76,8 +81,8 @@ def test_each_code_is_found_by_its_own_room_first_and_none_by_nobody():
     assert {code.room for code in Code} <= set(ROOMS)
 
 
-def test_no_code_is_typed_a_second_time():
-    for path, tree in TREES.items():
+def test_no_code_is_typed_a_second_time(trees):
+    for path, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and "." in node.value:
                 assert node.value not in set(Code) or (path.as_posix(), node.value) in KEYS, f"{path}:{node.lineno}"
