@@ -340,7 +340,7 @@ class Code(StrEnum):
         "If it cannot be loaded, part it with cgen pages or take fewer points.", OUTSIDE, WARNING, NOTE)
     PROGRAM_DRY_RUN = ("program.dry_run", "pipelines", "The program runs above its place, clear of the part.",
         "Use it for the dry run only.", WARNING)
-    PROGRAM_CALLED = ("program.called", "pipelines", "A called program is not there.", "Put its .LS there.", WARNING)
+    PROGRAM_CALLED = ("program.called", "pipelines", "A called program is not beside it.", "Put it there.", WARNING)
     PROGRAM_CONTRADICTION = ("program.contradiction", "pipelines", "The program contradicts itself.",
         "Mend the lines that are named; what depends on them is not corrected.", WARNING)
     ROBOT_UNATTAINABLE = ("robot.unattainable", "pipelines", "The robot cannot take positions of the program.",

@@ -36,8 +36,8 @@ _ALIASES = {
 }
 #: of rows behind the last reading
 _STATISTICS = {
-    *"mean average avg median min minimum max maximum range rms sum total count mittel mittelwert summe anzahl".split(),
-    *("std", "std dev", "std. dev", "stdev", "stddev", "sigma", "standard deviation"),
+    *("mean", "average", "avg", "median", "mittel", "mittelwert", "min", "minimum", "max", "maximum", "range", "rms"),
+    *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "std. dev", "stdev", "stddev", "sigma"),
 }
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
