@@ -5,7 +5,8 @@ python tests/campaigns/anchored_arms.py --arms 0:10 --keep FOLDER --table    onl
 
 Hidden arms of ``flown_arms`` (play run through over a width of its own at each joint, bends, column, own growths, in
 numpy), identified from the poses of ``plan-poses`` (FOLDER/plan, made once) and a warm-up by ``cgen identify``. A day:
-2 to 6 h of motion, told right or 2 to 4 h off or as a cold arm (or a cold arm told warm); eight centres of four
+2 to 6 h of motion, told right or 2 to 4 h off or as a cold arm (or a cold arm told warm), or told right but for a
+break after it (0.5 to 2.5 h of standing, then up to 1 h of motion); eight centres of four
 spheres located with 12 um, in one orientation, each joint with the play that the way there left; places by an
 instrument (``certified``) or those that the robot commanded on them cold (``taught``). The truth is the hidden arm on
 the shipped spiral, play apart.
@@ -59,7 +60,8 @@ PLACE, REPEAT, NOISE = 5 * UM, 8 * UM, 12 * UM  # of an instrument, of the arm, 
 PROBE = Pose(np.array([0, 0, 0.15]), np.eye(3))
 DOWN = np.diag([1.0, -1.0, -1.0])
 LIFT = 0.15  # m above a sphere, where the arm turns
-KINDS = ("taught right", "taught wrong", "taught cold", "certified right", "certified wrong", "certified cold")
+KINDS = ("taught right", "taught wrong", "taught cold", "certified right", "certified wrong", "certified cold",
+         "certified break")  # fmt: skip
 
 
 def planned_poses(keep):
@@ -148,7 +150,7 @@ def touched(arm, robot, places, rise, start, rng, approach):
 def hours_of(kind, rng):
     """Told, and true."""
     declared = rng.uniform(2, 6)
-    if kind.endswith("right"):
+    if kind.endswith(("right", "break")):
         return declared, declared
     if kind.endswith("cold"):
         return 0.0, 0.0
@@ -157,8 +159,12 @@ def hours_of(kind, rng):
     return declared, max(declared + rng.choice([-1, 1]) * rng.uniform(2, 4), 0.5)
 
 
-def true_rise(job, arm, hours, rng):
-    """As the shop's law has it after hours of the circle, but for its errors, (5,) [K]."""
+def true_rise(job, hours, rng, after=()):
+    """As the shop's law has it after hours of the circle and of what came after, but for its errors, (5,) [K].
+
+    Args:
+        after: Hours that the robot then stood, and then moved again; of a break that nobody told of.
+    """
     heat, K = job.cell.heat, 5
     real = replace(heat, reference_rise=heat.reference_rise * (1 + 0.06 * rng.standard_normal(K)),
                    tau=heat.tau * np.exp(0.1 * rng.standard_normal(K)))  # fmt: skip
@@ -166,7 +172,9 @@ def true_rise(job, arm, hours, rng):
     moving = job.history.before[0] if job.history.before else None
     if moving is None or hours == 0:
         return np.zeros(K) + 0.1 * rng.standard_normal(K)
-    return rise_history(real, [replace(moving, duration=hours * HOUR)], np.array([hours * HOUR]))[0] + law
+    drawn = zip((moving, job.history.standing, moving), (hours, *after), strict=False)
+    duties = [replace(duty, duration=h * HOUR) for duty, h in drawn]
+    return rise_history(real, duties, np.array([sum(d.duration for d in duties)]))[0] + law
 
 
 @lru_cache(maxsize=1)
@@ -186,9 +194,10 @@ def day(seed, kind, draw, own_robot, folder, approach=True, count=8, wrong_touch
     """One day's job, touches and truth."""
     rng = np.random.default_rng([seed, draw, KINDS.index(kind), 43])
     declared, hours = hours_of(kind, rng)
+    after = (rng.uniform(0.5, 2.5), rng.uniform(0, 1)) if kind.endswith("break") else ()
     arm, job = TrueArm(seed), job_of(own_robot, declared)
     warm_job = job if declared else job_of(own_robot, 3.0)
-    rise = true_rise(warm_job, arm, hours, rng)
+    rise = true_rise(warm_job, hours, rng, after)
     robot, taught = job.robot, kind.startswith("taught")
     stand = SPHERES + PLACE * rng.standard_normal(SPHERES.shape)
     which = np.arange(count) % 4
