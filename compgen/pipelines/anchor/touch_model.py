@@ -20,16 +20,15 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import MM
-from compgen.error_model.direction_memory import DirectionState
 from compgen.identification.choice_by_exchange import PathDrift, path_weight
 from compgen.identification.touch_candidates import Probe, Targets, Ways
-from compgen.identification.touches import Artefact, Touches, probed_motion
+from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.part_frame import PartFrame
 from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, columns_along, compare, estimate
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
-from compgen.pipelines.anchor.touching import ALIKE, SEARCHED, smooth, taught_rises, thermal_shift
+from compgen.pipelines.anchor.touching import ALIKE, reached, smooth, taught_rises, thermal_shift
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.program.frames import load_frames
 
@@ -76,7 +75,7 @@ def touch_model(
     unknowns = unknowns_of(job, forecast, path.middle, path.radius, forecast.cell.missing * rms(thermal))
     theta, K = ways.theta[:, 2], len(ways.target)
     rise = np.broadcast_to(forecast.rise, (K, len(forecast.rise)))
-    motion = DirectionState(probed_motion(job.robot, forecast.cell.sources, touches, SEARCHED), np.zeros((K, 3)))
+    motion = reached(job.robot, forecast.cell.sources, artefact, touches)
     taught = None if artefact.taught is None else taught_rises(artefact, job.cell.heat.names)
     H, N, D = unknowns.columns_of_touches(forecast, theta, probe.centre, rise, motion, taught)
     in_frame = None if taught is None else TaughtPlaces(theta, probe.centre, taught)

@@ -13,7 +13,8 @@ wrong of the cold arm cancels. Valid while both touches have the same posture an
 Touches that cannot be of the artefact as it is named (swapped spheres, other units, another place) are refused.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,10 +25,13 @@ from compgen.core.toml import suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import build_error_model
+from compgen.error_model.source import Source
 from compgen.identification.touches import Artefact, Touches, check_directions, probed_motion, unit_of
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Innovation
 from compgen.pipelines.anchor.unknowns import Unknowns
+from compgen.robot.kinematics import flange_pose
+from compgen.robot.robot import Robot
 
 SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
 ALIKE = 0.5  # of the variance of play whose sense is not known: alike in all touches (one way down) [assumed]
@@ -71,7 +75,7 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
         InputError: Touches that are not of their targets.
     """
     cell, probe, theta = forecast.cell, Pose(artefact.probe, np.eye(3)), touches.theta
-    motion = DirectionState(probed_motion(cell.robot, cell.sources, touches, SEARCHED), np.zeros((len(theta), 3)))
+    motion = reached(cell.robot, cell.sources, artefact, touches)
     model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), probe)
     rise, pushed = forecast.touch_rise, touches.deflection[:, None] * np.nan_to_num(touches.normal)
     nominal = model.nominal_pose(theta).position - pushed
@@ -109,6 +113,14 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
         place_sigma=open_places,
         sigma=sigma[touch],
     )
+
+
+def reached(robot: Robot, sources: Sequence[Source], artefact: Artefact, touches: Touches) -> DirectionState:
+    """How joints came to N touches: along the probing direction, to a located centre along the probe's stem."""
+    stem = flange_pose(robot, touches.theta).rotation[:, :, 2]
+    is_centre = np.isnan(touches.normal) & (touches.target < len(artefact.names))[:, None]
+    along = replace(touches, normal=np.where(is_centre, stem, touches.normal))
+    return DirectionState(probed_motion(robot, sources, along, SEARCHED), np.zeros((len(stem), 3)))
 
 
 def _outward(artefact: Artefact, touches: Touches, frame: Pose) -> Array:
