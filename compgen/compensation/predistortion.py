@@ -60,6 +60,7 @@ class Commanded:
     stop: BoolArray  # (N,)
     by_lines: bool = False  # straight from waypoint to waypoint, whose inner side the smoothing averages
     beside: BoolArray | None = None  # (N,) off the part; None: nowhere
+    held: BoolArray | None = None  # (N,) left as they are, as corners; None: none
     first: Array | None = None  # (R,) [s] of the statement that each run begins with; None: of its first waypoint
 
 
@@ -143,6 +144,8 @@ def _shift(robot: Robot, motion: ControllerMotion, path: Commanded) -> Array:
         while np.abs(shift[run]).max() > MOST * np.abs(led).max() and rigid < STIFFEST * kernel.rigid:
             rigid *= STIFFER
             shift[run] = _least(replace(kernel, rigid=rigid), at, led, on, time)
+        if path.held is not None:  # what is led to nothing there is nothing there
+            shift[run] *= _near(time, time[corner[run]], kernel.support)[:, None]
     return shift
 
 
@@ -234,12 +237,13 @@ def _near(at: Array, corners: Array, support: float) -> Array:
 
 
 def _corners(path: Commanded) -> BoolArray:
-    """Where the path turns sharply without a stop, (N,)."""
+    """Where the path turns sharply without a stop, or is held, (N,)."""
     line = np.diff(path.position, axis=0)
     line /= np.maximum(row_norms(line), 1e-12)[:, None]
     sharp = np.zeros(len(path.arc), dtype=bool)
     sharp[1:-1] = np.einsum("ij,ij->i", line[1:], line[:-1]) < np.cos(CORNER)
-    return sharp & ~path.stop
+    sharp &= ~path.stop
+    return sharp if path.held is None else sharp | path.held
 
 
 def _directions(path: Commanded) -> Array:

@@ -9,6 +9,7 @@ way and t the course's direction there,
 Ways that no straight line or arc surely leads along are left out, and so is what is smoothed in the joints.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -41,25 +42,19 @@ class _Led:
     """A run from stop to stop, at K samples."""
 
     way: Array  # (K,) [m] smoothed
-    across: Array  # (K,) [m]
+    across: Array  # (K, 3) [m]
     along: Array  # (K,) [m]
 
 
 def _effect(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> MotionEffect:
     """Of one motion."""
-    clock = course.counted_clock() if robot.controller.rounds_up_to_period else course.cruise
-    off, along, worst, where = np.zeros(len(course.judged)), 0.0, 0.0, 0.0
-    stops, statement = np.flatnonzero(course.stop), np.bincount(course.statement, np.diff(clock))
-    worst_motion, spread = motion, np.nan_to_num(course.spreads(robot), nan=motion.reach_at)
-    for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
-        if not (course.judged[a:b].all() and motion.is_smooth):
-            continue
-        own = motion.in_run(float(statement[course.statement[a]]))
-        led = _led(course, robot, own, clock, slice(a, b + 1), spread)
-        np.maximum.at(off, course.way(led.way), led.across)
+    off, along, worst, where, worst_motion = np.zeros(len(course.judged)), 0.0, 0.0, 0.0, motion
+    for own, led in _runs(course, robot, motion):
+        across = row_norms(led.across)
+        np.maximum.at(off, course.way(led.way), across)
         along = max(along, float(led.along.max()))
-        if led.across.max() > worst:
-            worst, where, worst_motion = float(led.across.max()), float(led.way[np.argmax(led.across)]), own
+        if across.max() > worst:
+            worst, where, worst_motion = float(across.max()), float(led.way[np.argmax(across)]), own
     speed = np.diff(course.arc) / np.maximum(np.diff(course.cruise), 1e-12)
     return MotionEffect(
         motion=worst_motion,
@@ -74,6 +69,31 @@ def _effect(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> Mo
         lag=moments(motion).delay * float(speed[course.judged].max()),
         off=frozen(off),
     )
+
+
+def led_beside(course: ProgramCourse, robot: Robot, motion: ControllerMotion, arc: Array) -> Array:
+    """How far a motion leads the tool across a program at arc lengths (M,) [m], (M, 3) [m]; zero where unknown."""
+    across = np.zeros((len(arc), 3))
+    for _, led in _runs(course, robot, motion):
+        there = (arc >= led.way[0]) & (arc <= led.way[-1])
+        across[there] = np.column_stack([np.interp(arc[there], led.way, column) for column in led.across.T])
+    return across
+
+
+def statement_durations(course: ProgramCourse, robot: Robot) -> tuple[Array, Array]:
+    """When the command passes the nodes (N,) [s], had it no stops, and how long each statement takes [s]."""
+    clock = course.counted_clock() if robot.controller.rounds_up_to_period else course.cruise
+    return clock, np.asarray(np.bincount(course.statement, np.diff(clock)), dtype=float)
+
+
+def _runs(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> Iterator[tuple[ControllerMotion, _Led]]:
+    """Each run from stop to stop that is judged all along, with its own motion."""
+    clock, statement = statement_durations(course, robot)
+    stops, spread = np.flatnonzero(course.stop), np.nan_to_num(course.spreads(robot), nan=motion.reach_at)
+    for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
+        if course.judged[a:b].all() and motion.is_smooth:
+            own = motion.in_run(float(statement[course.statement[a]]))
+            yield own, _led(course, robot, own, clock, slice(a, b + 1), spread)
 
 
 def _largest(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> float:
@@ -99,4 +119,4 @@ def _led(
     place = cubic(smoothed[:, 1:], np.interp(way, passed, np.arange(len(passed), dtype=float)))
     d, ahead = place - course.place(way), course.tangents()[course.way(way)]
     along = np.einsum("ij,ij->i", d, ahead)
-    return _Led(way, row_norms(d - along[:, None] * ahead), np.abs(along))
+    return _Led(way, d - along[:, None] * ahead, np.abs(along))

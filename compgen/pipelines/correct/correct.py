@@ -18,7 +18,7 @@ from compgen.fanuc import LsProgram, dumps, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.poses import Poses, require_frames
+from compgen.fanuc.analysis.poses import require_frames
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
@@ -35,12 +35,17 @@ from compgen.fanuc.editing.numbers import NewPoses, number_edits
 from compgen.fanuc.editing.shared_positions import (
     SharedCorrections,
     assign_new_positions,
-    average_shared,
     midway_deviation,
 )
 from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.correction_findings import correction_findings
+from compgen.pipelines.correct.motion_command import (
+    commanded_program,
+    motion_command,
+    motion_elsewhere,
+    shifted_positions,
+)
 from compgen.pipelines.correct.proof import (
     ServedStarts,
     flat_arcs,
@@ -49,7 +54,15 @@ from compgen.pipelines.correct.proof import (
     wide_arcs,
     worst_of_starts,
 )
-from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options, corrected_stations
+from compgen.pipelines.correct.result import (
+    Correction,
+    CorrectionPlan,
+    MotionCommand,
+    Options,
+    between_corrected,
+    changed_positions,
+    straight_ways,
+)
 from compgen.pipelines.correct.station_band import fly_draws, station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.files.program_course import course_of_driven
@@ -59,12 +72,10 @@ from compgen.pipelines.planned.program_text import running_override
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
-from compgen.program.ways import interpolate_poses, sample_lengths, straight_lines
-from compgen.robot.robot import Robot
+from compgen.program.ways import interpolate_poses, sample_lengths
 from compgen.thermal import Duty
-from compgen.verification.course_motion import course_motion
+from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.flight import Flight, fly, pose_errors
-from compgen.verification.motion_effect import MotionEffect
 
 NEGLIGIBLE = 1e-9  # [m], [rad] a correction below this is none
 MAX_PIECES = 1000  # of one straight way
@@ -218,7 +229,7 @@ def _refuse_marked_before_lift(program: LsProgram, task: _Task) -> None:
 def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray:
     """Into how many pieces each straight way must be cut, (S,): its deviation falls with the square of their count."""
     pieces = np.ones(len(plan.free), dtype=np.int64)
-    ways = _straight_ways(plan)
+    ways = straight_ways(plan)
     if len(ways):
         pieces[ways] = np.ceil(np.sqrt(_midway_deviations(plan, cell) / allowed)).astype(np.int64).clip(1, MAX_PIECES)
     return allowed_pieces(plan.program, plan.poses, plan.drive, pieces)
@@ -238,15 +249,17 @@ def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Arr
 def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> Correction:
     """The program with its numbers changed, read back, executed on the twin and judged."""
     program, drive, cell, progress = plan.program, plan.drive, task.cell, task.progress
-    shared = average_shared(plan.poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
+    command = _against_motion(plan, task)
+    shared, meant = commanded_program(plan, cell, command)
     written, mark = _written(plan, shared, task)
+    if command is not None and command.runs and not says_override(written):
+        written = insert_remark(written, running_override((1.0,)))
     progress(stages.TWIN_BEFORE, 0.0)
     new_poses, new_drive = task.around.drive(written, cell.robot)
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
     arcs = drive.circular & new_drive.circular
     drives = replace(drive, beyond=beyond, circular=arcs), replace(new_drive, beyond=beyond, circular=arcs)
-    flights = _fly_both(plan, shared, drives, task)
-    target = flights.target
+    flights = _fly_both(plan, shared, drives, meant, task)
     result = Correction(
         name=program.name,
         cell=cell,
@@ -257,11 +270,11 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         written=written,
         plan=plan,
         shared=shared,
-        changed=_changed_positions(program, written),
+        changed=changed_positions(program, written),
         added=len(program.positions.number) - len(planned.positions.number),
         execution=flights.corrected,
-        error=pose_errors(flights.planned, target),
-        residual=pose_errors(flights.corrected, target),
+        error=pose_errors(flights.planned, interpolate_poses(drive, flights.planned.station, flights.planned.fraction)),
+        residual=pose_errors(flights.corrected, flights.target),
         turn=unexplained_turns(flights.planned, flights.corrected),
         new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
         judged=flights.judged,
@@ -270,21 +283,30 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         served=flights.served,
         findings=(),
         band=station_band(cell, plan, task.around.frames, task.before),
-        motion=_led_by_controller(written, cell.robot, new_poses, new_drive),
+        motion=motion_elsewhere(written, cell.robot, new_poses, new_drive, command),
+        meant=meant,
+        command=command,
     )
-    result = replace(result, draws=fly_draws(result, drives[1], target, partial(progress, stages.DRAWS)))
+    result = replace(result, draws=fly_draws(result, drives[1], flights.target, partial(progress, stages.DRAWS)))
     findings = correction_findings(result, _midway_deviations(plan, cell))
     of_arcs = [*wide_arcs(*drives), *flat_arcs(drive, new_drive)]
     return replace(result, findings=(*findings, *of_arcs, *raised_findings(task.options.raised)))
 
 
-def _led_by_controller(written: LsProgram, robot: Robot, poses: Poses, drive: DrivenProgram) -> MotionEffect | None:
-    """What the controller's motion does to a text; None where nothing in it can be followed."""
-    try:
-        course = course_of_driven(written, robot, poses, drive)
-    except InputError:
+def _against_motion(plan: CorrectionPlan, task: _Task) -> MotionCommand | None:
+    """What is commanded against the controller's motion; programs that serve other overrides than 100 % are not."""
+    options, robot = task.options, task.cell.robot
+    if options.raised or (options.ensemble is not None and set(options.ensemble.overrides) != {1.0}):
         return None
-    return course_motion(course, robot)
+
+    def course_of(shift: Array) -> ProgramCourse | None:
+        written, _ = _written(plan, shifted_positions(plan, task.cell, shift), task)
+        try:
+            return course_of_driven(written, robot, *task.around.drive(written, robot))
+        except InputError:
+            return None
+
+    return motion_command(plan, robot, options.settings.clamp_position, course_of)
 
 
 class _Flights(NamedTuple):
@@ -292,14 +314,18 @@ class _Flights(NamedTuple):
 
     planned: Flight
     corrected: Flight  # of several starts that at which it errs most
-    target: Pose  # M
+    target: Pose  # M, of the corrected text, with what is commanded against the controller's motion
     judged: BoolArray  # (M,) samples at or between corrected stations
     length: Array  # (M,) [m] of path that each of them stands for
     served: ServedStarts | None  # what is left over the starts, where these are several
 
 
 def _fly_both(
-    plan: CorrectionPlan, shared: SharedCorrections, drives: tuple[DrivenProgram, DrivenProgram], task: _Task
+    plan: CorrectionPlan,
+    shared: SharedCorrections,
+    drives: tuple[DrivenProgram, DrivenProgram],
+    meant: DrivenProgram,
+    task: _Task,
 ) -> _Flights:
     """The planned and the written text on the twin."""
     drive, twin, progress, ensemble = plan.drive, twin_of_cell(task.cell), task.progress, task.options.ensemble
@@ -309,10 +335,9 @@ def _fly_both(
     )
     planned = fly_planned()
     station, fraction = planned.station, planned.fraction
-    target = interpolate_poses(drive, station, fraction)
-    judged = _between_corrected(plan, shared, station, fraction)
+    target = interpolate_poses(meant, station, fraction)
+    judged = between_corrected(plan, shared, station, fraction)
     length = sample_lengths(task.cell.robot, drive, station, fraction, judged)
-    progress(stages.TWIN_AFTER, 0.0)
     if ensemble is None:
         return _Flights(planned, fly_written(), target, judged, length, None)
     residue = partial(residue_of, target=target, judged=judged, length=length)
@@ -346,20 +371,6 @@ def _written(plan: CorrectionPlan, shared: SharedCorrections, task: _Task) -> tu
     return written, Mark.NONE
 
 
-def _changed_positions(program: LsProgram, written: LsProgram) -> int:
-    """How many positions read differently."""
-    differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
-    return int(differs.any(axis=1).sum())
-
-
-def _between_corrected(
-    plan: CorrectionPlan, shared: SharedCorrections, station: IntArray, fraction: Array
-) -> BoolArray:
-    """Which samples, stations and fractions of the ways to them (M,), lie at or between corrected stations."""
-    moved = corrected_stations(plan, shared)
-    return np.asarray(moved[station] & ((fraction >= 1) | moved[plan.drive.origin[station]]))
-
-
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:
     """Which of ``rows`` shall carry the mark (m,), all at the first places, and their nudges (m, 3)."""
     listed = watermark.listed_rows(plan.poses, plan.drive, plan.scope.free)
@@ -381,16 +392,9 @@ def _read_mark(program: LsProgram, task: _Task) -> Mark:
 
 def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:
     """How far the correction wanted midway on straight ways is from the line between their ends, (n,) [m]."""
-    ways = _straight_ways(plan)
+    ways = straight_ways(plan)
     if not len(ways):
         return np.zeros(0)
     return midway_deviation(
         plan.stations.correction, _midway_corrections(plan, cell, ways), ways, plan.drive.origin[ways]
     )
-
-
-def _straight_ways(plan: CorrectionPlan) -> IntArray:
-    """Stations reached by straight lines between corrected ends."""
-    drive, free = plan.drive, plan.free
-    ways = np.flatnonzero(straight_lines(drive) & free)
-    return ways[free[drive.origin[ways]]]

@@ -16,13 +16,12 @@ from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.vocabulary import ARC_LETTERS
-from compgen.job.bounds import Bounds
 from compgen.job.part_frame import frame_findings
+from compgen.pipelines.correct.motion_command import motion_command_findings
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
-from compgen.pipelines.findings.motion_findings import motion_of_a_listing
 from compgen.pipelines.planned.averaging import WIDE, spread_finding
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
@@ -355,7 +354,7 @@ def _timing_findings(result: Correction) -> list[Finding]:
 
 def _controller_findings(result: Correction) -> list[Finding]:
     controller = result.cell.robot.controller
-    findings = motion_of_a_listing(result.cell.robot, result.motion, Bounds(max=result.options.bound))
+    findings = motion_command_findings(result)
     if controller.compensation == "signature":
         message = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
         findings.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, message))

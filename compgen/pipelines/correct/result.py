@@ -1,6 +1,9 @@
 """The options of a correction, its plan, and the corrected program with its proof."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
 
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
@@ -16,11 +19,12 @@ from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.job.bounds import Guarantee
 from compgen.job.job import Cell
 from compgen.job.tables import guarantee_of_words
-from compgen.pipelines.correct.proof import ServedStarts
+from compgen.pipelines.correct.proof import Residue, ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.planned.dry_run import check_height
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.program.driven import DrivenProgram
+from compgen.program.ways import straight_lines
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
 from compgen.verification.band import Band
@@ -100,6 +104,35 @@ def corrected_stations(plan: CorrectionPlan, shared: SharedCorrections) -> BoolA
     return plan.free & shared.changed[first[plan.drive.pose]] if len(first) else plan.free
 
 
+def between_corrected(plan: CorrectionPlan, shared: SharedCorrections, station: IntArray, fraction: Array) -> BoolArray:
+    """Which samples, stations and fractions of the ways to them (M,), lie at or between corrected stations."""
+    moved = corrected_stations(plan, shared)
+    return np.asarray(moved[station] & ((fraction >= 1) | moved[plan.drive.origin[station]]), dtype=bool)
+
+
+def changed_positions(program: LsProgram, written: LsProgram) -> int:
+    """How many positions read differently."""
+    differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
+    return int(differs.any(axis=1).sum())
+
+
+def straight_ways(plan: CorrectionPlan) -> IntArray:
+    """Stations reached by straight lines between corrected ends."""
+    drive, free = plan.drive, plan.free
+    ways = np.flatnonzero(straight_lines(drive) & free)
+    return ways[free[drive.origin[ways]]]
+
+
+class MotionCommand(NamedTuple):
+    """What S stations are commanded off their targets, over the runs that are flown better for it."""
+
+    shift: Array  # (S, 6) [m], no rotation
+    runs: tuple[tuple[int, int], ...]  # first and last station of each commanded run
+    plain: Residue  # how far the tool is led off on them without it
+    left: Residue  # with it
+    kept: tuple[str, ...]  # why other runs with bends are left as they are
+
+
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Correction(Judged):
     """A corrected program and its proof."""
@@ -124,6 +157,8 @@ class Correction(Judged):
     length: Array  # (M,) [m] of path that each of them stands for, 0 for the others
     mark: Mark  # where the written text carries it
     served: ServedStarts | None  # what it leaves over its starts, where these are several
+    meant: DrivenProgram  # the planned program, off its targets as it is commanded against the controller's motion
+    command: MotionCommand | None  # against the controller's motion; None: nothing is commanded against
     findings: tuple[Finding, ...]
     band: Band | None = None  # what the robot file leaves open at corrected stations; None: there are none
     motion: MotionEffect | None = None  # of the controller on the written text; None: not looked at

@@ -254,7 +254,7 @@ def _illegal_corrections(
     letters = postures_of(robot, np.nan_to_num(q))
     several = np.bincount(poses.first, minlength=len(poses.first))[poses.first[pose[rows]]] > 1
     turned = several & (turn_digits(robot, np.nan_to_num(q)) != turn_digits(robot, planned)).any(axis=1)
-    margin = _margins_after(cell, poses, pose[rows], np.nan_to_num(c))
+    _, margin = solved_after(cell, poses, pose[rows], np.nan_to_num(c))
     for k, station in enumerate(rows.tolist()):
         if np.isnan(c[k]).any():
             illegal.append((station, "no legal correction was found for its run of lines"))
@@ -284,13 +284,14 @@ def explained_turns(moved: Array, turned: Array) -> Array:
     return np.asarray(np.minimum(TURN_OF_MOVE * (moved + turned), LARGEST_TURN) + SAME_ANGLE)
 
 
-def _margins_after(cell: Cell, poses: Positions, pose: IntArray, correction: Array) -> Array:
-    """How far corrected positions, (n,) rows of poses, lie inside the reach in their postures, (n,) [m]."""
-    margin = np.empty(len(pose))
+def solved_after(cell: Cell, poses: Positions, pose: IntArray, correction: Array) -> tuple[Array, Array]:
+    """Joints of corrected positions, (n,) rows of poses, in their postures (n, 6) [rad]; the reach left (n,) [m]."""
+    theta, margin = np.empty((len(pose), 6)), np.empty(len(pose))
     commanded = poses.tcp[pose].moved(correction)
     kinds = np.column_stack([poses.tool, poses.posture])[pose]
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
         flange = flange_from_tool(commanded[rows], poses.tools[tool])
-        margin[rows] = solve_flange(cell.robot, flange, ALL_POSTURES[posture]).margin
-    return margin
+        solved = solve_flange(cell.robot, flange, ALL_POSTURES[posture])
+        theta[rows], margin[rows] = solved.theta, solved.margin
+    return theta, margin

@@ -155,8 +155,7 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     Raises:
         InputError: Nothing in it that a log can be laid along.
     """
-    at = np.flatnonzero(drive.pose != NONE)
-    at = at[np.isfinite(poses.tcp.position[drive.pose[at]]).all(axis=1)]
+    at = known_stations(poses, drive)
     if len(at) < 2:
         raise InputError(
             f"program {program.name}: it has fewer than two motions to positions that the file tells; a log cannot be "
@@ -196,6 +195,12 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     tools = IDENTITY if tool == NONE else poses.tools[tool]
     course = _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
     return replace(course, several_frames=several)
+
+
+def known_stations(poses: Poses, drive: DrivenProgram) -> IntArray:
+    """Stations at places that the file tells, in order: the named nodes of the program's course, (n,)."""
+    at = np.flatnonzero(drive.pose != NONE)
+    return at[np.isfinite(poses.tcp.position[drive.pose[at]]).all(axis=1)]
 
 
 def _usual(poses: Poses, ends: IntArray) -> tuple[int, bool]:

@@ -293,7 +293,7 @@ def _fly(new: Correction, old: Correction) -> tuple[Flight, PoseErrors]:
     _, drive = new.around.drive(old.written, new.cell.robot)
     drive = replace(drive, beyond=np.maximum(new.plan.drive.beyond, drive.beyond))
     execution = fly(twin_of_cell(new.cell), drive, ())
-    target = interpolate_poses(new.plan.drive, execution.station, execution.fraction)
+    target = interpolate_poses(new.meant, execution.station, execution.fraction)
     return execution, pose_errors(execution, target)
 
 
