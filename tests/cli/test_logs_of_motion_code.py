@@ -241,12 +241,12 @@ def test_a_corner_cut_by_eighteen_millimetres_is_no_other_program(tmp_path):
 
 def along_a_square_with_rounded_corners(distance, speed, ramp):
     """Time and places of a motion at one speed along SQUARE, corners parabolas that begin a distance before."""
-    way = [np.array(SQUARE[:1], dtype=float)]
+    parts = [np.array(SQUARE[:1], dtype=float)]
     share = np.linspace(0, 1, 400)[:, None]
     for before, corner, after in np.array(list(zip(SQUARE, SQUARE[1:], SQUARE[2:], strict=False)), dtype=float):
         begin, end = (corner + distance * (p - corner) / np.linalg.norm(p - corner) for p in (before, after))
-        way.append((1 - share) ** 2 * begin + 2 * share * (1 - share) * corner + share**2 * end)
-    way = np.vstack([*way, SQUARE[-1:]])
+        parts.append((1 - share) ** 2 * begin + 2 * share * (1 - share) * corner + share**2 * end)
+    way = np.vstack([*parts, SQUARE[-1:]])
     arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1)))
     lasts = arc[-1] / speed
     time = PERIOD * np.arange(round((lasts + ramp + 2) / PERIOD))
@@ -261,7 +261,8 @@ def test_corners_that_are_rounded_by_a_distance_and_not_slowed_are_of_no_control
     tmp_path, distance, speed
 ):
     """Their ramps may be those of a mean: what it makes of a bend this log does not show."""
-    write(tmp_path, *along_a_square_with_rounded_corners(distance, speed, 0.1), program(SQUARE, speed, ROUND), digits=4)
+    time, place = along_a_square_with_rounded_corners(distance, speed, 0.1)
+    write(tmp_path, time, place, program(SQUARE, speed, ROUND), digits=4)
     result, _ = identify(tmp_path)
     refused(result, 1, "the bends have another speed than it gives them", "new.toml not written")
 

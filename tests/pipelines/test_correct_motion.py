@@ -41,7 +41,7 @@ def statements(data):
     places, moves = naive_ls.read(data)
     now, ways = None, []
     for move in moves:
-        ends = [[places[int(t[2:-1])].groups[1].axes[k] for k in "XYZ"] for t in move.targets]
+        ends = [[float(places[int(t[2:-1])].groups[1].axes[k] or 0) for k in "XYZ"] for t in move.targets]
         if now is not None and not np.allclose(now, ends[-1]):
             speed = 100.0 if move.letter == "J" else naive_ls.mm_s(move.speed)
             line = np.array([now, *ends]) if len(ends) == 1 else through(*np.array([now, *ends]))

@@ -63,7 +63,9 @@ def test_bad_csv(tmp_path, text, words):
 def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offsets_are_none(tmp_path):
     text = "X [mm],Y [mm],Z [mm],Nx,Ny,Nz,dX [mm],dY [mm],dZ [mm]\n1,2,3,0,0.6,0.8,9,9,9\n2,2,3,0,0,1,9,9,9\n"
     named = DialectTable(columns={"i": "Nx", "j": "Ny", "k": "Nz"})
-    assert_allclose(read_points(written(tmp_path, text), named).normal, [[0, 0.6, 0.8], [0, 0, 1]])
+    normal = read_points(written(tmp_path, text), named).normal
+    assert normal is not None
+    assert_allclose(normal, [[0, 0.6, 0.8], [0, 0, 1]])
     with pytest.raises(InputError, match="Nx, Ny, Nz may say how the tool stands"):
         read_points(written(tmp_path, text))
     offsets = "X [mm],Y [mm],Z [mm],dX [mm],dY [mm],dZ [mm]\n1,2,3,9,9,9\n2,2,3,9,9,9\n"

@@ -41,8 +41,8 @@ from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 
 HELD_OUT = 3  # one of so many blocks
-LEFT = 0.05  # of what it takes away: what may be left on blocks held out by what is commanded against (a fifth would
-# do for the program; a mean and a lag, which no kind here is, leaves an eighth)
+#: of what it takes away, may be left on blocks held out to be commanded against: a mean and a lag leave an eighth
+LEFT = 0.05
 BETTER = 0.9  # of what the plain program leaves: what leaves more is no better
 NOISE_MULTIPLE = 1.5  # of the log's noise, that is left without fault
 SAMPLED = 0.1e-6  # [m] rms that straight lines between samples of a smoothed motion are off by
@@ -376,9 +376,7 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
     if max(identified.plain, identified.unexplained) <= identified.seen:
-        message = (
-            f"only its ramps at stops show smoothing, and no bend: it foretells, and is not commanded against; {more}"
-        )
+        message = f"only its ramps at stops show smoothing, no bend: it foretells, and is not commanded against; {more}"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
     elif identified.held_out > identified.limit:
         message = (

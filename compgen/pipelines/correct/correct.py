@@ -41,6 +41,7 @@ from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.motion_command import (
+    at_full_override,
     commanded_program,
     motion_command,
     motion_elsewhere,
@@ -48,6 +49,7 @@ from compgen.pipelines.correct.motion_command import (
 )
 from compgen.pipelines.correct.proof import (
     ServedStarts,
+    as_both_can,
     flat_arcs,
     residue_of,
     unexplained_turns,
@@ -252,13 +254,10 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
     command = _against_motion(plan, task)
     shared, meant = commanded_program(plan, cell, command)
     written, mark = _written(plan, shared, task)
-    if command is not None and command.runs and not says_override(written):
-        written = insert_remark(written, running_override((1.0,)))
+    written = at_full_override(written, command)
     progress(stages.TWIN_BEFORE, 0.0)
     new_poses, new_drive = task.around.drive(written, cell.robot)
-    beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
-    arcs = drive.circular & new_drive.circular
-    drives = replace(drive, beyond=beyond, circular=arcs), replace(new_drive, beyond=beyond, circular=arcs)
+    drives = as_both_can(drive, new_drive)
     flights = _fly_both(plan, shared, drives, meant, task)
     result = Correction(
         name=program.name,
@@ -288,9 +287,8 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         command=command,
     )
     result = replace(result, draws=fly_draws(result, drives[1], flights.target, partial(progress, stages.DRAWS)))
-    findings = correction_findings(result, _midway_deviations(plan, cell))
-    of_arcs = [*wide_arcs(*drives), *flat_arcs(drive, new_drive)]
-    return replace(result, findings=(*findings, *of_arcs, *raised_findings(task.options.raised)))
+    findings = [*correction_findings(result, _midway_deviations(plan, cell)), *wide_arcs(*drives)]
+    return replace(result, findings=(*findings, *flat_arcs(drive, new_drive), *raised_findings(task.options.raised)))
 
 
 def _against_motion(plan: CorrectionPlan, task: _Task) -> MotionCommand | None:
@@ -338,6 +336,7 @@ def _fly_both(
     target = interpolate_poses(meant, station, fraction)
     judged = between_corrected(plan, shared, station, fraction)
     length = sample_lengths(task.cell.robot, drive, station, fraction, judged)
+    progress(stages.TWIN_AFTER, 0.0)
     if ensemble is None:
         return _Flights(planned, fly_written(), target, judged, length, None)
     residue = partial(residue_of, target=target, judged=judged, length=length)

@@ -26,6 +26,7 @@ from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.poses import Poses
+from compgen.fanuc.editing.insertion import insert_remark, says_override
 from compgen.fanuc.editing.shared_positions import SharedCorrections, average_shared
 from compgen.job.bounds import Bounds
 from compgen.job.job import Cell
@@ -34,6 +35,7 @@ from compgen.pipelines.correct.result import Correction, CorrectionPlan, MotionC
 from compgen.pipelines.correct.station_corrections import solved_after
 from compgen.pipelines.files.program_course import course_of_driven, known_stations
 from compgen.pipelines.findings.motion_findings import WHAT, motion_of_a_listing, motion_words
+from compgen.pipelines.planned.program_text import running_override
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.motion import ControllerMotion
@@ -177,6 +179,13 @@ def shifted_positions(plan: CorrectionPlan, cell: Cell, shift: Array) -> SharedC
         joints, _ = solved_after(cell, drive.at, drive.pose[rows], correction[rows])
         theta[rows] = nearest_turns(joints, theta[rows])
     return average_shared(plan.poses, drive, plan.free, correction, theta)
+
+
+def at_full_override(written: LsProgram, command: MotionCommand | None) -> LsProgram:
+    """A program with the remark of the one override that what it is commanded off its path is right for."""
+    if command is None or not command.runs or says_override(written):
+        return written
+    return insert_remark(written, running_override((1.0,)))
 
 
 def motion_elsewhere(

@@ -96,6 +96,12 @@ def unexplained_turns(planned: Flight, corrected: Flight) -> Array:
     return np.asarray(np.abs(corrected.theta - planned.theta) - explained[:, None])
 
 
+def as_both_can(drive: DrivenProgram, new: DrivenProgram) -> tuple[DrivenProgram, DrivenProgram]:
+    """The planned and the written program, of which a way that one cannot execute is executed in neither."""
+    beyond, arcs = np.maximum(drive.beyond, new.beyond), drive.circular & new.circular
+    return replace(drive, beyond=beyond, circular=arcs), replace(new, beyond=beyond, circular=arcs)
+
+
 def wide_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]:
     """That arcs sweep more than half a turn in the corrected text, and did not in the planned one."""
     via = np.flatnonzero(corrected.circular & corrected.via)
