@@ -65,7 +65,7 @@ def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offset
     named = DialectTable(columns={"i": "Nx", "j": "Ny", "k": "Nz"})
     normal = read_points(written(tmp_path, text), named).normal
     assert normal is not None
-    assert_allclose(normal, [[0, 0.6, 0.8], [0, 0, 1]])
+    assert_allclose(normal, np.array([[0, 0.6, 0.8], [0, 0, 1]]))
     with pytest.raises(InputError, match="Nx, Ny, Nz may say how the tool stands"):
         read_points(written(tmp_path, text))
     offsets = "X [mm],Y [mm],Z [mm],dX [mm],dY [mm],dZ [mm]\n1,2,3,9,9,9\n2,2,3,9,9,9\n"
