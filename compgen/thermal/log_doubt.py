@@ -78,17 +78,17 @@ def doubt_of(
             for changed, words in _other_readings(log, columns, zero, expected)
             if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS and _colder_than_any_hall(changed) is None
         ),
-        "; if it is right, let cgen identify --temperatures fit how this arm warms",
+        "; if it is right: cgen identify --temperatures",
     )
     what = "all sensors" if lie.sensor < 0 else f"column {columns[names[lie.sensor]]}"
     value = zero + _value_at(log, names[max(lie.sensor, 0)], lie.at)
     reads = f"reads {value:.1f} degC" if lie.sensor >= 0 else f"read {lie.size:+.1f} K"
-    by = "the other sensors and the heat model" if expected is None else "the other sensors and what the robot has done"
+    by = "the others and the heat model" if expected is None else "the others and the robot's work"
     allows = f"{value - lie.size:.1f}" if lie.sensor >= 0 else "0"
     spread = abs(lie.size / lie.z)
     return (
-        f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, where {by} allow {allows} +- {spread:.1f} "
-        f"({abs(lie.z):.0f} sigma); mend the sensor, or empty its cells{other}"
+        f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, {abs(lie.z):.0f} sigma off: {by} allow {allows} "
+        f"+- {spread:.1f}; mend the sensor, or empty its cells{other}"
     )
 
 
