@@ -87,8 +87,8 @@ def doubt_of(
     allows = f"{value - lie.size:.1f}" if lie.sensor >= 0 else "0"
     spread = abs(lie.size / lie.z)
     return (
-        f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, {abs(lie.z):.0f} sigma off: {by} allow {allows} "
-        f"+- {spread:.1f}; mend the sensor, or empty its cells{other}"
+        f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, {abs(lie.z):.0f} sigma off: {by} "
+        f"allow {allows} +- {spread:.1f}; mend the sensor, or empty its cells{other}"
     )
 
 
