@@ -11,7 +11,7 @@ MOST_CHARACTERS = 300
 MOST_DECIMALS = 12
 _FAILING = (Level.OUTSIDE, Level.REFUSED)
 _MICROMETRES = re.compile(r"(\d+(?:\.\d+)?) um(?![\w/])")
-_ENDING = 120  # characters kept of the end, where the mend stands
+_ENDING = 100  # characters kept of the end, where the mend stands
 
 # what findings are to their reader; the rest says how much something is worth, and is read by its micrometres
 # fmt: off

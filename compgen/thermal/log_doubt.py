@@ -78,7 +78,7 @@ def doubt_of(
             for changed, words in _other_readings(log, columns, zero, expected)
             if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS and _colder_than_any_hall(changed) is None
         ),
-        "; if it is right: cgen identify --temperatures",
+        "; or cgen identify --temperatures",
     )
     what = "all sensors" if lie.sensor < 0 else f"column {columns[names[lie.sensor]]}"
     value = zero + _value_at(log, names[max(lie.sensor, 0)], lie.at)

@@ -83,7 +83,7 @@ def test_the_sensors_that_move_the_tool_most_are_known_best(cell, name, size):
     log.readings[name][:] += size
     words = doubt(cell, log)
     assert words.startswith(f"column {name}_degC: reads ")
-    assert words.endswith("; if it is right: cgen identify --temperatures")
+    assert words.endswith("; or cgen identify --temperatures")
 
 
 def test_a_sensor_that_runs_away_is_named(cell):
