@@ -119,6 +119,19 @@ def test_a_number_by_either_decimal_sign(cell, point, comma):
     assert (number_text(cell, "."), number_text(cell, ",")) == (point, comma)
 
 
+@pytest.mark.parametrize("line", ["// Units: Inches", "Units;inch", "Length unit: in", "Coordinates in inches"])
+def test_a_unit_that_a_line_above_the_header_says_is_read_and_contradicts_another(tmp_path, line):
+    file = written(tmp_path, f"Survey of a dish\n{line}\nName;X;Y;Z\nP1;1,5;0,25;3\nP2;1,75;0,25;3\n")
+    assert_allclose(column(read(file, PLACE, POINTS), "x_mm"), np.array([1.5, 1.75]) * 25.4)
+    assert "has the units inch, mm; keep one" in refusal(file, PLACE, POINTS, unit="mm")
+    assert "has the units inch, mm; keep one" in refusal(file, PLACE, POINTS, columns={"x_mm": "X"})
+    text = file.read_text()
+    own = written(tmp_path, text.replace("X;Y;Z", "X [mm];Y [mm];Z [mm]"))
+    assert_allclose(column(read(own, PLACE, POINTS), "x_mm"), [1.5, 1.75])
+    bare = written(tmp_path, text.replace(line, "Unit 7 of the hall"))
+    assert "names no unit" in refusal(bare, PLACE, POINTS)
+
+
 HEAD = "time;j2 [°C];TC 04\n"
 
 

@@ -46,7 +46,7 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
     if data.startswith(_WORKBOOKS):
         best = max(_of_workbook(source, data))
     else:
-        text = _text(data)
+        text = text_of(data)
         tried = [_of_text(text[:_SAMPLE], name) for name in ([delimiter] if delimiter else DELIMITERS)]
         best = _of_text(text, max(tried, key=lambda sheet: sheet.values).name)
     if not best.values:
@@ -54,7 +54,7 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
     return best
 
 
-def _text(data: bytes) -> str:
+def text_of(data: bytes) -> str:
     """Text by its byte order mark, else UTF-8, else Windows's Latin letters, else what Japanese loggers write."""
     for code in ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", "cp1252"):
         with suppress(UnicodeDecodeError):

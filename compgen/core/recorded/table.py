@@ -4,6 +4,7 @@ The header is the row above the readings, or the last one that has all names tha
 its name or by ``columns``; its unit stands in the header, in a row of units, beside each value, or in ``unit``.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -24,7 +25,7 @@ from compgen.core.recorded.cells import (
     unit_named,
     units_like,
 )
-from compgen.core.recorded.sheets import Row, Sheet, kinds, sheet_of
+from compgen.core.recorded.sheets import Row, Sheet, kinds, sheet_of, text_of
 from compgen.core.recorded.times import seconds_of, time_of
 from compgen.core.toml import Table, check, read_toml
 
@@ -39,6 +40,8 @@ _STATISTICS = {
     *("mean", "average", "avg", "median", "mittel", "mittelwert", "min", "minimum", "max", "maximum", "range", "rms"),
     *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "std. dev", "stdev", "stddev", "sigma"),
 }
+#: a line above the readings that says their unit: "// Units: Inches", "Temperature unit;Fahrenheit"
+_SAYS_UNIT = re.compile(r"(?im)^\W*(?:\w+ )?(?:units?|coordinates in)\b\W*([^\W\d]+)\W*$")
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
 
@@ -69,6 +72,7 @@ class _Layout(NamedTuple):
     dialect: DialectTable
     names: Sequence[str]
     units: Sequence[set[str]]  # that the file says of each column
+    unit_above: set[str]  # that lines above the header say of all
     line: int  # of the header
     parted: str  # by what
     body: Sequence[Row]
@@ -140,7 +144,8 @@ def read_recorded(
     is_plain = not any(getattr(dialect, key) for key in DialectTable.model_fields)
     if not first or (is_plain and set(required) <= {cell.strip(' "') for cell in first.split(",")}):
         return None
-    layout = _layout(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
+    above = {unit_named(said) for said in _SAYS_UNIT.findall(text_of(data[:100_000]))} - {""}
+    layout = _layout(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table, above)
     times = _times(layout) if TIME in known else []
     assigned = _assigned(layout, [column for column in known if column != TIME or not times])
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
@@ -153,7 +158,7 @@ def read_recorded(
     return _table(layout, assigned, times)
 
 
-def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _Layout:
+def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str, above: set[str]) -> _Layout:
     """Where the header and the readings are."""
     rows, begin = sheet.rows, sheet.begin
     wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
@@ -186,7 +191,15 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
         alone = [cells[k] for _, cells in rows[head + 1 : begin] if k < len(cells)] + list(beside) * (len(beside) == 1)
         units.append({name_and_unit(name)[1], *map(unit_named, alone)} - {""})
     return _Layout(
-        place=source, table=table, dialect=dialect, names=names, units=units, line=line, parted=sheet.name, body=body
+        place=source,
+        table=table,
+        dialect=dialect,
+        names=names,
+        units=units,
+        unit_above=above,
+        line=line,
+        parted=sheet.name,
+        body=body,
     )
 
 
@@ -246,7 +259,8 @@ def _unit(layout: _Layout, k: int, by_key: str, column: str) -> str:
     """The unit of a column's cells: the one that the file, its key or the user says."""
     wanted = name_and_unit(column)[1]
     by_user, measured = unit_named(layout.dialect.unit or ""), measured_by(wanted)
-    units = sorted(layout.units[k] | {u for u in (by_key, by_user) if u and measured_by(u) == measured})
+    said = {by_key, by_user, *(() if layout.units[k] else layout.unit_above)} - {""}
+    units = sorted(layout.units[k] | {unit for unit in said if measured_by(unit) == measured})
     if len(units) == 1 and measured_by(units[0]) == measured:
         return units[0]
     some, name = units_like(wanted)[:3], layout.names[k][:20]
