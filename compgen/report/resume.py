@@ -35,7 +35,7 @@ PARTS = {
 
 def resume_summary(resumed: Resumed) -> dict[str, Any]:
     """Everything a resumed job found, in plain types."""
-    planned, beginning = resumed.planned, resumed.beginning
+    planned, begun = resumed.planned, resumed.begun
     job = planned.job
     return {
         "schema": SCHEMA,
@@ -43,8 +43,8 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
         "name": job.name,
         "verdict": resumed.verdict.value,
         "from_page": resumed.from_page,
-        "why": beginning.why,
-        **{key: value for key, value in beginning.cause.items() if key != "state_toml"},
+        "why": begun.why,
+        **{key: value for key, value in begun.cause.items() if key != "state_toml"},
         "replaced": list(resumed.replaced),
         "thermal": {
             "start_K": dict(zip(job.heat.names, np.asarray(planned.rise[0]).tolist(), strict=True)),
@@ -100,8 +100,8 @@ def program_summary(resumed: ResumedProgram) -> dict[str, Any]:
         "name": resumed.correction.name,
         "verdict": resumed.verdict.value,
         "from_page": resumed.from_page,
-        "why": resumed.why,
-        **resumed.cause,
+        "why": resumed.begun.why,
+        **resumed.begun.cause,
         "replaced": list(resumed.replaced),
         "join": None if resumed.join is None else {**resumed.join.record(), "on_the_part": None},
         "pages": [

@@ -20,7 +20,7 @@ from compgen.fanuc.paging.join_check import check_manifest
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
-from compgen.pipelines.resume.beginning import begin_at, begin_late, begin_with_state, known_state
+from compgen.pipelines.resume.beginning import Begun, begin_late, begin_with_state, known_state
 from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.resume import resume
@@ -53,7 +53,7 @@ def later(folder, page, late, **options):
     """Its pages from one on, written anew for a late start."""
     written = read_written_job(folder)
     whole = plan_whole(job_of(written), quiet)
-    return resume(written, whole, page, lambda known: begin_late(whole, known, late), "2026-01-31", quiet, **options)
+    return resume(written, whole, page, lambda known: begin_late(known, late), "2026-01-31", quiet, **options)
 
 
 def put(folder, resumed):
@@ -118,7 +118,7 @@ def test_the_rest_of_a_job_is_right_for_the_wait_before_its_page(made):
         rise = goal + (rise - goal) * np.exp(-dt / law.tau)
     rise = state_after(whole.job.heat, [Duty("idle", 0.0, 1800.0)], rise)
     assert_allclose(resumed.planned.rise[0], rise, atol=1e-9)
-    assert_allclose(resumed.beginning.state, rise, atol=1e-9)
+    assert_allclose(resumed.begun.state, rise, atol=1e-9)
     left = whole.model.error(ls_joints(resumed), resumed.planned.rise, resumed.planned.path.target)
     assert np.linalg.norm(left[:, :3], axis=1).max() < 1 * UM
     assert resumed.join is not None
@@ -234,7 +234,11 @@ def test_a_step_on_the_part_is_a_warning_and_one_beyond_what_drifted_is_outside(
     written = read_written_job(clamped)
     whole = plan_whole(job_of(written), quiet)
     hot = whole.job.state() * 2.5
-    stuck = resume(written, whole, 2, lambda known: begin_at(whole, known, hot, None, "hot", {}), "2026-01-31", quiet)
+
+    def begin(known):
+        return Begun(cell=known.cell, state=hot, clock=known.clock, why="hot", cause={})
+
+    stuck = resume(written, whole, 2, begin, "2026-01-31", quiet)
     finding = next(f for f in stuck.findings if f.code == "resume.join")
     assert finding.level == "outside"
     assert "beyond what has drifted" in finding.message
@@ -262,7 +266,7 @@ def test_a_page_that_does_not_go_on_is_refused(made):
 def by_state(folder, page, file, age=0.0):
     written = read_written_job(folder)
     whole = plan_whole(job_of(written), quiet)
-    return resume(written, whole, page, lambda known: begin_with_state(whole, known, file, age), "2026-01-31", quiet)
+    return resume(written, whole, page, lambda known: begin_with_state(known, file, age), "2026-01-31", quiet)
 
 
 def moved_state(folder, tmp_path, **changes):
@@ -297,7 +301,7 @@ def test_a_base_that_has_moved_stays_moved_for_later_pages(copy, tmp_path):
     put(copy, by_state(copy, 3, file))
     assert by_state(copy, 3, file).replaced == ()
     late = later(copy, 4, 600.0)
-    assert late.beginning.cell.state.base[0] == pytest.approx(150e-6)
+    assert late.begun.cell.state.base[0] == pytest.approx(150e-6)
     assert max(page.before.max for page in late.pages) < 10 * UM  # the base is in the pages already
     older, _ = moved_state(copy, place, time=100.0)
     with pytest.raises(InputError, match="a later one"):

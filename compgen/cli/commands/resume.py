@@ -25,10 +25,9 @@ from compgen.core.stages import Progress
 
 if TYPE_CHECKING:
     from compgen.job.job import Job
-    from compgen.pipelines.planned.job_results import Planned
-    from compgen.pipelines.resume.beginning import Beginning, Known
+    from compgen.pipelines.resume.beginning import Begun, Known
     from compgen.pipelines.resume.corrected_job import CorrectedJob
-    from compgen.pipelines.resume.corrected_rest import Begin, ResumedProgram
+    from compgen.pipelines.resume.corrected_rest import ResumedProgram
     from compgen.pipelines.resume.result import Resumed
     from compgen.pipelines.resume.written_job import WrittenJob
 
@@ -88,21 +87,13 @@ class Cause:
 
         return seconds_of_age(self.state_age) if self.state_age is not None else 0.0
 
-    def begin(self, whole: "Planned", known: "Known") -> "Beginning":
-        """How the first new page of a job begins."""
+    def begin(self, known: "Known") -> "Begun":
+        """How the first new page begins."""
         from compgen.pipelines.resume.beginning import begin_late, begin_with_log, begin_with_state
 
         if self.state is not None:
-            return begin_with_state(whole, known, self.state, self.age)
-        return begin_with_log(whole, known, self.log) if self.log is not None else begin_late(whole, known, self.waits)
-
-    def begin_corrected(self, job: "CorrectedJob") -> "Begin":
-        """The same of the pages of a corrected program."""
-        from compgen.pipelines.resume.corrected_rest import begin_late_anew, begin_with_log_anew, begin_with_state_anew
-
-        if self.state is not None:
-            return begin_with_state_anew(job.plain, self.state, self.age)
-        return begin_with_log_anew(self.log) if self.log is not None else begin_late_anew(self.waits)
+            return begin_with_state(known, self.state, self.age)
+        return begin_with_log(known, self.log) if self.log is not None else begin_late(known, self.waits)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,8 +174,7 @@ def _job_anew(
     from compgen.pipelines.resume.resume import resume as pipeline
 
     whole = plan_whole(job, progress)
-    begin = partial(cause.begin, whole)
-    return pipeline(written, whole, from_page, begin, date, progress, loaded=at.loaded, done=at.done)
+    return pipeline(written, whole, from_page, cause.begin, date, progress, loaded=at.loaded, done=at.done)
 
 
 def _program_anew(
@@ -193,7 +183,7 @@ def _program_anew(
     """The remaining pages of a corrected program."""
     from compgen.pipelines.resume.corrected_rest import resume_corrected
 
-    return resume_corrected(job, from_page, cause.begin_corrected(job), date, progress, at.loaded, at.done)
+    return resume_corrected(job, from_page, cause.begin, date, progress, at.loaded, at.done)
 
 
 def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:

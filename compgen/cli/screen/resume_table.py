@@ -24,7 +24,7 @@ def pages_table(pages: Sequence[PageResult]) -> Table:
 def show_resumed(resumed: Resumed, folder: Path, *, is_written: bool, verbose: bool) -> None:
     """Print the pages, why, and what became of them."""
     console = stdout_console()
-    planned, beginning = resumed.planned, resumed.beginning
+    planned, begun = resumed.planned, resumed.begun
     print_table(console, f"{planned.job.name} from page {resumed.from_page} on", pages_table(resumed.pages))
     rises = ", ".join(
         f"{name} {now:.2f} ({now - then:+.2f})"
@@ -32,7 +32,7 @@ def show_resumed(resumed: Resumed, folder: Path, *, is_written: bool, verbose: b
             planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist(), strict=True
         )
     )
-    lines = [f"because {beginning.why}; rise [K], and against the plan: {rises}"]
+    lines = [f"because {begun.why}; rise [K], and against the plan: {rises}"]
     if resumed.join is not None:
         join = resumed.join
         place = "on the part" if join.on_the_part else "off the part"

@@ -11,7 +11,7 @@ The robot as a thermocouple log leaves it: the state that explains the readings,
 The robot as an anchored state has it: its warmth, its base, and what has drifted.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -25,17 +25,18 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.toml import check, override, read_toml
 from compgen.core.units import DAY, MINUTE
-from compgen.error_model.anchored_state import AnchoredState, parse_state, state_text
+from compgen.error_model.anchored_state import parse_state, state_text
 from compgen.job.anchored_start import cell_with_state, load_state
 from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.planned.job_results import Planned
-from compgen.thermal import Ambient, Duty, state_after, states_at, tables
+from compgen.thermal import Ambient, Duty, JointMotion, state_after, states_at, tables
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import LogEnd, end_of
+from compgen.thermal.model import ThermalModel
 from compgen.thermal.state_from_log import TemperatureLog
-from compgen.thermal.tables.schema import LogTable
+from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.thermal.temperature_log import read_growing_log
 
 MOST_LATE = 7 * DAY
@@ -43,37 +44,36 @@ MOST_LATE = 7 * DAY
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 @owns(state=("S",))
-class Beginning:
-    """The robot when a page starts."""
+class Begun:
+    """The robot when a page starts, of a planned job or a corrected program."""
 
+    cell: Cell  # with the base and the numbers that a state has moved, and how well its log is known
     state: Array  # (S,) of the thermal model
     clock: float  # [s] from the first duty of the job's [[before]] on, for the air
-    cell: Cell  # with the base and the numbers that a state has moved
-    air: Ambient  # from then on: its time zero is now
     why: str  # in words
     cause: dict[str, Any]  # the same for a record
+    air: float | None = None  # [K] rise that stays from then on; None: as was planned
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Begun:
-    """A robot as somebody has found it when a page starts, planned or corrected."""
-
-    cell: Cell  # moved as a state says, with how well its log is known
-    state: Array  # (S,) of the thermal model
-    why: str  # in words
-    cause: dict[str, Any]  # the same for a record
-    air: float | None = None  # [K] rise that a state found; None: nobody says
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 @owns(state=("S",))
 class Known:
     """The robot when a page would start if nobody waited from the last known moment on."""
 
+    cell: Cell
+    plain: Cell  # as its robot file has it, without the state that its program may begin with
+    heat: ThermalModel
     state: Array  # (S,)
     clock: float  # [s]
-    cell: Cell
-    earlier: tuple[dict[str, Any], ...]  # what was replaced before
+    air: Ambient
+    standing: Duty  # one second of it
+    motion: Callable[[], JointMotion]  # of the whole program
+    ambient: AmbientTable
+    log: LogTable | None  # what the job says of its log
+    earlier: tuple[Mapping[str, Any], ...]  # what was replaced before
+
+
+Begin = Callable[[Known], Begun]
 
 
 def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first: int) -> Known:
@@ -97,7 +97,20 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
     motion = whole.motion_from(row)
     at = np.array([first - row], dtype=np.int64)
     after = states_at(job.heat, state, motion, at, job.history.air, clock)[0]
-    return Known(after, clock + float(motion.time[first - row]), cell, tuple(earlier))
+    path = path_tables(job)
+    return Known(
+        cell=cell,
+        plain=unmoved(job),
+        heat=job.heat,
+        state=after,
+        clock=clock + float(motion.time[first - row]),
+        air=job.history.air,
+        standing=job.history.standing,
+        motion=partial(whole.motion_from, 0),
+        ambient=path.ambient,
+        log=path.log,
+        earlier=tuple(earlier),
+    )
 
 
 def unmoved(job: Job) -> Cell:
@@ -107,72 +120,21 @@ def unmoved(job: Job) -> Cell:
     return load_cell(job.cell.robot_file, [o for o in job.overrides if o.startswith("robot.")])
 
 
-def begin_late(whole: Planned, known: Known, late: float) -> Beginning:
+def begin_late(known: Known, late: float) -> Begun:
     """The page starts so much later [s] than the page before stopped; the servo is on."""
     if not 0 <= late <= MOST_LATE:
         raise InputError(f"--late {late:g} s: outside 0 to {MOST_LATE:g} s; give how long the page waits, as 35min")
-    job, clock = whole.job, known.clock
-    standing = replace(job.history.standing, duration=late)
-    waited = state_after(job.heat, [standing], known.state, job.history.air, clock)
-    air = _air_from(job, clock + late, whole)
-    return Beginning(
-        state=waited,
-        clock=clock + late,
-        cell=known.cell,
-        air=air,
-        why=f"it starts {late:.0f} s late",
-        cause={"late_s": late},
-    )
+    waited = state_after(known.heat, [replace(known.standing, duration=late)], known.state, known.air, known.clock)
+    why = f"it starts {late:.0f} s late"
+    return Begun(cell=known.cell, state=waited, clock=known.clock + late, why=why, cause={"late_s": late})
 
 
-def begin_at(
-    whole: Planned, known: Known, state: Array, air: float | None, why: str, cause: dict[str, Any]
-) -> Beginning:
-    """The page starts with a state that somebody has found; of the wait before it nothing is known.
-
-    Args:
-        whole: The plan of the job.
-        known: The robot by the plan: its clock is kept, and its base.
-        state: That the robot is in, (S,).
-        air: Rise of the air that stays from now on [K]; None: as the path file says.
-        why: In words.
-        cause: The same for a record.
-    """
-    clock = known.clock
-    later = _air_from(whole.job, clock, whole) if air is None else Ambient(np.zeros(1), np.array([air]))
-    return Beginning(state=state, clock=clock, cell=known.cell, air=later, why=why, cause=cause)
-
-
-def _air_from(job: Job, clock: float, whole: Planned) -> Ambient:
-    air = job.history.air
-    span = 3 * MOST_LATE + float(whole.time[-1])
-    return air if air.is_still else air.seen_from(np.array([clock]), span)
-
-
-def read_log(job: Job, file: str) -> tuple[TemperatureLog, bool]:
-    """A log as rises of a job's nodes, and whether its last air is the air from now on.
-
-    What rises count from is what the path file says in [log] and [ambient].
-
-    Raises:
-        InputError: A bad file, an unknown sensor, readings that no robot has.
-    """
-    path = path_tables(job)
-    table = LogTable(file=file) if path.log is None else path.log.model_copy(update={"file": file})
-    zero = path.ambient.reference_degC
-    cell = job.cell
-    log = _whole_rows(job, table, zero) or tables.log_of(table, cell.heat, cell.warmth, cell.sensors, zero, "log")
-    return log, not path.ambient.model_fields_set - {"reference_degC", "clock_h"}
-
-
-def _whole_rows(job: Job, table: LogTable, zero: float) -> TemperatureLog | None:
-    """A log that somebody is still writing, without a last line that has no end; None for one with anything wrong."""
-    log = read_growing_log(table.file, job.cell.heat.names, job.cell.sensors, table)
-    if log.readings is None or log.left_out or log.gaps or log.set_back or len(log.readings.time) < 2:
-        return None
-    refuse_doubtful(log.readings, job.cell.heat, job.cell.warmth, zero)
-    rises = log.readings.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
-    return replace(rises, notes=log.readings.notes)
+def air_from(whole: Planned, begun: Begun) -> Ambient:
+    """The air of a job from when a page starts; its time zero is then."""
+    if begun.air is not None:
+        return Ambient(np.zeros(1), np.array([begun.air]))
+    air, span = whole.job.history.air, 3 * MOST_LATE + float(whole.time[-1])
+    return air if air.is_still else air.seen_from(np.array([begun.clock]), span)
 
 
 def path_tables(job: Job) -> PathFile:
@@ -184,66 +146,90 @@ def path_tables(job: Job) -> PathFile:
     return check(PathFile, data, job.source)
 
 
-def state_at_end(whole: Planned, log: TemperatureLog) -> LogEnd:
+def read_log(known: Known, file: str) -> TemperatureLog:
+    """A log as rises of a robot's nodes, which count from what its job says in [log] and [ambient].
+
+    Raises:
+        InputError: A bad file, an unknown sensor, readings that no robot has.
+    """
+    cell, zero = known.cell, known.ambient.reference_degC
+    table = LogTable(file=file) if known.log is None else known.log.model_copy(update={"file": file})
+    log = _whole_rows(cell, table, zero)
+    return log or tables.log_of(table, cell.heat, cell.warmth, cell.sensors, zero, "log")
+
+
+def _whole_rows(cell: Cell, table: LogTable, zero: float) -> TemperatureLog | None:
+    """A log that somebody is still writing, without a last line that has no end; None for one with anything wrong."""
+    log = read_growing_log(table.file, cell.heat.names, cell.sensors, table)
+    if log.readings is None or log.left_out or log.gaps or log.set_back or len(log.readings.time) < 2:
+        return None
+    refuse_doubtful(log.readings, cell.heat, cell.warmth, zero)
+    rises = log.readings.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
+    return replace(rises, notes=log.readings.notes)
+
+
+def state_at_end(known: Known, log: TemperatureLog) -> LogEnd:
     """The robot when a log ends."""
-    return end_of(log, whole.job.cell.heat, whole.job.cell.warmth, partial(whole.motion_from, 0))
+    return end_of(log, known.cell.heat, known.cell.warmth, known.motion)
 
 
-def begin_with_log(whole: Planned, known: Known, file: str) -> Beginning:
-    """The page starts when a log ends.
+def begin_with_log(known: Known, file: str) -> Begun:
+    """The page starts when a log ends; of the wait before it nothing is known.
 
     Args:
-        whole: The plan of the job.
         known: The robot by the plan.
         file: The log so far.
 
     Raises:
         InputError: A bad file, or too few readings.
     """
-    log, keeps_air = read_log(whole.job, file)
-    end = float(log.time[-1])
-    cause: dict[str, Any] = {
-        "log": Path(file).name,
-        "log_sha256": sha256(read_regular(file)).hexdigest(),
-        "log_end_s": end,
-    }
-    air = float(log.air[-1]) if keeps_air else None
-    end_of_log = state_at_end(whole, log)
-    known = replace(known, cell=replace(known.cell, warmth=end_of_log.warmth))
-    why = "; ".join([f"thermocouple log {cause['log']} until {end:.0f} s", *log.notes])
-    return begin_at(whole, known, end_of_log.state, air, why, cause)
+    log = read_log(known, file)
+    end, wanted, name = float(log.time[-1]), state_at_end(known, log), Path(file).name
+    return Begun(
+        cell=replace(known.cell, warmth=wanted.warmth),
+        state=wanted.state,
+        clock=known.clock,
+        why="; ".join([f"thermocouple log {name} until {end:.0f} s", *log.notes]),
+        cause={"log": name, "log_sha256": sha256(read_regular(file)).hexdigest(), "log_end_s": end},
+        air=None if _is_air_planned(known) else float(log.air[-1]),
+    )
 
 
-def begin_anchored(plain: Cell, file: str, age: float, standing: Duty, earlier: Sequence[Mapping[str, Any]]) -> Begun:
-    """A robot so long after a state was found, standing since.
+def _is_air_planned(known: Known) -> bool:
+    """Whether the path file says what the air does, so that what was found now does not stay."""
+    return bool(known.ambient.model_fields_set - {"reference_degC", "clock_h"})
+
+
+def begin_with_state(known: Known, file: str, age: float) -> Begun:
+    """The page starts so long after a state was found, and the robot has stood since.
 
     Args:
-        plain: The robot as its file has it.
+        known: The robot by the plan.
         file: Of the state.
         age: How long ago it was [s].
-        standing: One second of it.
-        earlier: What was replaced before, as the manifest has it.
 
     Raises:
         InputError: A bad file, of another robot, older than its window, or than one that an earlier page is for.
     """
-    state = load_state(file, plain, age)
-    for entry in earlier:
+    state = load_state(file, known.plain, age)
+    for entry in known.earlier:
         if float(entry.get("state_time_s", state.time)) > state.time:
             raise InputError(
                 f"{file}: state.time_s: {state.time:g} s, and page {entry['from_page']} is for a state of "
                 f"{float(entry['state_time_s']):g} s already, a later one; touch again"
             )
-    cell = cell_with_state(plain, state, file)
+    cell = cell_with_state(known.plain, state, file)
     start = cell.heat.start
     if start is None:
         raise InputError(f"{file}: rise: it says nothing of the warmth; anchor again")
     if age > 0:
-        start = state_after(cell.heat, [replace(standing, duration=age)], start, air_of_state(state))
+        air = Ambient(np.zeros(1), np.array([state.air]))
+        start = state_after(cell.heat, [replace(known.standing, duration=age)], start, air)
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     return Begun(
         cell=cell,
         state=start,
+        clock=known.clock,
         why=f"state {state.digest[:8]} says so ({state.verdict}, at {state.time:.0f} s{since})",
         cause={
             "anchored": state.digest,
@@ -252,19 +238,5 @@ def begin_anchored(plain: Cell, file: str, age: float, standing: Duty, earlier: 
             "state_age_s": age,
             "state_toml": state_text(state),
         },
-        air=state.air,
+        air=None if _is_air_planned(known) else state.air,
     )
-
-
-def air_of_state(state: AnchoredState) -> Ambient:
-    """The air as a state has it, from then on."""
-    return Ambient(np.zeros(1), np.array([state.air]))
-
-
-def begin_with_state(whole: Planned, known: Known, file: str, age: float) -> Beginning:
-    """A page of a planned job starts so long after a state was found; arguments and exceptions as above."""
-    job = whole.job
-    now = begin_anchored(unmoved(job), file, age, job.history.standing, known.earlier)
-    is_air_given = bool(path_tables(job).ambient.model_fields_set - {"reference_degC", "clock_h"})
-    begun = begin_at(whole, known, now.state, None if is_air_given else now.air, now.why, now.cause)
-    return replace(begun, cell=now.cell)

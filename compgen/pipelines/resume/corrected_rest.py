@@ -9,19 +9,16 @@ for every mode that remembers so long (one that has died away over ``FORGOTTEN``
 pages from that one on are taken; those before stay. Source: superposition, the heat models are linear.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
-from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.units import KB, UM
 from compgen.job.job import Cell
@@ -29,43 +26,31 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.program_pages import part_program
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.resume.beginning import Begun, begin_anchored
+from compgen.pipelines.resume.beginning import Begin, Known
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.pages_anew import Rewriting, manifest_anew
-from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, page_results, size_of
+from compgen.pipelines.resume.result import Join, PagesAnew, Size, page_results, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
-from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.pages import Capacity
 from compgen.program.ways import interpolate_poses
-from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
-from compgen.thermal.log_end import end_of
+from compgen.thermal import Duty, JointMotion, state_after, states_at
+from compgen.thermal.ambient import still_air
 from compgen.thermal.model import with_losses
 from compgen.thermal.schedule import STANDING
-from compgen.thermal.tables.schema import AmbientTable, LogTable
+from compgen.thermal.tables.schema import AmbientTable
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
-from compgen.verification.verdict import Judged
 
 FORGOTTEN = 20.0  # time constants
 
 Earlier = Sequence[Mapping[str, Any]]  # what was replaced before, as the manifest has it
-#: from the arm, its state by the day so far (S,), its motion and what was replaced before: how it begins
-Begin = Callable[[Cell, Array, JointMotion, Earlier], Begun]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class ResumedProgram(PagesAnew, Judged):
+class ResumedProgram(PagesAnew):
     """The rest of a corrected program, written anew."""
 
-    written: WrittenJob
-    from_page: int
     correction: Correction  # of the whole program; only the pages from that one on are taken
-    files: dict[str, bytes]  # the new pages and the manifest, by name
-    pages: tuple[PageResult, ...]
-    join: Join | None
-    why: str
-    cause: dict[str, Any]
-    findings: tuple[Finding, ...]
 
     @property
     def is_usable(self) -> bool:
@@ -115,7 +100,10 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     old = as_written.correction
     stations = page_stations(old, job)
     at = stations[from_page - 1]
-    begun, started = _begin_at(at, as_written, first.plan.drive.joint_motion(), begin, earlier)
+    known = _known_at(at, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
+    begun = begin(known)
+    passed = begun.cell.heat.rate * known.motion().time[2 * at]
+    started = as_written.start + _grown_back(begun.state - known.state, passed)
     new = _corrected(job, _beginning(begun.cell, started), (), progress)
     if not np.array_equal(new.written.positions.number, old.written.positions.number):
         raise InputError(
@@ -130,8 +118,7 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     rewriting = Rewriting(
         from_page=from_page,
         date=date,
-        why=begun.why,
-        cause=begun.cause,
+        begun=begun,
         loaded=loaded,
         done=done,
         start={"start_state": started.tolist()},
@@ -145,8 +132,7 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
         files={**files, written.manifest_file: manifest},
         pages=results,
         join=join,
-        why=begun.why,
-        cause=begun.cause,
+        begun=begun,
         findings=new.findings,
     )
 
@@ -173,57 +159,29 @@ def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress
     return _AsWritten(cell, start, _corrected(_unjudged(job), _beginning(cell, start), (), progress))
 
 
-def _begin_at(
-    station: int, written: _AsWritten, motion: JointMotion, begin: Begin, earlier: Earlier
-) -> tuple[Begun, Array]:
-    """How the robot begins at a station, and the state (S,) at the program's start that makes it as warm there."""
+def _known_at(station: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
+    """The robot when it comes to a station by the day so far; the air is at the reference, as that of a correction."""
     heat, start = written.cell.heat, written.start
-    state = states_at(heat, start, motion, np.array([2 * station]))[0] if station else start
-    begun = begin(written.cell, state, motion, earlier)
-    return begun, start + _grown_back(begun.state - state, begun.cell.heat.rate * motion.time[2 * station])
+    (standing,) = with_losses(heat, [STANDING], motion)
+    return Known(
+        cell=written.cell,
+        plain=plain,
+        heat=heat,
+        state=states_at(heat, start, motion, np.array([2 * station]))[0] if station else start,
+        clock=0.0,
+        air=still_air(),
+        standing=standing,
+        motion=lambda: motion,
+        ambient=AmbientTable(),
+        log=None,
+        earlier=tuple(earlier),
+    )
 
 
 def _grown_back(change: Array, passed: Array) -> Array:
     """What a change of each mode was so many of its time constants ago, (S,); none of one that has died away."""
     remembered = passed < FORGOTTEN
     return np.where(remembered, change * np.exp(np.where(remembered, passed, 0.0)), 0.0)
-
-
-def begin_late_anew(late: float) -> Begin:
-    """The page starts so much later [s] than the page before stopped; the servo is on."""
-
-    def begin(cell: Cell, state: Array, motion: JointMotion, earlier: Earlier) -> Begun:
-        standing = with_losses(cell.heat, [replace(STANDING, duration=late)], motion)
-        waited = state_after(cell.heat, standing, state)
-        return Begun(cell=cell, state=waited, why=f"it starts {late:.0f} s late", cause={"late_s": late})
-
-    return begin
-
-
-def begin_with_state_anew(plain: Cell, file: str, age: float) -> Begin:
-    """The page starts so long [s] after a state was found, of the robot as its file has it."""
-
-    def begin(cell: Cell, state: Array, motion: JointMotion, earlier: Earlier) -> Begun:
-        (standing,) = with_losses(cell.heat, [STANDING], motion)
-        return begin_anchored(plain, file, age, standing, earlier)
-
-    return begin
-
-
-def begin_with_log_anew(file: str) -> Begin:
-    """The page starts when a thermocouple log ends; its readings count from the default reference."""
-
-    def begin(cell: Cell, state: Array, motion: JointMotion, earlier: Earlier) -> Begun:
-        reference = AmbientTable().reference_degC
-        log = tables.log_of(LogTable(file=file), cell.heat, cell.warmth, cell.sensors, reference, "log")
-        wanted = end_of(log, cell.heat, cell.warmth, lambda: motion)
-        end = float(log.time[-1])
-        checksum = sha256(read_regular(file)).hexdigest()
-        cause = {"log": Path(file).name, "log_sha256": checksum, "log_end_s": end}
-        why = f"thermocouple log {cause['log']} until {end:.0f} s"
-        return Begun(cell=replace(cell, warmth=wanted.warmth), state=wanted.state, why=why, cause=cause)
-
-    return begin
 
 
 def _beginning(cell: Cell, start: Array) -> Cell:
@@ -339,7 +297,7 @@ def _join(page: str, station: int, new: Correction, before: tuple[Flight, PoseEr
 def words_of(resumed: ResumedProgram) -> list[str]:
     """What became of the pages, line by line."""
     join = resumed.join
-    lines = [f"because {resumed.why}"]
+    lines = [f"because {resumed.begun.why}"]
     if join is not None:
         lines.append(
             f"join: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "

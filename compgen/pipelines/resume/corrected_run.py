@@ -14,6 +14,7 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.program_pages import with_positions
 from compgen.pipelines.correct.result import corrected_stations
 from compgen.pipelines.correct.station_corrections import error_models
+from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob
 from compgen.pipelines.resume.corrected_rest import (
     ResumedProgram,
@@ -22,7 +23,7 @@ from compgen.pipelines.resume.corrected_rest import (
     page_stations,
     resume_corrected,
 )
-from compgen.pipelines.resume.paged_run import FoundStart, LogZero, PagedRun
+from compgen.pipelines.resume.paged_run import LogZero, PagedRun
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
@@ -57,14 +58,12 @@ class CorrectedRun(PagedRun):
             sizes[with_tool] = row_norms(actual.position - drive.at.tcp.position[pose[with_tool]])
         return sizes
 
-    def rewrite(
-        self, page: int, start: FoundStart, date: str, progress: Progress, loaded: int, done: int
-    ) -> ResumedProgram:
+    def rewrite(self, page: int, begun: Begun, date: str, progress: Progress, loaded: int, done: int) -> ResumedProgram:
         """By the way of ``resume_corrected``, with the air that the program was corrected for."""
         return resume_corrected(
             self.job,
             page,
-            lambda *known: start.begun,
+            lambda known: begun,
             date=date,
             progress=progress,
             loaded=loaded,

@@ -14,10 +14,10 @@ from compgen.core.arrays import Array, owns
 from compgen.core.units import DAY
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.job.job import Cell
-from compgen.pipelines.resume.beginning import MOST_LATE
+from compgen.pipelines.resume.beginning import MOST_LATE, Begun
 from compgen.pipelines.resume.page_forecast import Course, Forecast, Forecaster, model_course
 from compgen.pipelines.resume.page_times import PageTimes
-from compgen.pipelines.resume.paged_run import FoundStart, PagedRun
+from compgen.pipelines.resume.paged_run import PagedRun
 from compgen.thermal import Ambient
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_end import hidden_at_end
@@ -47,7 +47,7 @@ class Look:
     missed: Array  # (K,) [K] of that, beside the model's forecast
     forecasts: tuple[Forecast, ...]  # of the running page and the next, or of the next
     due: int  # the page that leaves the bound and may be written anew; 0: none
-    beginning: FoundStart | None  # of that page
+    beginning: Begun | None  # of that page
     over: bool  # the last page has ended
     loaded: int  # the last page that the controller has
     notes: tuple[str, ...]

@@ -16,7 +16,7 @@ from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
 from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.page_times import PageTimes
-from compgen.pipelines.resume.paged_run import FoundStart, PagedRun
+from compgen.pipelines.resume.paged_run import PagedRun
 from compgen.thermal import Ambient, JointMotion, state_after, states_at
 from compgen.thermal.model import state_with_rises
 from compgen.thermal.rise_filter import STEP, Miss, filter_of
@@ -104,7 +104,7 @@ class Forecaster:
             time += float(rest.time[-1])
         return z, time
 
-    def beginning(self, page: int, source: str, forecast: Forecast, hidden: Array) -> FoundStart:
+    def beginning(self, page: int, source: str, forecast: Forecast, hidden: Array) -> Begun:
         """How the robot begins a page, for its correction, and what its log hides, (L, K) [K]."""
         run, (state, start) = self.run, self.state_at_start(page)
         missed = RiseAhead(self.miss, run.cell).miss_at(start - self.now)
@@ -123,8 +123,8 @@ class Forecaster:
         if self.anchored is not None and known.state is self.anchored:
             cause |= {"state_time_s": self.anchored.time, "state_toml": state_text(self.anchored)}
         air = None if self.course.air is run.history.air else float(self.course.air.at(np.array([start]))[0])
-        begun = Begun(cell=cell, state=whole_state, why=why, cause=cause)
-        return FoundStart(begun=begun, later=start - self.times.planned, air=air)
+        clock = run.clock + (start - self.times.planned)
+        return Begun(cell=cell, state=whole_state, clock=clock, why=why, cause=cause, air=air)
 
     def known_cell(self, page: int) -> Cell:
         """The robot with its base and what has drifted as the latest state has it."""

@@ -13,7 +13,7 @@ from compgen.core.units import MINUTE
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.resume.beginning import Begun, Known, begin_at, path_tables, unmoved
+from compgen.pipelines.resume.beginning import Begun, path_tables, unmoved
 from compgen.pipelines.resume.corrected_rest import ResumedProgram
 from compgen.pipelines.resume.pages_anew import read_written
 from compgen.pipelines.resume.result import Resumed
@@ -26,15 +26,6 @@ from compgen.thermal.model import ThermalModel
 from compgen.thermal.rise_filter import STEP
 from compgen.thermal.schedule import History
 from compgen.thermal.temperature_log import Reference
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class FoundStart:
-    """The robot when a page starts, as a log so far lets it be foreseen."""
-
-    begun: Begun
-    later: float  # [s] than the planned start of the job
-    air: float | None  # [K] rise that stays from then on; None: as was planned
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -87,9 +78,9 @@ class PagedRun(ABC):
 
     @abstractmethod
     def rewrite(
-        self, page: int, start: FoundStart, date: str, progress: Progress, loaded: int, done: int
+        self, page: int, begun: Begun, date: str, progress: Progress, loaded: int, done: int
     ) -> Resumed | ResumedProgram:
-        """The pages from one on for a start; arguments and exceptions as those of ``resume``."""
+        """The pages from one on for how the robot begins; arguments and exceptions as those of ``resume``."""
 
     @abstractmethod
     def reread(self, written: WrittenJob) -> Self:
@@ -117,12 +108,9 @@ class PlannedRun(PagedRun):
         actual = model.actual_pose(theta, rise, whole.motion.at(rows)).position
         return row_norms(actual - whole.path.target.position[rows])[on_part_rows(whole)[rows]]
 
-    def rewrite(self, page: int, start: FoundStart, date: str, progress: Progress, loaded: int, done: int) -> Resumed:
+    def rewrite(self, page: int, begun: Begun, date: str, progress: Progress, loaded: int, done: int) -> Resumed:
         """By the way of ``resume``."""
-        begun = start.begun
-        known = Known(begun.state, self.clock + start.later, begun.cell, ())
-        beginning = begin_at(self.whole, known, begun.state, start.air, begun.why, begun.cause)
-        return resume(self.written, self.whole, page, lambda known: beginning, date, progress, loaded=loaded, done=done)
+        return resume(self.written, self.whole, page, lambda known: begun, date, progress, loaded=loaded, done=done)
 
     def reread(self, written: WrittenJob) -> Self:
         """The pages read again."""

@@ -17,6 +17,7 @@ from compgen.fanuc.paging.join_check import read_pages
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import PageStart, page_remarks, require_equal
 from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.result import Join, PageResult
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.pages import JoinError, excerpt, join_programs, require_meeting, with_checksum
@@ -103,8 +104,7 @@ class Rewriting:
 
     from_page: int
     date: str
-    why: str
-    cause: Mapping[str, Any]  # the same in plain types
+    begun: Begun
     loaded: int  # the last page that the controller has, 0 where nobody says
     done: int  # the last page that has run
     start: Mapping[str, Any]  # how the robot begins, to go on from
@@ -140,8 +140,8 @@ def manifest_anew(
     entry = {
         "from_page": rewriting.from_page,
         "date": rewriting.date,
-        "why": rewriting.why,
-        **rewriting.cause,
+        "why": rewriting.begun.why,
+        **rewriting.begun.cause,
         **{key: page for key, page in known_pages.items() if page},
         **rewriting.start,
         "join": None if rewriting.join is None else rewriting.join.record(),

@@ -20,7 +20,7 @@ from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.generate import find_correction
 from compgen.pipelines.planned.job_results import Planned, plan_of
 from compgen.pipelines.planned.motion_predistortion import as_logged
-from compgen.pipelines.resume.beginning import Beginning
+from compgen.pipelines.resume.beginning import Begun, air_from
 from compgen.program.program import Program
 from compgen.thermal import rises_during
 from compgen.thermal.schedule import History
@@ -29,37 +29,38 @@ from compgen.verification.twin import PreparedProgram, prepare
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
 
-def rest_of_job(job: Job, beginning: Beginning) -> Job:
+def rest_of_job(whole: Planned, begun: Begun) -> Job:
     """The job that begins with a page: its heat starts with the state there, and nothing is before it."""
-    history = History(standing=job.history.standing, air=beginning.air)
+    job = whole.job
+    history = History(standing=job.history.standing, air=air_from(whole, begun))
     process = replace(job.plan.process, thin=None)  # which waypoints are left out is settled
     return replace(
         job,
         plan=replace(job.plan, process=process),
-        cell=replace(beginning.cell, heat=beginning.cell.heat.starting(beginning.state)),
+        cell=replace(begun.cell, heat=begun.cell.heat.starting(begun.state)),
         history=history,
         ensemble=None,
         on_other_heat_model=None,
     )
 
 
-def rest_of_plan(whole: Planned, first: int, beginning: Beginning, old: Program, lead: Program | None) -> Planned:
+def rest_of_plan(whole: Planned, first: int, begun: Begun, old: Program, lead: Program | None) -> Planned:
     """The plan from a waypoint on.
 
     Args:
         whole: The plan of the job.
         first: The waypoint that a page starts at.
-        beginning: How warm the robot is there.
+        begun: How warm the robot is there.
         old: The text of these pages so far; the twin flies it from the same beginning.
         lead: The text of the page before, which play remembers; None: there is none.
     """
-    job = rest_of_job(whole.job, beginning)
+    job = rest_of_job(whole, begun)
     rest = whole.at(np.arange(first, len(whole.theta)))
     trajectory = replace(rest.trajectory, time=rest.time - rest.time[0])
     stops = rest.page_stops
     if stops is not None:  # where it starts is its end
         stops = replace(stops, added=np.append(False, stops.added[1:]))
-    rise = rises_during(job.heat, beginning.state, rest.motion_from(0), beginning.air, 0.0).rise
+    rise = rises_during(job.heat, begun.state, rest.motion_from(0), job.history.air, 0.0).rise
 
     def fly_old() -> tuple[Deviation, WrittenMotion]:
         prepared = prepared_rest(job, old, lead)
@@ -68,7 +69,7 @@ def rest_of_plan(whole: Planned, first: int, beginning: Beginning, old: Program,
 
     flight = run_in_background(fly_old, len(rest.theta))
     model = rest.model
-    if beginning.cell is not whole.job.cell:
+    if begun.cell is not whole.job.cell:
         model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
     return replace(
         rest,

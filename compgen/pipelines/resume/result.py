@@ -11,7 +11,7 @@ from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.pipelines.planned.delivery import PageStart
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.resume.beginning import Beginning
+from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.written_job import WrittenJob, WrittenPage
 from compgen.program.program import Program
 from compgen.verification.band import Band
@@ -61,11 +61,17 @@ class Join:
         return {"page": self.page, "gap_mm": round(self.gap / MM, 9), **sizes, "on_the_part": self.on_the_part}
 
 
-class PagesAnew:
-    """What was written anew, page by page."""
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class PagesAnew(Judged):
+    """What was written anew, page by page, of a planned job or a corrected program."""
 
-    __slots__ = ()
+    written: WrittenJob
+    from_page: int
+    begun: Begun
+    files: dict[str, bytes]  # the new pages and the manifest, by name
     pages: tuple[PageResult, ...]
+    join: Join | None  # None: there is no page before
+    findings: tuple[Finding, ...]
 
     @property
     def replaced(self) -> tuple[str, ...]:
@@ -79,22 +85,15 @@ class PagesAnew:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Resumed(PagesAnew, Judged):
+class Resumed(PagesAnew):
     """The rest of a job, written anew."""
 
-    written: WrittenJob
-    from_page: int
-    beginning: Beginning
     planned_rise: Array  # (K,) [K] with which the page would have started if nobody waited
     planned: Planned  # the rest; its ``deviation`` is that of the old pages
     program: Program  # read back from the new pages
-    files: dict[str, bytes]  # the new pages and the manifest, by name
     starts: tuple[PageStart, ...]
     deviation: Deviation  # of the new pages
     band: Band  # what the files and the log leave open on them
-    pages: tuple[PageResult, ...]
-    join: Join | None  # None: there is no page before
-    findings: tuple[Finding, ...]
 
     @property
     def is_usable(self) -> bool:

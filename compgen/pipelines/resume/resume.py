@@ -10,7 +10,7 @@ The first part is what has drifted: the part demands it. The second is what the 
 where the join lies on the part.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -31,7 +31,7 @@ from compgen.pipelines.planned.delivery import PageStart, page_facts
 from compgen.pipelines.planned.generate import final_timing, find_correction, start_windows
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import compose_program
-from compgen.pipelines.resume.beginning import Beginning, Known, known_state
+from compgen.pipelines.resume.beginning import Begin, Begun, known_state
 from compgen.pipelines.resume.pages_anew import (
     Rewriting,
     manifest_anew,
@@ -63,7 +63,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     written: WrittenJob,
     whole: Planned,
     from_page: int,
-    begin: Callable[[Known], Beginning],
+    begin: Begin,
     date: str,
     progress: Progress,
     loaded: int = 0,
@@ -92,15 +92,15 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     programs = read_written(written, whole)
     page = written.pages[from_page - 1]
     known = known_state(whole, written.resumed, from_page, page.first)
-    beginning = begin(known)
+    begun = begin(known)
     lead = programs[from_page - 2] if from_page > 1 else None
     old, _ = join_programs(programs[from_page - 1 :], steps_of(written))
-    planned = rest_of_plan(whole, page.first, beginning, old, lead)
+    planned = rest_of_plan(whole, page.first, begun, old, lead)
     planned, problem, solution, limited = find_correction(planned, progress)
     job, path, commanded = planned.job, planned.path, problem.commanded(solution.correction)
     trajectory = final_timing(planned, problem, solution, progress)
     progress(stages.TEXT, 0.0)
-    starts = _page_starts(planned, solution.theta, written, from_page, beginning.clock - whole.job.clock)
+    starts = _page_starts(planned, solution.theta, written, from_page, begun.clock - whole.job.clock)
     meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, starts[0].window)
     pages = write_pages(written, job, meant, from_page, starts)
     gap = gap_between(lead, as_written(meant)) if lead is not None else 0.0
@@ -111,7 +111,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     resumed = Resumed(
         written=written,
         from_page=from_page,
-        beginning=beginning,
+        begun=begun,
         planned_rise=whole.job.heat.outputs @ known.state,
         planned=planned,
         program=text,
@@ -131,7 +131,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         *job_findings.solver(solution, job.settings),
         *_text_findings(planned, trajectory, text, prepared),
         *_warmth_findings(planned),
-        *_moved_findings(beginning),
+        *_moved_findings(begun),
     )
     files = {**pages, written.manifest_file: _manifest(resumed, date, loaded, done)}
     return replace(resumed, files=files, findings=findings)
@@ -149,22 +149,21 @@ def _text_findings(
 
 def _manifest(resumed: Resumed, date: str, loaded: int, done: int) -> bytes:
     """The manifest with what was replaced, and how the robot began."""
-    planned, beginning, pages = resumed.planned, resumed.beginning, resumed.pages
+    planned, begun, pages = resumed.planned, resumed.begun, resumed.pages
     job = planned.job
-    begun = {
+    start = {
         "first_waypoint": resumed.written.pages[resumed.from_page - 1].first,
-        "clock_s": beginning.clock,
-        "state": beginning.state.tolist(),
+        "clock_s": begun.clock,
+        "state": begun.state.tolist(),
         "rise_K": {n: round(float(r), 4) for n, r in zip(job.heat.names, planned.rise[0], strict=True)},
     }
     rewriting = Rewriting(
         from_page=resumed.from_page,
         date=date,
-        why=beginning.why,
-        cause=beginning.cause,
+        begun=begun,
         loaded=loaded,
         done=done,
-        start=begun,
+        start=start,
         join=resumed.join,
     )
     facts = {page.file: page_facts(job, start) for page, start in zip(pages, resumed.starts, strict=True)}
@@ -263,11 +262,11 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
     return [Finding(Level.WARNING, Code.THERMAL_BOX, text) for text in texts]
 
 
-def _moved_findings(beginning: Beginning) -> list[Finding]:
+def _moved_findings(begun: Begun) -> list[Finding]:
     """A state that found more than warmth."""
-    if beginning.cause.get("verdict") != "something moved":
+    if begun.cause.get("verdict") != "something moved":
         return []
-    message = f"{beginning.why}: the pages are for the base and the targets as touched; find what moved before they run"
+    message = f"{begun.why}: the pages are for the base and the targets as touched; find what moved before they run"
     return [Finding(Level.WARNING, Code.STATE, message)]
 
 
