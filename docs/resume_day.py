@@ -144,7 +144,7 @@ def resumed_at_each_page(day: Day, folder: Path) -> int:
         file.write_bytes(until(day.log, start.time))
 
         def begin(known, file=str(file)):
-            log = read_log(known, file)
+            log = read_log(known.cell, known.logged(), file)
             state, air = state_at_end(known, log).state, float(np.median(log.air[-20:]))
             return Begun(cell=known.cell, state=state, clock=known.clock, why="log", cause={}, air=air)
 

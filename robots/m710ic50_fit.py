@@ -33,7 +33,7 @@ GROUPS: dict[str, Callable[[dict[str, str]], str]] = {
     "a part at a time": lambda row: row["node"],
 }
 PRIOR_TAU_H, PRIOR_WIDTH, SENSOR_K = 5.91, 0.25, 0.3
-UNTOLD = 1e-6  # so weakly a number is held at its start [K]: only one that no temperature tells stays there
+TETHER_K = 1e-6  # so weakly each number is held at its start: only one that no temperature tells stays there
 EXACT_K = 1e-9  # a temperature that defines its node's amplitude is met this well
 
 
@@ -95,14 +95,13 @@ def fit(heat: NodeModel, rows: Rows | None = None) -> NodeModel:
     """Exponents and time constants; also the amplitudes of nodes whose reference temperature was left out."""
     rows = measured() if rows is None else rows
     free = free_amplitudes(shipped(), rows)
+    tau, exponent = np.full(len(FITTED), np.log(PRIOR_TAU_H)), np.full(len(FITTED), 0.5)
+    start = np.concatenate([tau, exponent, np.log(heat.reference_rise[free])])
 
     def residuals(x: np.ndarray) -> np.ndarray:
         prior = (x[: len(FITTED)] - np.log(PRIOR_TAU_H)) / PRIOR_WIDTH * SENSOR_K
-        untold = UNTOLD * (x - start)
-        return np.concatenate([misses(with_parameters(heat, x, free), rows), prior, untold])
+        return np.concatenate([misses(with_parameters(heat, x, free), rows), prior, TETHER_K * (x - start)])
 
-    half = np.full(len(FITTED), 0.5)
-    start = np.concatenate([np.full(len(FITTED), np.log(PRIOR_TAU_H)), half, np.log(heat.reference_rise[free])])
     return with_parameters(heat, least_squares(residuals, start, xtol=1e-12, ftol=1e-12).x, free)
 
 

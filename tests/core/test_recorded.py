@@ -130,6 +130,8 @@ def test_a_unit_that_a_line_above_the_header_says_is_read_and_contradicts_anothe
     assert_allclose(column(read(own, PLACE, POINTS), "x_mm"), [1.5, 1.75])
     bare = written(tmp_path, text.replace(line, "Unit 7 of the hall"))
     assert "names no unit" in refusal(bare, PLACE, POINTS)
+    below = written(tmp_path, text.replace(f"{line}\n", "") + f"{line}\n")
+    assert_allclose(column(read(below, PLACE, POINTS), "x_mm"), np.array([1.5, 1.75]) * 25.4)
 
 
 HEAD = "time;j2 [°C];TC 04\n"

@@ -24,12 +24,13 @@ Row = tuple[int, list[str]]  # its line in the file, its cells
 
 
 class Sheet(NamedTuple):
-    """Rows with a filled cell, less remarks."""
+    """Rows with a filled cell."""
 
     values: int  # how many of its cells are, less some for words
     begin: int  # the row of the first reading
     name: str  # what parts its cells, or which sheet of a workbook it is
     rows: list[Row]
+    remarks: list[Row]
 
 
 def kinds(cells: Sequence[str]) -> str:
@@ -46,7 +47,7 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
     if data.startswith(_WORKBOOKS):
         best = max(_of_workbook(source, data))
     else:
-        text = text_of(data)
+        text = _text(data)
         tried = [_of_text(text[:_SAMPLE], name) for name in ([delimiter] if delimiter else DELIMITERS)]
         best = _of_text(text, max(tried, key=lambda sheet: sheet.values).name)
     if not best.values:
@@ -54,7 +55,7 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
     return best
 
 
-def text_of(data: bytes) -> str:
+def _text(data: bytes) -> str:
     """Text by its byte order mark, else UTF-8, else Windows's Latin letters, else what Japanese loggers write."""
     for code in ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", "cp1252"):
         with suppress(UnicodeDecodeError):
@@ -68,7 +69,7 @@ def _of_text(text: str, name: str) -> Sheet:
     try:
         return _sheet(name, [(reader.line_num, cells) for cells in reader])
     except csv.Error:  # a cell of a megabyte: no table by this delimiter
-        return Sheet(0, 0, name, [])
+        return Sheet(0, 0, name, [], [])
 
 
 def _of_workbook(source: str, data: bytes) -> list[Sheet]:
@@ -100,7 +101,7 @@ def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
     if remarks and rows and not begin and len(remarks[-1][1]) == len(rows[0][1]):  # the header is a remark
         line, cells = remarks[-1]
         begin, rows = 1, [(line, [cell.strip("#/! ") for cell in cells]), *rows]
-    return _by_time(Sheet(values, begin, name, rows))
+    return _by_time(Sheet(values, begin, name, rows, remarks))
 
 
 def _by_time(sheet: Sheet) -> Sheet:
@@ -115,4 +116,5 @@ def _by_time(sheet: Sheet) -> Sheet:
     for line, cells in body:
         row = rows.setdefault(cells[moment], (line, [cells[moment], *[""] * len(names)]))
         row[1][1 + names.index(cells[variable])] = cells[value]
-    return Sheet(sheet.values, 1, sheet.name, [(sheet.rows[sheet.begin - 1][0], ["time", *names]), *rows.values()])
+    header = (sheet.rows[sheet.begin - 1][0], ["time", *names])
+    return sheet._replace(begin=1, rows=[header, *rows.values()])

@@ -1,7 +1,8 @@
 """A logger's or an instrument's table as the columns that compgen knows, and in words how it was read.
 
 The header is the row above the readings, or the last one that has all names that the user says. A column is known by
-its name or by ``columns``; its unit stands in the header, in a row of units, beside each value, or in ``unit``.
+its name or by ``columns``; its unit stands in the header, in a row of units, beside each value, in a line that is no
+reading, or in ``unit``.
 """
 
 import re
@@ -25,7 +26,7 @@ from compgen.core.recorded.cells import (
     unit_named,
     units_like,
 )
-from compgen.core.recorded.sheets import Row, Sheet, kinds, sheet_of, text_of
+from compgen.core.recorded.sheets import Row, Sheet, kinds, sheet_of
 from compgen.core.recorded.times import seconds_of, time_of
 from compgen.core.toml import Table, check, read_toml
 
@@ -40,8 +41,8 @@ _STATISTICS = {
     *("mean", "average", "avg", "median", "mittel", "mittelwert", "min", "minimum", "max", "maximum", "range", "rms"),
     *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "std. dev", "stdev", "stddev", "sigma"),
 }
-#: a line above the readings that says their unit: "// Units: Inches", "Temperature unit;Fahrenheit"
-_SAYS_UNIT = re.compile(r"(?im)^\W*(?:\w+ )?(?:units?|coordinates in)\b\W*([^\W\d]+)\W*$")
+#: a line beside the readings that says their unit: "// Units: Inches", "Temperature unit;Fahrenheit"
+_SAYS_UNIT = re.compile(r"(?i)^\W*(?:\w+ )?(?:units?|coordinates in)\b\W*([^\W\d]+)\W*$")
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
 
@@ -72,7 +73,7 @@ class _Layout(NamedTuple):
     dialect: DialectTable
     names: Sequence[str]
     units: Sequence[set[str]]  # that the file says of each column
-    unit_above: set[str]  # that lines above the header say of all
+    unit_of_all: set[str]  # that a line beside the table says
     line: int  # of the header
     parted: str  # by what
     body: Sequence[Row]
@@ -144,8 +145,7 @@ def read_recorded(
     is_plain = not any(getattr(dialect, key) for key in DialectTable.model_fields)
     if not first or (is_plain and set(required) <= {cell.strip(' "') for cell in first.split(",")}):
         return None
-    above = {unit_named(said) for said in _SAYS_UNIT.findall(text_of(data[:100_000]))} - {""}
-    layout = _layout(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table, above)
+    layout = _layout(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
     times = _times(layout) if TIME in known else []
     assigned = _assigned(layout, [column for column in known if column != TIME or not times])
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
@@ -158,7 +158,7 @@ def read_recorded(
     return _table(layout, assigned, times)
 
 
-def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str, above: set[str]) -> _Layout:
+def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _Layout:
     """Where the header and the readings are."""
     rows, begin = sheet.rows, sheet.begin
     wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
@@ -168,7 +168,8 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str, above:
     head = heads[-1] if wanted and heads else begin - 1
     while head > 0 and not wanted and _says_more(rows[head][1], rows[head - 1][1]):
         head -= 1
-    body = rows[max(begin, head + 1) :]
+    first = max(begin, head + 1)
+    body = rows[first:]
     at = kinds(body[0][1]).find("t")  # the time's column
     in_first = set(map(plain_name, body[0][1]))
     while set(kinds(body[-1][1])) <= set("a-") or _sums_up(body[-1][1], at, in_first):
@@ -196,11 +197,17 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str, above:
         dialect=dialect,
         names=names,
         units=units,
-        unit_above=above,
+        unit_of_all=_unit_of_all([*sheet.remarks, *rows[:first], *rows[first + len(body) :]]),
         line=line,
         parted=sheet.name,
         body=body,
     )
+
+
+def _unit_of_all(rows: Iterable[Row]) -> set[str]:
+    """What lines that are no readings say of the unit of all."""
+    lines = (_SAYS_UNIT.match(" ".join(cells)) for _, cells in rows)
+    return {unit_named(line[1]) for line in lines if line} - {""}
 
 
 def _says_more(cells: Sequence[str], above: Sequence[str]) -> bool:
@@ -259,8 +266,9 @@ def _unit(layout: _Layout, k: int, by_key: str, column: str) -> str:
     """The unit of a column's cells: the one that the file, its key or the user says."""
     wanted = name_and_unit(column)[1]
     by_user, measured = unit_named(layout.dialect.unit or ""), measured_by(wanted)
-    said = {by_key, by_user, *(() if layout.units[k] else layout.unit_above)} - {""}
-    units = sorted(layout.units[k] | {unit for unit in said if measured_by(unit) == measured})
+    of_column = layout.units[k] or layout.unit_of_all
+    others = {unit for unit in (by_key, by_user, *of_column) if unit and measured_by(unit) == measured}
+    units = sorted(layout.units[k] | others)
     if len(units) == 1 and measured_by(units[0]) == measured:
         return units[0]
     some, name = units_like(wanted)[:3], layout.names[k][:20]

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,21 +55,32 @@ class Begun:
     air: float | None = None  # [K] rise that stays from then on; None: as was planned
 
 
+class Logged(NamedTuple):
+    """What a job says of its air, and of its log."""
+
+    ambient: AmbientTable
+    log: LogTable | None
+
+    @property
+    def is_air_given(self) -> bool:
+        """Whether the job says what the air does, so that what was found now does not stay."""
+        return bool(self.ambient.model_fields_set - {"reference_degC", "clock_h"})
+
+
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 @owns(state=("S",))
 class Known:
     """The robot when a page would start if nobody waited from the last known moment on."""
 
     cell: Cell
-    plain: Cell  # as its robot file has it, without the state that its program may begin with
+    plain: Callable[[], Cell]  # as its robot file has it, without the state that its program may begin with
     heat: ThermalModel
     state: Array  # (S,)
     clock: float  # [s]
     air: Ambient
     standing: Duty  # one second of it
     motion: Callable[[], JointMotion]  # of the whole program
-    ambient: AmbientTable
-    log: LogTable | None  # what the job says of its log
+    logged: Callable[[], Logged]
     earlier: tuple[Mapping[str, Any], ...]  # what was replaced before
 
 
@@ -97,18 +108,16 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
     motion = whole.motion_from(row)
     at = np.array([first - row], dtype=np.int64)
     after = states_at(job.heat, state, motion, at, job.history.air, clock)[0]
-    path = path_tables(job)
     return Known(
         cell=cell,
-        plain=unmoved(job),
+        plain=partial(unmoved, job),
         heat=job.heat,
         state=after,
         clock=clock + float(motion.time[first - row]),
         air=job.history.air,
         standing=job.history.standing,
         motion=partial(whole.motion_from, 0),
-        ambient=path.ambient,
-        log=path.log,
+        logged=partial(logged_by, job),
         earlier=tuple(earlier),
     )
 
@@ -146,14 +155,20 @@ def path_tables(job: Job) -> PathFile:
     return check(PathFile, data, job.source)
 
 
-def read_log(known: Known, file: str) -> TemperatureLog:
+def logged_by(job: Job) -> Logged:
+    """What a job's path file says of its air and its log."""
+    path = path_tables(job)
+    return Logged(path.ambient, path.log)
+
+
+def read_log(cell: Cell, logged: Logged, file: str) -> TemperatureLog:
     """A log as rises of a robot's nodes, which count from what its job says in [log] and [ambient].
 
     Raises:
         InputError: A bad file, an unknown sensor, readings that no robot has.
     """
-    cell, zero = known.cell, known.ambient.reference_degC
-    table = LogTable(file=file) if known.log is None else known.log.model_copy(update={"file": file})
+    zero = logged.ambient.reference_degC
+    table = LogTable(file=file) if logged.log is None else logged.log.model_copy(update={"file": file})
     log = _whole_rows(cell, table, zero)
     return log or tables.log_of(table, cell.heat, cell.warmth, cell.sensors, zero, "log")
 
@@ -183,7 +198,8 @@ def begin_with_log(known: Known, file: str) -> Begun:
     Raises:
         InputError: A bad file, or too few readings.
     """
-    log = read_log(known, file)
+    logged = known.logged()
+    log = read_log(known.cell, logged, file)
     end, wanted, name = float(log.time[-1]), state_at_end(known, log), Path(file).name
     return Begun(
         cell=replace(known.cell, warmth=wanted.warmth),
@@ -191,13 +207,8 @@ def begin_with_log(known: Known, file: str) -> Begun:
         clock=known.clock,
         why="; ".join([f"thermocouple log {name} until {end:.0f} s", *log.notes]),
         cause={"log": name, "log_sha256": sha256(read_regular(file)).hexdigest(), "log_end_s": end},
-        air=None if _is_air_planned(known) else float(log.air[-1]),
+        air=None if logged.is_air_given else float(log.air[-1]),
     )
-
-
-def _is_air_planned(known: Known) -> bool:
-    """Whether the path file says what the air does, so that what was found now does not stay."""
-    return bool(known.ambient.model_fields_set - {"reference_degC", "clock_h"})
 
 
 def begin_with_state(known: Known, file: str, age: float) -> Begun:
@@ -211,14 +222,15 @@ def begin_with_state(known: Known, file: str, age: float) -> Begun:
     Raises:
         InputError: A bad file, of another robot, older than its window, or than one that an earlier page is for.
     """
-    state = load_state(file, known.plain, age)
+    plain = known.plain()
+    state = load_state(file, plain, age)
     for entry in known.earlier:
         if float(entry.get("state_time_s", state.time)) > state.time:
             raise InputError(
                 f"{file}: state.time_s: {state.time:g} s, and page {entry['from_page']} is for a state of "
                 f"{float(entry['state_time_s']):g} s already, a later one; touch again"
             )
-    cell = cell_with_state(known.plain, state, file)
+    cell = cell_with_state(plain, state, file)
     start = cell.heat.start
     if start is None:
         raise InputError(f"{file}: rise: it says nothing of the warmth; anchor again")
@@ -238,5 +250,5 @@ def begin_with_state(known: Known, file: str, age: float) -> Begun:
             "state_age_s": age,
             "state_toml": state_text(state),
         },
-        air=None if _is_air_planned(known) else state.air,
+        air=None if known.logged().is_air_given else state.air,
     )

@@ -26,7 +26,7 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.program_pages import part_program
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.resume.beginning import Begin, Known
+from compgen.pipelines.resume.beginning import Begin, Known, Logged
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.pages_anew import Rewriting, manifest_anew
 from compgen.pipelines.resume.result import Join, PagesAnew, Size, page_results, size_of
@@ -165,15 +165,14 @@ def _known_at(station: int, written: _AsWritten, plain: Cell, motion: JointMotio
     (standing,) = with_losses(heat, [STANDING], motion)
     return Known(
         cell=written.cell,
-        plain=plain,
+        plain=lambda: plain,
         heat=heat,
         state=states_at(heat, start, motion, np.array([2 * station]))[0] if station else start,
         clock=0.0,
         air=still_air(),
         standing=standing,
         motion=lambda: motion,
-        ambient=AmbientTable(),
-        log=None,
+        logged=lambda: Logged(AmbientTable(), None),
         earlier=tuple(earlier),
     )
 
