@@ -15,7 +15,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 
-from benchmarks import bands, cases, heat, identification, peers, shares, text, whole  # noqa: E402
+from benchmarks import bands, cases, commands, heat, identification, peers, shares, text, whole  # noqa: E402
 from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
 from compgen import fanuc  # noqa: E402
 from compgen.core import evaluation  # noqa: E402
@@ -79,6 +79,7 @@ def measured(folder: Path, points: int, ipopt: int, starts: int, others: bool) -
     yield from whole_runs(folder, unit, points, starts)
     yield from texts(min(points, SOME))
     yield identified(1000 if points >= LONG else 60)
+    yield from measuring(folder, 60 if points >= LONG else 20)
     if others:
         yield from against_peers(folder, planned, one, points)
     if ipopt:
@@ -160,6 +161,14 @@ def identified(poses: int) -> Row:
     )
     ratio = f"{i['scipy'] / i['compgen']:.0f} ({i['compgen']:.2f} s, apart {i['apart']:.0e} sigma)"
     return what, ">= 20" if poses >= 1000 else "", ratio
+
+
+def measuring(folder: Path, poses: int) -> Iterator[Row]:
+    """The commands that measure an arm, from the shell."""
+    rounds = ROUNDS if poses >= 60 else 1
+    for what, seconds_spent in commands.spent(folder / "compiled", poses, rounds).items():
+        reach = "<= 8 s" if what.startswith("identify, 180 poses") else ""
+        yield f"cgen {what}, from the shell, processor time", reach, f"{seconds_spent:.1f} s"
 
 
 def against_peers(folder: Path, planned: Planned, one: float, points: int) -> Iterator[Row]:

@@ -27,6 +27,8 @@ def test_a_short_run_writes_its_table(tmp_path):
     assert not any("did not converge" in value for value in told.values())
     assert float(next(value for what, value in told.items() if what == "correction, vectorised")) > 0
     assert "nan" not in page
+    measuring = [value for what, value in told.items() if what.startswith("cgen ")]
+    assert [float(value.removesuffix(" s")) > 0 for value in measuring] == [True] * 4
     assert "`python -m benchmarks --points 3000 --ipopt 60 --no-peers --starts 1`" in page
 
 
