@@ -225,7 +225,9 @@ def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[Error
             missing = [".".join(map(_short, _steps(data, e))) for e in errors if e["type"] == "missing"]
             more = f" and {len(missing) - MOST_MISSING} more" if len(missing) > MOST_MISSING else ""
             named = ", ".join(missing[:MOST_MISSING])
-            return f"{named}{more}: missing; add {'it' if len(missing) == 1 else 'them'}"
+            shown = "; ".join(text for e in errors if e["type"] == "missing" for text in _examples(model, e["loc"]))
+            as_in = f": {shown}" if shown else ""
+            return f"{named}{more}: missing; add {'it' if len(missing) == 1 else 'them'}{as_in}"
         case "union_tag_not_found" | "union_tag_invalid":
             name = error["ctx"]["discriminator"].strip("'")
             tags = [get_args(table.model_fields[name].annotation)[0] for table in _tables(model, error["loc"])]
@@ -299,6 +301,12 @@ def _tables(model: type[Table], steps: Sequence[int | str]) -> list[type[Table]]
         named = [t for t in tables if any(get_args(f.annotation) == (step,) for f in t.model_fields.values())]
         tables = inner or named or tables
     return tables
+
+
+def _examples(model: type[Table], steps: Sequence[int | str]) -> list[str]:
+    """How a missing key may look, where its table says so."""
+    fields = [f for t in _tables(model, steps[:-1]) for n, f in t.model_fields.items() if steps[-1] in (n, f.alias)]
+    return [example for field in fields for example in field.examples or ()]
 
 
 def _types(annotation: Any) -> list[Any]:

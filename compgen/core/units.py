@@ -20,6 +20,11 @@ PERCENT = 0.01
 FEW = 10  # hours or minutes, beside which the next unit counts
 
 
+def span_words(expected: str, least: str, most: str) -> str:
+    """A range beside what is expected, which is not said twice: ``154 to 237``, ``up to 240``."""
+    return f"up to {most}" if least == expected else f"{least} to {most}"
+
+
 def limit_words(seconds: float) -> str:
     """A time that may not be exceeded, never rounded up: ``17 minutes``, ``2 hours 5 minutes``."""
     whole = int(seconds)

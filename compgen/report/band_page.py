@@ -46,7 +46,7 @@ def band_facts(record: dict[str, Any]) -> list[tuple[str, Markup]]:
     amount, comma, sources = known_words(record).partition(",")
     bold = "<b>{}</b>{}" if record["p95_um"] else "{}{}"
     left_open = Markup(bold).format(with_units(amount), with_units(comma + sources if record["p95_um"] else ""))
-    rows = [("not measured on this robot", unknown), ("measure next", next_words(record))]
+    rows = [("not measured on this robot", unknown), ("measure next, to make it smaller", next_words(record))]
     return [(LEFT_OPEN, left_open), *((name, with_units(words)) for name, words in rows if words)]
 
 

@@ -9,7 +9,7 @@ from math import sqrt
 from typing import Any
 
 from compgen.core.finding_codes import Code
-from compgen.core.units import UM, limit_words
+from compgen.core.units import UM, limit_words, span_words
 from compgen.error_model.unmeasured import NOT_LOOKED_AT, OF_WARMTH, Unknown
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.verification.band import ONE_SIDED, Band
@@ -97,10 +97,14 @@ def next_words(record: dict[str, Any]) -> str:
     """What to measure next: ``one hot length: -13 um (cgen identify ...); ...``; empty where nothing takes much off."""
     if not record["next"]:
         return ""
-    named = "; ".join(f"{step['what']}: -{rounded(step['takes_um'])} um ({step['command']})" for step in record["next"])
+    named = "; ".join(_step_words(step) for step in record["next"])
     words = f"{named}; all of these leave {rounded(record['next'][-1]['left_um'])} um of the band"
     larger = _larger_than_band(record)
     return words + (f"; larger than the band, so first: {', '.join(larger)}" if larger else "")
+
+
+def _step_words(step: dict[str, Any]) -> str:
+    return f"{step['what']}: -{rounded(step['takes_um'])} um ({step['command']})"
 
 
 def _larger_than_band(record: dict[str, Any]) -> list[str]:
@@ -115,13 +119,12 @@ def not_known_words(record: dict[str, Any], *, verbose: bool = True) -> str:
     unknown = unknown_words(record) if verbose else unknown_in_short(record)
     words = f"Uncertainty of the robot data: {known_words(record)}."
     words += f" Not measured on your robot: {unknown}." if unknown else ""
-    if verbose or not record["next"]:
-        following = next_words(record)
-    else:
-        first = record["next"][0]
-        larger = "what is larger than this uncertainty, then " if _larger_than_band(record) else ""
-        following = f"{larger}{first['what']}: -{rounded(first['takes_um'])} um ({first['command']})"
-    return words + (f"\nMeasure next: {following}" if following else "")
+    if not record["next"]:
+        return words
+    following, band = next_words(record) if verbose else _step_words(record["next"][0]), rounded(record["p95_um"])
+    if not verbose and _larger_than_band(record):
+        return f"{words}\nMeasure next: what is larger than these {band} um; then, to make them smaller, {following}"
+    return f"{words}\nMeasure next, to make these {band} um smaller: {following}"
 
 
 def before_and_after(summary: dict[str, Any]) -> str:
@@ -208,8 +211,10 @@ def size_words(row: dict[str, Any]) -> str:
     least, largest = row["size_um"]
     if largest < TINY_UM:
         return "below 0.1"
-    expected = "" if row["expected_um"] is None else f"expected {rounded(row['expected_um'])}, "
-    return f"{expected}{rounded(least) if least else '0'} to {rounded(largest)}"
+    if row["expected_um"] is None:
+        return f"{rounded(least) if least else '0'} to {rounded(largest)}"
+    expected = rounded(row["expected_um"])
+    return f"expected {expected}, {span_words(expected, rounded(least), rounded(largest))}"
 
 
 def _size(row: dict[str, Any]) -> str:

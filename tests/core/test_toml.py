@@ -35,7 +35,7 @@ class Square(Table):
 class Outer(Table):
     """Every kind of value."""
 
-    name: Annotated[str, Field(pattern="^[a-z]+$", max_length=4)]
+    name: Annotated[str, Field(pattern="^[a-z]+$", max_length=4, examples=["name = 'abc'"])]
     kind: Literal["a", "b"] = "a"
     either: Literal["x"] | Annotated[FiniteFloat, Field(ge=0)] | None = None
     table: FiniteFloat | dict[str, FiniteFloat] = 0.0
@@ -119,6 +119,12 @@ def test_an_unknown_key_comes_before_a_missing_one():
 )
 def test_a_missing_key_is_named(changes, message):
     assert refusal(changes) == message
+
+
+def test_a_missing_key_is_shown_where_its_table_has_an_example():
+    with pytest.raises(InputError) as caught:
+        check(Outer, {"many": [{}]}, "file.toml")
+    assert str(caught.value) == "file.toml: name, many.0.from: missing; add them: name = 'abc'"
 
 
 @pytest.mark.parametrize(

@@ -52,11 +52,12 @@ def test_unknown_motion_has_its_size_on_this_path_and_changes_no_verdict():
     assert motion["highest_um"] == pytest.approx(pull_um(256, 168), abs=DIGITS_UM)
     assert row(summary)[0]["size_um"] == pytest.approx([motion["lowest_um"], motion["highest_um"]], rel=1e-5)
     assert row(summary)[0]["expected_um"] == pytest.approx(motion["off_path_um"], rel=1e-5)
-    lowest, expected, highest = (f"{motion[key]:.0f}" for key in ("lowest_um", "off_path_um", "highest_um"))
-    assert f"lead the tool off this path by {expected} um ({lowest} to {highest}), " in finding.message
+    assert motion["lowest_um"] == motion["off_path_um"]  # and is not said twice
+    expected, highest = (f"{motion[key]:.0f}" for key in ("off_path_um", "highest_um"))
+    assert f"lead the tool off this path by {expected} um (up to {highest}), " in finding.message
     assert f"by {OF_ITS_CLASS}" in finding.message
     assert "..." not in finding.message  # nothing of it is cut away
-    assert f"{WHAT} (expected {expected}, {lowest} to {highest} um, from {OF_ITS_CLASS})" in headline(summary)
+    assert f"{WHAT} (expected {expected}, up to {highest} um, from {OF_ITS_CLASS})" in headline(summary)
 
 
 def test_a_robot_whose_file_says_nothing_is_expected_to_move_as_any_arm():

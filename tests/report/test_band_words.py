@@ -72,8 +72,9 @@ def test_the_sentences_say_what_is_left_what_is_not_sure_and_what_nobody_measure
         "Largest error 107.1 um before. After: 2.1 um left by calculation. Uncertainty of the robot data: 41 um "
         "(95 %), from cte 20, temperature law 13. Not measured on your robot: play (55 to 175 um); without a figure: "
         "the controller's motion.",
-        "Measure next: one hot length: -19 um (cgen identify ROBOT --touches hot.csv --artefact two_spheres.toml "
-        "--temperatures log.csv); a temperature log of the day: -6.5 um (cgen generate PATH --set log.file=log.csv); "
+        "Measure next, to make these 41 um smaller: one hot length: -19 um (cgen identify ROBOT --touches hot.csv "
+        "--artefact two_spheres.toml --temperatures log.csv); a temperature log of the day: -6.5 um (cgen generate "
+        "PATH --set log.file=log.csv); "
         "all of these leave 0.0 um of the band; larger than the band, so first: play",
     ]
     assert gain_words(summary_of(band_record(BAND, UNKNOWN))) == (
@@ -89,7 +90,7 @@ def test_a_screen_names_the_largest_and_counts_the_rest():
         "robot: b (0 to 700 um), d (0 to 55 um), c (0 to 30 um), 2 more of up to 9.0 um, 1 without a figure: " in words
     )
     assert words.splitlines()[1].startswith(
-        "Measure next: what is larger than this uncertainty, then one hot length: -19 um (cgen identify"
+        "Measure next: what is larger than these 41 um; then, to make them smaller, one hot length: -19 um (cgen "
     )
     assert "log.file" not in words
     few = not_known_words(band_record(BAND, UNKNOWN), verbose=False)
@@ -130,6 +131,10 @@ def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():
     seen = Unknown("the controller's motion", (154 * UM, 237 * UM), "a maker", (), 194 * UM)
     assert unknown_words(band_record(BAND, [seen])) == (
         "the controller's motion (expected 194, 154 to 237 um, from a maker)"
+    )
+    least = replace(seen, expected=154 * UM)
+    assert unknown_words(band_record(BAND, [least])) == (
+        "the controller's motion (expected 154, up to 237 um, from a maker)"
     )
     none = replace(seen, size=(0.0, 0.04 * UM), expected=0.01 * UM)
     assert unknown_words(band_record(BAND, [none])) == "the controller's motion (below 0.1 um, from a maker)"

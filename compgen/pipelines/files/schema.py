@@ -61,13 +61,13 @@ class PathFile(Table):
     """Name of a file in robots/, or a robot file."""
     title: str = ""
     """Title of the report."""
-    path: AnyPattern
+    path: Annotated[AnyPattern, Field(examples=["[path], below it pattern = 'raster'"])]
     """The pattern and where it stands; the key pattern decides which other keys there are."""
     surface: SurfaceTable = SurfaceTable()
     boundary: BoundaryTable | None = None
     frame: FrameTable | None = None
     tool: ToolTable = ToolTable()
-    process: ProcessTable
+    process: Annotated[ProcessTable, Field(examples=["[process], below it feed_mm_s = 100"])]
     posture: PostureTable = PostureTable()
     compensation: CompensationTable = CompensationTable()
     before: list[StepTable] = []
@@ -82,7 +82,7 @@ class PathFile(Table):
     ambient: AmbientTable = AmbientTable()
     log: LogTable | None = None
     state: StateTable | None = None
-    bounds: BoundsTable
+    bounds: Annotated[BoundsTable, Field(examples=["[bounds], below it max_um = 5"])]
 
 
 class RobotFile(Table):

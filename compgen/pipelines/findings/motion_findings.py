@@ -23,7 +23,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.units import MM, MS, PERCENT, UM
+from compgen.core.units import MM, MS, PERCENT, UM, span_words
 from compgen.error_model.unmeasured import NOT_LOOKED_AT, Unknown
 from compgen.job.bounds import Bounds
 from compgen.job.job import Job
@@ -73,11 +73,11 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         if effect.highest < LEAST:
             message = f"{WHAT} is not known; on the part this path has no bend that it could matter at"
             return [Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)]
+        span = span_words(size, _um(effect.lowest), _um(effect.highest))
         message = (
-            f"the controller is expected to lead the tool off this path by {size} um ({_um(effect.lowest)} to "
-            f"{_um(effect.highest)}), {place}, by {BASIS[effect.expected.evidence]}; nothing is corrected for it; a "
-            f"quarter of it at {HALF / PERCENT:.0f} % override; log a run for cgen identify-motion, or drive "
-            "slower"
+            f"the controller is expected to lead the tool off this path by {size} um ({span}), {place}, by "
+            f"{BASIS[effect.expected.evidence]}; nothing is corrected for it; a quarter of it at "
+            f"{HALF / PERCENT:.0f} % override; log a run for cgen identify-motion, or drive slower"
         )
         return [Finding(level, Code.MOTION_UNKNOWN, message)]
     words = motion_words(effect.motion)
@@ -156,8 +156,8 @@ def _not_looked_at(robot: Robot) -> Finding:
         )
         message = (
             f"{WHAT} is not known, and not looked at here: it pulls bends inwards, on a radius of "
-            f"{EXAMPLE_RADIUS / MM:g} mm at {EXAMPLE_SPEED / MM:g} mm/s by an expected {expected} um ({lowest} to "
-            f"{highest}), by {BASIS[seen.evidence]}"
+            f"{EXAMPLE_RADIUS / MM:g} mm at {EXAMPLE_SPEED / MM:g} mm/s by an expected {expected} um "
+            f"({span_words(expected, lowest, highest)}), by {BASIS[seen.evidence]}"
         )
         return Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)
     words = motion_words(robot.motion)
