@@ -22,6 +22,7 @@ from compgen.core.arrays import Array
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
+from compgen.core.recorded.cells import brief_name
 from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MINUTE
@@ -122,7 +123,7 @@ def _table(
     where = "" if type(dialect) is DialectTable else "[log]"
     table = read_recorded(source, required, known, dialect, where, data) or read_csv(source, required)
     if table.recorded and nodes and set(table.header) <= set(known[:2]):
-        theirs = ", ".join(name[:20] for name in table.recorded.left_out)[:100]
+        theirs = ", ".join(map(brief_name, table.recorded.left_out))[:100]
         mend = (
             f'in [log] as columns = {{ {nodes[0]} = "TC 03" }}, unit = "degC", or in thermal.sensors of the robot file'
         )

@@ -177,6 +177,10 @@ HEAD = "time;j2 [°C];TC 04\n"
         ("t [s];j2 [C]\n0;20 C\n10;20 C\n", {}, ("no rows of readings", "numbers without units")),
         ("1;2\n", {}, ("no header above it", "column time_s: missing")),
         (b"PK\x03\x04 torn", {}, ("no workbook", "save it as CSV")),
+        # no line is said that is none, and of long names both ends: those of one maker's loggers differ at the last
+        ("1;08:15;20\n2;08:16;20\n", {"columns": {"j2": "#3"}}, ("line 1, column 3 '#3'", "names no unit")),
+        ('"Temp, °C (LGR S/N: 10234567, SEN 1)","Temp, °C (LGR S/N: 10234567, SEN 2)"\n20.5,21\n20.5,21\n',
+         {}, ("Temp, °C (L..567, SEN 1), Temp, °C (L..567, SEN 2)", 'columns = { time_s = "#1" }')),
     ],
 )  # fmt: skip
 def test_what_a_file_leaves_open_is_refused_with_the_mend(tmp_path, text, dialect, words):

@@ -36,6 +36,7 @@ _MISSING = re.compile(
 )
 _OVERLOAD = 9.9e36  # what instruments write for a reading beyond their range, and more
 _GROUPS = " \u00a0\u2009\u202f'\u2019"  # what parts thousands, beside the other decimal sign
+LONG = 24  # characters of a name
 OTHER_SIGN = {".": ",", ",": "."}
 _NUMBER = {
     sign: re.compile(
@@ -45,6 +46,12 @@ _NUMBER = {
     )
     for sign, other in OTHER_SIGN.items()
 }
+
+
+def brief_name(name: str, longest: int = LONG) -> str:
+    """A column's name for a message: of a long one both ends, for loggers' names differ at the last."""
+    half = longest // 2 - 1
+    return name if len(name) <= longest else f"{name[:half].rstrip()}..{name[-half:].lstrip()}"
 
 
 def unit_named(text: str) -> str:

@@ -17,6 +17,8 @@ from compgen.core.files import read_named
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.recorded.cells import (
+    LONG,
+    brief_name,
     in_unit,
     is_number,
     measured_by,
@@ -84,7 +86,11 @@ class _Layout(NamedTuple):
 
     def where(self, k: int, line: int) -> str:
         """File, line and column, for a message."""
-        return f"{self.place}: line {line}, column {k + 1} '{self.names[k][:30]}'"
+        return f"{self.place}: line {line or self.body[0][0]}, column {k + 1} '{brief_name(self.names[k], 32)}'"
+
+    def key(self, k: int) -> str:
+        """A column as the user may name it: by its number, where its name is long."""
+        return self.names[k] if len(self.names[k]) <= LONG else f"#{k + 1}"
 
     def mend(self, words: str, otherwise: str) -> str:
         """What the user can say of the file, or else do to it."""
@@ -92,7 +98,7 @@ class _Layout(NamedTuple):
 
     def refuse(self, what: str) -> InputError:
         """A refusal of the header, which lists its columns."""
-        listed = ", ".join(name[:20] for name in self.names)
+        listed = ", ".join(map(brief_name, self.names))
         line = f"line {self.line}" if self.line else f"line {self.body[0][0]}: no header above it"
         return InputError(f"{self.place}: {line}: {what}; there are: {listed[: 200 - len(what)]}")
 
@@ -150,9 +156,9 @@ def read_recorded(
     assigned = _assigned(layout, [column for column in known if column != TIME or not times])
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
     if missing:
-        theirs = next((n for n, cell in zip(layout.names, layout.body[0][1], strict=False) if is_number(cell)), "#1")
+        theirs = next((k for k, cell in enumerate(layout.body[0][1][: len(layout.names)]) if is_number(cell)), 0)
         several = len(missing) > 1
-        pair = f'{missing[0]} = "its name here", ...' if several else f'{missing[0]} = "{theirs[:20]}"'
+        pair = f'{missing[0]} = "its name here", ...' if several else f'{missing[0]} = "{layout.key(theirs)}"'
         mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
@@ -271,7 +277,7 @@ def _unit(layout: _Layout, k: int, by_key: str, column: str) -> str:
     units = sorted(layout.units[k] | others)
     if len(units) == 1 and measured_by(units[0]) == measured:
         return units[0]
-    some, name = units_like(wanted)[:3], layout.names[k][:20]
+    some, name = units_like(wanted)[:3], layout.key(k)
     keys = ", or ".join(column.removesuffix(wanted) + unit for unit in some[1:])
     words = f'columns = {{ {column} = "{name}" }}, or {keys},'
     if measured in ("temperature", "length"):
@@ -324,8 +330,8 @@ def _table(layout: _Layout, assigned: Mapping[str, tuple[int, str]], times: Sequ
     own = {c: layout.names[k] for c, (k, _) in assigned.items()}
     used = {*times, *(k for k, _ in assigned.values())}
     left = tuple(name for k, name in enumerate(layout.names) if k not in used and any(layout.column(k)))
-    words += "".join(f"; {name[:24]} is {c}" for c, name in own.items() if plain_name(c) != plain_name(name))
-    words += f"; left out: {', '.join(name[:24] for name in left)}" if left else ""
+    words += "".join(f"; {brief_name(name)} is {c}" for c, name in own.items() if plain_name(c) != plain_name(name))
+    words += f"; left out: {', '.join(map(brief_name, left))}" if left else ""
     return CsvTable(
         source=layout.place,
         header=tuple(cells),
