@@ -66,7 +66,7 @@ def sections(lines: list[str]) -> dict[str, list[str]]:
     current: list[str] = []
     expected: tuple[str, ...] = HEAD
     for number, line in enumerate(lines):
-        for tag in expected:
+        for tag in expected if line[:1] == "/" else ():
             after = line[len(tag) + 1 : len(tag) + 2]
             if line[: len(tag) + 1].upper() == "/" + tag and not (
                 after.isascii() and (after.isalnum() or after == "_")
@@ -163,15 +163,10 @@ def speed_of(text: str) -> str:
     if text[:2].upper() == "R[" or text[:3].upper() == "AR[":
         ends = [i + 1 for i, c in enumerate(text) if c == "]"]
     else:
-        i = 0
-        while i < len(text) and text[i] in ".0123456789":
-            i += 1
-        if i:
-            ends = [i]
+        number = len(text) - len(text.lstrip(".0123456789"))
+        ends = [number] if number else []
     for end in ends:
-        unit_at = end
-        while text[unit_at : unit_at + 1] in tuple(BLANKS):
-            unit_at += 1
+        unit_at = len(text) - len(text[end:].lstrip(BLANKS))
         for unit in UNITS:
             if text[unit_at : unit_at + len(unit)].lower() == unit:
                 return text[: unit_at + len(unit)]
@@ -204,24 +199,25 @@ def positions(lines: list[str]) -> dict[int, Position]:
     for line in lines:
         text = line
         while text := text.strip(" \t,;\f\v"):
+            word = text[:2].upper()
             if not inside:
                 number, name, text = opening(text)
                 position, inside, group = Position(name), True, None
                 by_number[number] = position
             elif text[0] == "}":
                 inside, text = False, text[1:]
-            elif text[:2].upper() == "GP":
+            elif word == "GP":
                 number_text, _, text = text[2:].partition(":")
                 group = position.groups.setdefault(int(number_text), Group())
             elif group is None:  # values that no group was named for
                 group = position.groups.setdefault(0, Group())
-            elif text[:2].upper() == "UF":
+            elif word == "UF":
                 value, text = after_mark(text[2:], ":")
                 group.uf = None if value.upper() == "F" else int(value)
-            elif text[:2].upper() == "UT":
+            elif word == "UT":
                 value, text = after_mark(text[2:], ":")
                 group.ut = None if value.upper() == "F" else int(value)
-            elif text[:6].upper() == "CONFIG":
+            elif word == "CO" and text[:6].upper() == "CONFIG":
                 _, group.config, text = text.split("'", 2)
             else:
                 axis, _, text = text.partition("=")
@@ -234,8 +230,7 @@ def positions(lines: list[str]) -> dict[int, Position]:
                 group.axes[axis] = None if "*" in value else float(value)
                 for unit in ("mm", "deg"):
                     if text[: len(unit)].lower() == unit:
-                        is_first = any(group is first for first in first_groups(position))  # two may be equal
-                        turning = axis in "WPR" or (axis in FIRST_JOINTS and is_first)
+                        turning = axis in "WPR" or (axis in FIRST_JOINTS and is_of_first(position, group))
                         if unit == ("mm" if turning else "deg" if axis in "XYZ" else ""):
                             raise ValueError(f"{axis} in {unit}")
                         text = text[len(unit) :]
@@ -243,9 +238,9 @@ def positions(lines: list[str]) -> dict[int, Position]:
     return by_number
 
 
-def first_groups(position: Position) -> list[Group]:
-    """Group 1, and values that no group was named for."""
-    return [group for number, group in position.groups.items() if number <= 1]
+def is_of_first(position: Position, group: Group) -> bool:
+    """Whether it is group 1, or values that no group was named for; two may be equal."""
+    return any(group is one for number, one in position.groups.items() if number <= 1)
 
 
 def opening(text: str) -> tuple[int, str, str]:
@@ -268,10 +263,8 @@ def after_mark(text: str, mark: str) -> tuple[str, str]:
     if text[:1] != mark:
         raise ValueError(f"{mark} is missing: {text!r}")
     text = text[1:].strip(BLANKS)
-    i = 0
-    while text[i : i + 1] in tuple("F+-.*0123456789"):
-        i += 1
-    return text[:i], text[i:].strip(BLANKS)
+    rest = text.lstrip("F+-.*0123456789")
+    return text[: len(text) - len(rest)], rest.strip(BLANKS)
 
 
 # Driving ---------------------------------------------------------------------------------------------------------

@@ -39,10 +39,10 @@ def in_code(what, file, *edits, path="everything"):
 
 #: what an audit must see at least, on a shipped path
 ASKED = (
-    in_robot_file("cte doubled", ("cte_um_m_K = 11.25", "cte_um_m_K = 22.5"), path="optic_raster"),
-    in_robot_file("rise of j3 doubled", ("rise_K = 13", "rise_K = 26"), path="optic_raster"),
-    in_code("exponent's sign", NODES, ("** self.exponent", "** -self.exponent"), path="optic_raster"),
-    in_robot_file("J2/J3 coupling removed", ("[0, 1, 1, 0, 0, 0]", "[0, 0, 1, 0, 0, 0]"), path="optic_raster"),
+    in_robot_file("cte doubled", ("cte_um_m_K = 11.25", "cte_um_m_K = 22.5"), path="line_x"),
+    in_robot_file("rise of j3 doubled", ("rise_K = 13", "rise_K = 26"), path="line_x"),
+    in_code("exponent's sign", NODES, ("** self.exponent", "** -self.exponent"), path="line_x"),
+    in_robot_file("J2/J3 coupling removed", ("[0, 1, 1, 0, 0, 0]", "[0, 0, 1, 0, 0, 0]"), path="line_x"),
     in_code(
         "sign of P in reader and writer",
         ROTATIONS,

@@ -15,6 +15,7 @@ from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
+from compgen.pipelines.uncertainty.model_form import CONFIRMED
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.kinematics import flange_pose
 from compgen.thermal import JointMotion
@@ -106,7 +107,8 @@ def flown_pose(job: Job, geometry: Geometry, rise: Array) -> Pose:
 
     What the controller's motion does beside the path is that of the execution: it is known from the text alone.
     """
-    actual = twin_of(job).actual_pose(geometry.theta, rise, lambda share: None)
+    twin = replace(twin_of(job), confirmed=CONFIRMED)
+    actual = twin.actual_pose(geometry.theta, rise, lambda share: None)
     led = geometry.prepared.led
     return actual if led is None else led.moved(actual, slice(0, len(rise)))
 
