@@ -80,7 +80,11 @@ def length_or_angle(table: Mapping[str, Any], name: str, key: str, path: str) ->
     """
     value = table.get(name)
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) < LARGEST:
-        reason = "missing; add it" if value is None else f"{brief_value(value)} is not a length or angle"
+        reason = (
+            f"missing; add {name} = 0 or its value"
+            if value is None
+            else f"{brief_value(value)} is not a length or angle"
+        )
         raise InputError(f"{path}: {key}.{name}: {reason}")
     return float(value)
 

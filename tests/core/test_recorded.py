@@ -119,13 +119,21 @@ def test_a_number_by_either_decimal_sign(cell, point, comma):
     assert (number_text(cell, "."), number_text(cell, ",")) == (point, comma)
 
 
-@pytest.mark.parametrize("line", ["// Units: Inches", "Units;inch", "Length unit: in", "Coordinates in inches"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("// Units: Inches", "Units;inch", "Length unit: in", "Coordinates in inches", "Einheit : Zoll"),
+        "Coordinate System: Cartesian; Units: Inches, Degrees",
+    ],
+)
 def test_a_unit_that_a_line_above_the_header_says_is_read_and_contradicts_another(tmp_path, line):
     file = written(tmp_path, f"Survey of a dish\n{line}\nName;X;Y;Z\nP1;1,5;0,25;3\nP2;1,75;0,25;3\n")
     assert_allclose(column(read(file, PLACE, POINTS), "x_mm"), np.array([1.5, 1.75]) * 25.4)
     assert "has the units inch, mm; keep one" in refusal(file, PLACE, POINTS, unit="mm")
     assert "has the units inch, mm; keep one" in refusal(file, PLACE, POINTS, columns={"x_mm": "X"})
     text = file.read_text()
+    own = written(tmp_path, text.replace(line, "Units: see the drawing in inches"))
+    assert "names no unit" in refusal(own, PLACE, POINTS)  # a sentence says no unit
     own = written(tmp_path, text.replace("X;Y;Z", "X [mm];Y [mm];Z [mm]"))
     assert_allclose(column(read(own, PLACE, POINTS), "x_mm"), [1.5, 1.75])
     bare = written(tmp_path, text.replace(line, "Unit 7 of the hall"))
@@ -218,6 +226,8 @@ TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
         # a row of units and one of how each was taken
         ('"TOA5","CR1000","4.2"\n"TIMESTAMP","RECORD","J2","J3"\n"TS","RN","Deg C","Deg C"\n"","","Avg","Avg"\n'
          '"2026-11-23 06:00:00",0,20.5,1\n"2026-11-23 06:01:00",1,20.5,1\n', {}),
+        ("Units: s\n,,CH0001,CH0002\n,,J2,Hall\nDate,Time,Min,Min\n,,degF,degF\n2026/11/23,08:15:00,68.9,70\n"
+         "2026/11/23,08:16:00,68.9,70\n", {"columns": {"j2": "J2"}}),
         ('DATUM:;ZEIT:;M00: °C\n23.11.26;08:15:00;20,5\n;08:16:00;20,5\n', {"columns": {"j2": "M00"}}),
         ("Id;Datum/Uhrzeit;[1] Temp [°C];\n1;23.11.2026 08:15:00;20,5;\n2;23.11.2026 08:16:00;20,5;\n;Minimum;20,5;\n"
          ";Mittelwert;20,5;\n", {"columns": {"j2": "[1] Temp"}}),
@@ -228,6 +238,17 @@ def test_what_is_said_or_decided_by_another_row_is_read(tmp_path, text, dialect)
     assert_allclose(column(table, "j2_degC"), [20.5, 20.5], atol=1e-9)
     assert table.recorded.words
     assert len(table.columns[table.header.index("time_s")]) == 2
+
+
+def test_a_reading_that_the_logger_calls_invalid_is_missing(tmp_path):
+    rows = "".join(f"J2;22.11.2026 08:{m}:00;{value};{valid};0\n" for m, value, valid in ((15, 20, 1), (16, 99, 0)))
+    table = read(written(tmp_path, f"VarName;TimeString;VarValue;Validity;Time_ms\n{rows}"), unit="degC")
+    assert table.columns[table.header.index("j2_degC")] == ("20", "")
+
+
+def test_a_file_without_a_header_is_told_how_to_number_its_columns(tmp_path):
+    message = refusal(written(tmp_path, "P1 1200.1 0.2 500.0\nP2 1300.1 0.2 500.0\n"), PLACE, POINTS)
+    assert 'say columns = { x_mm = "#1", ... } in [log]' in message
 
 
 def test_degrees_of_a_japanese_logger_are_read(tmp_path):

@@ -11,7 +11,7 @@ _UNITS = {
     "degF": ("temperature", 5 / 9, 32.0, "f degf fahrenheit degfahrenheit degreef degreesf degreesfahrenheit"),
     "K": ("temperature", 1.0, 273.15, "k degk kelvin"),
     "mm": ("length", MM, 0.0, "mm millimeter millimeters millimetre millimetres"),
-    "inch": ("length", INCH, 0.0, 'in inch inches "'),
+    "inch": ("length", INCH, 0.0, 'in inch inches zoll "'),
     "m": ("length", 1.0, 0.0, "m meter meters metre metres"),
     "cm": ("length", 0.01, 0.0, "cm centimeter centimeters"),
     "um": ("length", UM, 0.0, "um μm micron microns micrometer micrometers"),

@@ -115,6 +115,7 @@ def _by_time(sheet: Sheet) -> Sheet:
     rows: dict[str, Row] = {}
     for line, cells in body:
         row = rows.setdefault(cells[moment], (line, [cells[moment], *[""] * len(names)]))
-        row[1][1 + names.index(cells[variable])] = cells[value]
+        is_bad = "validity" in head and cells[head.index("validity")] == "0"
+        row[1][1 + names.index(cells[variable])] = "" if is_bad else cells[value]
     header = (sheet.rows[sheet.begin - 1][0], ["time", *names])
     return sheet._replace(begin=1, rows=[header, *rows.values()])

@@ -43,8 +43,8 @@ _STATISTICS = {
     *("mean", "average", "avg", "median", "mittel", "mittelwert", "min", "minimum", "max", "maximum", "range", "rms"),
     *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "std. dev", "stdev", "stddev", "sigma"),
 }
-#: a line beside the readings that says their unit: "// Units: Inches", "Temperature unit;Fahrenheit"
-_SAYS_UNIT = re.compile(r"(?i)^\W*(?:\w+ )?(?:units?|coordinates in)\b\W*([^\W\d]+)\W*$")
+#: a line beside the readings that says their unit: "Units: Inches, Degrees", "Temperature unit;Fahrenheit"
+_SAYS_UNIT = re.compile(r"(?i).*\b(?:units?|einheit(?:en)?|coordinates in|angles?|lengths?)\b\W*(.+)$")
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
 
@@ -158,7 +158,8 @@ def read_recorded(
     if missing:
         theirs = next((k for k, cell in enumerate(layout.body[0][1][: len(layout.names)]) if is_number(cell)), 0)
         several = len(missing) > 1
-        pair = f'{missing[0]} = "its name here", ...' if several else f'{missing[0]} = "{layout.key(theirs)}"'
+        example = "its name here" if several and layout.line else layout.key(0 if several else theirs)
+        pair = f'{missing[0]} = "{example}"{", ..." * several}'
         mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
@@ -211,9 +212,10 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
 
 
 def _unit_of_all(rows: Iterable[Row]) -> set[str]:
-    """What lines that are no readings say of the unit of all."""
+    """What lines that are no readings say of the unit of all; a line of other words than units says nothing."""
     lines = (_SAYS_UNIT.match(" ".join(cells)) for _, cells in rows)
-    return {unit_named(line[1]) for line in lines if line} - {""}
+    units = [{unit_named(word) for word in re.findall(r"[^\s,;]*\w[^\s,;]*", line[1])} for line in lines if line]
+    return {unit for said in units if "" not in said for unit in said}
 
 
 def _says_more(cells: Sequence[str], above: Sequence[str]) -> bool:
@@ -274,7 +276,7 @@ def _unit(layout: _Layout, k: int, by_key: str, column: str) -> str:
     by_user, measured = unit_named(layout.dialect.unit or ""), measured_by(wanted)
     of_column = layout.units[k] or layout.unit_of_all
     others = {unit for unit in (by_key, by_user, *of_column) if unit and measured_by(unit) == measured}
-    units = sorted(layout.units[k] | others)
+    units = sorted(others or layout.units[k])  # beside degC, Min is a smallest reading
     if len(units) == 1 and measured_by(units[0]) == measured:
         return units[0]
     some, name = units_like(wanted)[:3], layout.key(k)

@@ -75,7 +75,7 @@ def _cte(thermal: sc.ThermalTable, length: str, where: str) -> float:
     if unknown := sorted(set(cte) - {p.length for p in thermal.profile}):
         raise InputError(f"{where}: thermal.cte_um_m_K.{unknown[0]}: no profile has this length")
     if length not in cte:
-        raise InputError(f"{where}: thermal.cte_um_m_K.{length}: missing; add it")
+        raise InputError(f"{where}: thermal.cte_um_m_K: {length} is missing; add {length} = 11.5 (steel)")
     return cte[length]
 
 
@@ -90,7 +90,7 @@ def network_of(
     table = thermal.network
     key = f"{where}: thermal.network"
     if table is None:
-        raise InputError(f"{key}: missing; add it, or set thermal.model = 'nodes'")
+        raise InputError(f"{key}: missing; set thermal.model = 'nodes', or see robots/ for a network")
     if len(table.body) != len(table.housing) + 1:
         raise InputError(
             f"{key}.body: {len(table.body)} bodies, {len(table.housing)} housings; a housing stands between two bodies"
