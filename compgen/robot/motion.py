@@ -92,9 +92,34 @@ class ControllerMotion:
         return replace(self, moving_averages=tuple(t * longer for t in self.moving_averages), reach=0.0)
 
     def covers(self, first: Iterable[float]) -> bool:
-        """Whether runs whose first statements last so long [s] begin as some of the log did, if there was one."""
-        begin = {RunBeginning.LONG if time > self.long else RunBeginning.SHORT for time in first}
+        """Whether runs whose first statements last so long [s] begin as some of the log did, if there was one.
+
+        Longer than the one pair of means lasts and no longer than the other is either.
+        """
+        least, most = sorted((sum((*self.moving_averages, *self.first_orders)) - SAME_TIME, self.long))
+        begin = {RunBeginning.LONG for time in first if time > least}
+        begin |= {RunBeginning.SHORT for time in first if time <= most}
         return self.evidence is None or begin <= self.evidence.runs_began
+
+    def with_other_beginnings(self, seen: "ControllerMotion") -> "ControllerMotion":
+        """With means for runs that begin as none of the log did: the logged pair and what those seen differ by.
+
+        That is for telling beforehand; ``covers`` keeps such runs from being commanded. Where the log tells no pair of
+        one beginning alone, it stays as it is.
+
+        Args:
+            seen: Of the robot's class, in runs of both beginnings.
+        """
+        began = frozenset() if self.evidence is None else self.evidence.runs_began
+        if len(began) != 1 or self.after_long or self.reach or self.space != "cartesian":
+            return self
+        if not len(self.moving_averages) == len(seen.moving_averages) == len(seen.after_long):
+            return self
+        more = 1 if RunBeginning.SHORT in began else -1
+        pairs = zip(self.moving_averages, seen.moving_averages, seen.after_long, strict=True)
+        other = tuple(max(0.0, own + more * (long - short)) for own, short, long in pairs)
+        short, long = (self.moving_averages, other) if more > 0 else (other, self.moving_averages)
+        return replace(self, moving_averages=short, after_long=long)
 
     @property
     def may_predistort(self) -> bool:

@@ -2,6 +2,7 @@
 
 import tomllib
 
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from shipped import ROOT
@@ -120,3 +121,26 @@ def test_shipped_files_expect_what_their_makers_controllers_were_seen_to_do(name
     assert (robot.expected_motion is ANY_ARM) == (maker != "FANUC")
     lengths = [sum(m.moving_averages) for m in (robot.expected_motion.lowest, robot.expected_motion.highest)]
     assert 0.208 - 1e-9 <= lengths[0] < lengths[1] <= 0.648 + 1e-9  # s: the shortest and the longest of all logs
+
+
+@pytest.mark.parametrize(
+    ("began", "logged", "short", "long"),
+    [("short", (176, 168), (176, 168), (256, 168)), ("long", (250, 170), (170, 170), (250, 170))],
+)
+def test_runs_that_begin_as_no_logged_one_did_are_foretold_by_what_those_of_the_class_differ_by(
+    began, logged, short, long
+):
+    """The shipped file has 176 + 168 ms, and 256 + 168 after a long line: 80 ms more."""
+    means, identified = (
+        f"motion.moving_average_ms={list(logged)}",
+        IDENTIFIED.replace("{", "{{").replace("}", ", runs_began={}}}"),
+    )
+    known = motion(means, identified.format(f'"{began}"'), "motion.enabled=true")
+    for first, windows in ((0.0, short), (2.0, long)):
+        of_run = known.in_run(first)
+        assert_allclose(of_run.moving_averages, np.array(windows) / 1000)
+        assert of_run.may_predistort is ((first > 0) == (began == "long"))
+    between = (sum(short) + sum(long)) / 2000  # [s] neither surely short nor surely long
+    assert not known.in_run(between).may_predistort
+    both = motion(means, identified.format('"both"'), "motion.enabled=true")
+    assert both.in_run(2.0).moving_averages == both.in_run(0.0).moving_averages

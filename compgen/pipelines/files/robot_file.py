@@ -259,11 +259,9 @@ def _nominal(facts: RobotFile, where: str) -> Robot:
     robot = robot_from_tables(
         facts.name, facts.dh, facts.pendant, facts.limits, facts.singularity, facts.controller, where
     )
-    return replace(
-        robot,
-        motion=motion_of(facts.motion, facts.name, where),
-        expected_motion=expected_motion_of(facts.expected_motion, where),
-    )
+    motion, seen = motion_of(facts.motion, facts.name, where), expected_motion_of(facts.expected_motion, where)
+    motion = None if motion is None else motion.with_other_beginnings(seen.expected)
+    return replace(robot, motion=motion, expected_motion=seen)
 
 
 def _silence(facts: RobotFile) -> Iterator[Finding]:

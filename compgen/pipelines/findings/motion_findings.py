@@ -197,7 +197,8 @@ def motion_words(motion: ControllerMotion) -> str:
         if times:
             parts.append(f"{what}{'s' if len(times) > 1 else ''} of {' and '.join(f'{t / MS:g}' for t in times)} ms")
     where = " in joints" if motion.space == "joint" else ""
-    return (" and ".join(parts) or "no smoothing") + where
+    long = f", after a long line {' and '.join(f'{t / MS:g}' for t in motion.after_long)}" if motion.after_long else ""
+    return (" and ".join(parts) or "no smoothing") + where + long
 
 
 def _um(value: float) -> str:
