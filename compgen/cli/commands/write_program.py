@@ -5,13 +5,12 @@ from pathlib import Path
 from compgen.cli.output_files.publish import write_file
 from compgen.core.exceptions import InputError
 from compgen.core.toml import brief_value
-from compgen.fanuc import LsProgram, dumps
 from compgen.report.notebook.arguments import File, file_name
 from compgen.report.notebook.jobs import GeneratedProgram
-from compgen.report.notebook.programs import CorrectedProgram
+from compgen.report.notebook.programs import AnyProgram, bytes_of
 
 
-def write_program(program: LsProgram | GeneratedProgram | CorrectedProgram | bytes, file: File) -> None:
+def write_program(program: AnyProgram | GeneratedProgram, file: File) -> None:
     """Write a program, whole or not at all; a file of that name is replaced.
 
     Args:
@@ -28,14 +27,11 @@ def write_program(program: LsProgram | GeneratedProgram | CorrectedProgram | byt
 
 def _text(program: object) -> bytes:
     """The bytes of a program."""
-    if isinstance(program, bytes):
-        return program
-    if isinstance(program, LsProgram):
-        return dumps(program)
     if isinstance(program, GeneratedProgram):
         if len(program.programs) > 1:
             raise InputError(f"program: it has {len(program.programs)} files; write each of program.programs instead")
         return program.text
-    if isinstance(program, CorrectedProgram):
-        return program.text
-    raise InputError(f"program: {brief_value(program)} is no program; give what compgen.read_program returns")
+    content = bytes_of(program)
+    if content is None:
+        raise InputError(f"program: {brief_value(program)} is no program; give what compgen.read_program returns")
+    return content

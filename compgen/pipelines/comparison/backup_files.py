@@ -3,11 +3,11 @@
 import json
 from pathlib import Path
 
-from compgen import fanuc
-from compgen.core.exceptions import InputError, naming_file
+from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.fanuc.comparison import ComparedProgram, compare_programs, not_there
 from compgen.pipelines.correct.program_file import read_program
+from compgen.pipelines.files.program_course import listing_of
 from compgen.program.pages import MANIFEST_SUFFIX
 
 BINARY = "is a binary .TP; save it as ASCII: SELECT or FILE > SAVE AS .LS, FILE > BACKUP > ASCII Programs, or PrintTP"
@@ -51,12 +51,7 @@ def verify_backup(written: str, backup: str) -> list[ComparedProgram]:
 def _compare(written: Path, backup: Path) -> ComparedProgram:
     if backup.exists() and written.samefile(backup):
         raise InputError(f"{backup}: it is the file that was written; give what the controller saved")
-    programs = []
-    for path in (written, backup):
-        content = read_program(str(path))
-        with naming_file(str(path)):
-            programs.append(fanuc.loads(content))
-    return compare_programs(*programs)
+    return compare_programs(*(listing_of(read_program(str(path)), str(path)) for path in (written, backup)))
 
 
 def _written_files(written: str) -> list[Path]:

@@ -1,7 +1,7 @@
 """The positions that the programs of an output command, as their texts print them, and how far points are from them."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -17,8 +17,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.fanuc import LsProgram, loads
 from compgen.pipelines.comparison.outputs import Output, naming_damage
+from compgen.pipelines.files.program_course import listing_of
 from compgen.program.pages import MANIFEST_SUFFIX
 
 SPACING = 1e-3  # [m] of the marks by which segments of a path are looked up
@@ -53,7 +53,7 @@ def commanded_positions(output: Output) -> Commanded | None:
         file = output.folder / name
         if not file.is_file():
             return None
-        texts.append((_read(file, checksum, output.file.name), first))
+        texts.append((listing_of(_read(file, checksum, output.file.name), str(file)), first))
     if not texts:
         return None
     parts = [(program.positions, first) for program, first in texts]
@@ -61,7 +61,8 @@ def commanded_positions(output: Output) -> Commanded | None:
     value = np.concatenate([p.value[:, _POSE] for p, _ in parts])
     _, rows = np.unique(number, return_index=True)  # pages share the position at which one ends and the next begins
     w, p, r = value[rows, 3:].T * DEG
-    vias = [p[0] + first - 1 for program, first in texts for letter, p in _statements(program) if letter == "C"]
+    motions = [(program.motions, first - 1) for program, first in texts]
+    vias = [p[0] + n for m, n in motions for letter, p in zip(m.letter, m.position, strict=True) if letter == "C"]
     return Commanded(number[rows], value[rows, :3] * MM, from_wpr(w, p, r), np.isin(number[rows], vias))
 
 
@@ -114,10 +115,6 @@ def distance_to_path(points: Array, path: Array) -> Array:
     return distance
 
 
-def _statements(program: LsProgram) -> Iterator[tuple[str, tuple[int, ...]]]:
-    return zip(program.motions.letter, program.motions.position, strict=True)
-
-
 def _files(output: Output) -> list[tuple[str, int, str | None]]:
     """Name of each text with positions, the number that its P[1] has in the undivided program, and its sha256."""
     record = output.record
@@ -144,14 +141,11 @@ def _corrected_file(folder: Path, checksum: str) -> list[str]:
     return [file.name for file in (same or named)[:1]]
 
 
-def _read(file: Path, checksum: str | None, report: str) -> LsProgram:
+def _read(file: Path, checksum: str | None, report: str) -> bytes:
     try:
         content = read_regular(file)
     except OSError as failure:
         raise InputError(f"{file}: cannot be read: {failure.strerror}; put it back") from None
     if checksum is not None and sha256(content).hexdigest() != checksum:
         raise InputError(f"{file}: it is not the program that {report} is of: edited since; run its command anew")
-    try:
-        return loads(content)
-    except InputError as failure:
-        raise InputError(f"{file}: {failure}") from None
+    return content

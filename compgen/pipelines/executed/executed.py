@@ -13,8 +13,7 @@ from compgen.core.files import PROVENANCE
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.json_text import read_record
-from compgen.fanuc.listing.listing import loads
-from compgen.pipelines.files.program_course import course_of_text
+from compgen.pipelines.files.program_course import course_of_text, listing_of
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
 from compgen.robot.robot import Robot
@@ -46,7 +45,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
     Raises:
         InputError: Not a program.
     """
-    program = loads(content)
+    program = listing_of(content, file)
     checksum = sha256(content).hexdigest()
     inputs = next((r.removeprefix(INPUTS).strip() for r in program.remarks if r.startswith(INPUTS)), None)
     folder, findings, planned = Path(file).parent, list[Finding](), None

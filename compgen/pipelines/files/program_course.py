@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compgen.core.arrays import Array, BoolArray, IntArray, step_lengths
-from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.exceptions import CompgenError, InputError, naming_file
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import PERCENT
 from compgen.fanuc.analysis.called_programs import called_programs
@@ -38,6 +38,12 @@ from compgen.verification.twin.timing import time_program
 SHORTEST = 1e-9  # m
 CNT = re.compile(r"CNT\s*(\d+)", re.IGNORECASE)
 SLOWER = re.compile(rb"CNT\s*(?!100\b)\d+", re.IGNORECASE)  # of a text of lines that is not compgen's: they wait
+
+
+def listing_of(content: bytes, file: str) -> LsProgram:
+    """A program's listing; what is refused of it names its file."""
+    with naming_file(file):
+        return loads(content)
 
 
 def course_of_text(

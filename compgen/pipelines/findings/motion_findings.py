@@ -178,10 +178,9 @@ def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tupl
     if effect.expected is not None:
         origin, size = BASIS[effect.expected.evidence], (effect.lowest, effect.highest)
     else:
-        origin = (
-            f"computed for this path: {motion_words(effect.motion)}, as [motion] has it"
-            f"{' of runs that begin otherwise' if effect.motion.unlogged else ''}"
-        )
+        by = "by [motion] and how [expected_motion]'s differ" if effect.motion.unlogged else "as [motion] has it"
+        otherwise = " of runs that begin otherwise" if effect.motion.unlogged else ""
+        origin = f"computed for this path: {motion_words(effect.motion)}, {by}{otherwise}"
         size = 0.0, effect.largest
     expected = None if effect.known else effect.largest
     return tuple(

@@ -11,7 +11,7 @@ from compgen.core.exceptions import RESULT, InputError, naming_file, refuse_chan
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
-from compgen.fanuc import LsProgram, loads
+from compgen.fanuc import LsProgram
 from compgen.pipelines import correct as pipeline
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.program_file import (
@@ -23,6 +23,7 @@ from compgen.pipelines.correct.program_file import (
 )
 from compgen.pipelines.correct.program_file import read_program as read_bytes
 from compgen.pipelines.correct.result import options_of
+from compgen.pipelines.files.program_course import listing_of
 from compgen.report.correction import (
     FIGURES,
     correction_columns,
@@ -64,9 +65,7 @@ def read_program(file: File) -> LsProgram:
         InputError: It cannot be read, or is no program listing.
     """
     name = file_name(file, "file", PROGRAM)
-    content = read_bytes(name)
-    with naming_file(name):
-        return loads(content)
+    return listing_of(read_bytes(name), name)
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
@@ -147,6 +146,7 @@ class CorrectedProgram:
 
 
 refuse_changes(CorrectedProgram, *RESULT)
+AnyProgram = LsProgram | CorrectedProgram | bytes
 
 
 def correct(
@@ -243,14 +243,22 @@ def _typed(table: object, key: str, mend: str) -> str | None:
 
 def _listing(program: object) -> tuple[str | None, bytes]:
     """The file of a program, if it has one, and its bytes."""
-    if isinstance(program, LsProgram):
-        return None, program.source
-    if isinstance(program, bytes):
-        return None, program
+    content = bytes_of(program)
+    if content is not None:
+        return None, content
     if isinstance(program, str) and "\n" in program:
         raise InputError(f"program: {brief_value(program)}: a listing as text; give its bytes, or its file's name")
     name = file_name(program, "program", PROGRAM)
     return name, read_bytes(name)
+
+
+def bytes_of(program: object) -> bytes | None:
+    """The bytes of a program that has been read or corrected; None for a file's name, or what is none."""
+    if isinstance(program, LsProgram):
+        return program.source
+    if isinstance(program, CorrectedProgram):
+        return program.text
+    return program if isinstance(program, bytes) else None
 
 
 def _no_program(name: str) -> bytes | None:
