@@ -69,23 +69,22 @@ def pose_values(table: Any, key: str, path: str, also: Sequence[str] = ()) -> li
         raise InputError(f"{path}: {key}: must be a table with {', '.join(POSE_KEYS)}")
     if unknown := sorted(set(table) - {*POSE_KEYS, *also}):
         raise InputError(f"{path}: {key}.{unknown[0]:.40}: unknown key; known: {', '.join((*also, *POSE_KEYS))}")
-    return [length_or_angle(table, name, key, path) for name in POSE_KEYS]
+    values = [length_or_angle(table, name, key, path) for name in POSE_KEYS if name in table]
+    if missing := [name for name in POSE_KEYS if name not in table]:
+        added = ", ".join(f"{name} = 0" for name in missing)
+        raise InputError(f"{path}: {key}: {', '.join(missing)}: missing; add {added}, or what the controller shows")
+    return values
 
 
 def length_or_angle(table: Mapping[str, Any], name: str, key: str, path: str) -> float:
     """A number of a table, below ``LARGEST``.
 
     Raises:
-        InputError: It is missing, or not such a number; names file and key.
+        InputError: It is not such a number; names file and key.
     """
-    value = table.get(name)
+    value = table[name]
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) < LARGEST:
-        reason = (
-            f"missing; add {name} = 0 or its value"
-            if value is None
-            else f"{brief_value(value)} is not a length or angle"
-        )
-        raise InputError(f"{path}: {key}.{name}: {reason}")
+        raise InputError(f"{path}: {key}.{name}: {brief_value(value)} is not a length or angle")
     return float(value)
 
 

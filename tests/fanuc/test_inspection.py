@@ -291,7 +291,7 @@ def test_a_backup_whose_numbers_are_not_a_controllers_is_refused(old, new, word,
 
 @pytest.mark.parametrize(
     ("text", "word"),
-    [("[uframe.0]\n", "uframe.0"), ("[uframe.1]\nx_mm=1\n", "uframe.1.y_mm: missing"),
+    [("[uframe.0]\n", "uframe.0"), ("[uframe.1]\nx_mm=1\n", "z_mm, w_deg, p_deg, r_deg: missing; add y_mm = 0, "),
      ("[frame.1]\n", "frame: unknown key"),
      ("[utool.1]\nx=1\n", "utool.1.x: unknown key"), ("[utool.1]\nx_mm='a'\n", "utool.1.x_mm"), ("x", "not TOML")],
 )  # fmt: skip

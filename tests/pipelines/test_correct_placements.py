@@ -479,7 +479,7 @@ def test_registers_of_a_controllers_backup(end, tmp_path):
 
 
 BAD_REGISTERS = [
-    ("[pr.0]\nx_mm=0\n", "pr.0"), ("[pr.5]\nx_mm=0\n", "y_mm: missing"), ("[p.5]\n", "unknown key"), ("pr=3\n", "pr"),
+    ("[pr.0]\nx_mm=0\n", "pr.0"), ("[pr.5]\nx_mm=0\n", "add y_mm = 0"), ("[p.5]\n", "unknown key"), ("pr=3", "pr"),
     ("[pr.5]\nx=0\n", "pr.5.x"), ("[pr.5\n", "not TOML"),
 ]  # fmt: skip
 

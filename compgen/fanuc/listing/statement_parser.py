@@ -118,7 +118,7 @@ class StatementParser:
             move.options = match[1].decode("latin-1")
             at = take_targets(data, move, match.end(), limit)
         if not move.target:
-            raise InputError(f"program: line {number}: the target of this move is not understood; mend it")
+            raise InputError(f"program: line {number}: target or speed of this move is not understood; mend it")
         if any(position_number(data, move, i) > LARGEST_NUMBER for i in range(len(move.target))):
             raise InputError(f"program: line {number}: no position has a number above {LARGEST_NUMBER}; mend it")
         if move.letter != "C" or len(move.target) > 1:
