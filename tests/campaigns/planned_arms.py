@@ -5,9 +5,10 @@ python tests/campaigns/planned_arms.py --seeds 0:20 --without-runs  without the 
 python tests/campaigns/planned_arms.py --seeds 0:20 --table         only the table of what is in the journal
 
 The arms of ``wider_arm.py`` with half the waviness and play of either sign that is run through linearly, over a width
-of each joint's own, 4 to 150 mdeg. 60 poses x 3 reflectors and the runs, as the command chooses them; 8 um of
-repeatability, 6 um of the instrument, 1 % wild, no log; masses declared to 10 %. The part's frame from touched spheres.
-Errors as found in that frame, by the text as written, without repeatability: what the robot file leaves.
+of each joint's own, 4 to 150 mdeg and no less than it loses, as no joint turns back while its motor goes on. 60 poses x
+3 reflectors and the runs, as the command chooses them; 8 um of repeatability, 6 um of the instrument, 1 % wild, no log;
+masses declared to 10 %. The part's frame from touched spheres. Errors as found in that frame, by the text as written,
+without repeatability: what the robot file leaves.
 """
 
 import csv
@@ -52,7 +53,7 @@ class PlannedArm(TrueArm):
         rng = np.random.default_rng([self.seed, 41])
         self.law, self.play_law = "play", "one size"
         self.play = rng.choice([-1, 1]) * np.abs(rng.normal(0, [12, 8, 8, 30, 20, 15])) * ARCSEC
-        self.width = np.exp(rng.normal(np.log(25), 0.9, 6)).clip(4, 150) * MDEG
+        self.width = np.maximum(np.exp(rng.normal(np.log(25), 0.9, 6)).clip(4, 150) * MDEG, self.play)
         size, order, phase = self.ripples_of_space
         self.ripples_of_space = size / 2, order, phase
 
