@@ -208,13 +208,11 @@ def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
         if not isinstance(source, Expanding) or _is_warm_measured(cell, source) or warmth.expansion is None:
             continue
         rows = {n: parameters.at(k, e.field, e.index) for n, e in source.expansions().items()}
-        unit = np.zeros(len(parameters.entries))
-        unit[list(rows.values())] = 1.0
-        quantities.append(Quantity("cte", "cte", replace(nothing, parameters=unit), warmth.expansion))
+        units = np.eye(len(parameters.entries))
+        together = replace(nothing, parameters=units[list(rows.values())].sum(axis=0))
+        quantities.append(Quantity("cte", "cte", together, warmth.expansion))
         for length, limits in warmth.growth.items():
-            unit = np.zeros(len(parameters.entries))
-            unit[rows[length]] = 1.0
-            cause = replace(nothing, parameters=unit)
+            cause = replace(nothing, parameters=units[rows[length]])
             quantities.append(Quantity(f"profile of {length}", "profile shape", cause, limits))
     return quantities
 
@@ -293,13 +291,12 @@ def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:
 
 def _of_tool(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
     """Where the TCP is in the flange."""
-    quantities = []
-    for axis, row, sigma in zip("xyz", parameters.tool(), job.tool.sigma, strict=True):
-        if sigma:
-            values = np.zeros(len(parameters.entries))
-            values[row] = sigma
-            quantities.append(Quantity(f"tool {axis}", "tool", replace(nothing, parameters=values)))
-    return quantities
+    units = np.eye(len(parameters.entries))
+    return [
+        Quantity(f"tool {axis}", "tool", replace(nothing, parameters=sigma * units[row]))
+        for axis, row, sigma in zip("xyz", parameters.tool(), job.tool.sigma, strict=True)
+        if sigma
+    ]
 
 
 def _is_warm_measured(cell: Cell, source: Source) -> bool:

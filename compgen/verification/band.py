@@ -138,15 +138,10 @@ def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: fl
     moment = sum(moments.values(), np.zeros((len(rows), 6)))
     on_part: BoolArray = weight > 0 if weight.any() else np.ones(len(rows), dtype=bool)
     lengths = weight[on_part] if weight.any() else np.ones(len(rows))
-    shares = []
-    for source, own_moment in moments.items():
-        if not own_moment.any():
-            continue
-        of_source = radius_of(own_moment)[on_part]
-        shares.append(BudgetShare(source, float(of_source.max()), rms(of_source, lengths)))
+    radii = {source: radius_of(own)[on_part] for source, own in moments.items() if own.any()}
+    shares = [BudgetShare(source, float(own.max()), rms(own, lengths)) for source, own in radii.items()]
     radius = radius_of(moment)
     touched = radius[on_part]
-    shares.sort(key=lambda share: (-share.largest, share.source))
     largest, unseen = float(touched.max()), float(np.concatenate(hidden)[on_part].max())
     return Band(
         rows=rows,
@@ -154,7 +149,7 @@ def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: fl
         radius=radius,
         largest=largest,
         p99=percentile99(touched, lengths),
-        budget=tuple(shares),
+        budget=tuple(sorted(shares, key=lambda share: (-share.largest, share.source))),
         hidden=unseen,
     )
 
@@ -171,9 +166,8 @@ def parted_by_teaching(columns: Columns, place: Array, weight: Array, scale: flo
     share, rows = rigid_share(place), np.arange(len(place))
     left = share.left(columns.column, share.motion(columns.column), place)
     stands = replace(columns, column=columns.column - left, undirected={})
-    both = (stands, replace(columns, column=left))
-    where, after = (band_of([some], rows, weight, scale).largest for some in both)
-    return where, after
+    rest = replace(columns, column=left)
+    return band_of([stands], rows, weight, scale).largest, band_of([rest], rows, weight, scale).largest
 
 
 def radius_of(moment: Array) -> Array:

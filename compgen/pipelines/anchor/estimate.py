@@ -32,12 +32,13 @@ from compgen.job.job import Job
 from compgen.job.motion_plan import COARSE
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
-from compgen.pipelines.anchor.touching import Touched, innovation_of, smooth, thermal_shift, touched
+from compgen.pipelines.anchor.touching import Touched, innovation_of, thermal_shift, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of, with_open_world
 from compgen.planning import toolpath
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
+from compgen.verification.band import field_correlation
 
 PLACES = 200
 
@@ -192,7 +193,7 @@ def _path_columns(
     G, N = columns_along(job, forecast, unknowns, path, taught)
     kappa, K, noise = forecast.cell.missing, len(forecast.rise), forecast.cell.fit.noise
     warm = kappa * thermal_shift(forecast, path.theta, job.tool.pose)[1]
-    alike = smooth(path.position, seen.actual)[:, innovation.touch]
+    alike = field_correlation(path.position, seen.actual)[:, innovation.touch]
     shared = noise**2 if seen.taught is None else 0.0
     field = alike * (np.outer(warm, kappa * seen.thermal[innovation.touch]) + shared)
     base = G[:, :, K : K + 6].reshape(3 * len(G), 6)

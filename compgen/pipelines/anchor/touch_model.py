@@ -28,9 +28,10 @@ from compgen.job.part_frame import PartFrame
 from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, columns_along, compare, estimate
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
-from compgen.pipelines.anchor.touching import ALIKE, reached, smooth, taught_rises, thermal_shift
+from compgen.pipelines.anchor.touching import ALIKE, reached, taught_rises, thermal_shift
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.program.frames import load_frames
+from compgen.verification.band import field_correlation
 
 RIDGE = 1e-9  # of the field's variance
 TINY = 1e-18  # [m^2] of a field that is none
@@ -147,11 +148,11 @@ def _field(
     kappa, noise = forecast.cell.missing, forecast.cell.fit.noise
     count = np.bincount(ways.target, minlength=len(targets.name))
     at_targets = kappa * np.bincount(ways.target, thermal, len(targets.name)) / np.maximum(count, 1)
-    alike = smooth(targets.place, targets.place)
+    alike = field_correlation(targets.place, targets.place)
     K = alike * (np.outer(at_targets, at_targets) + shared**2)
     K += RIDGE * max(float(K.max()), TINY) * np.eye(len(K))
     missed = kappa * warm
-    cross = smooth(along, targets.place) * (np.outer(missed, at_targets) + shared**2)
+    cross = field_correlation(along, targets.place) * (np.outer(missed, at_targets) + shared**2)
     share = np.asarray(np.linalg.solve(K, cross.T).T, dtype=np.float64)
     left = 3 * np.maximum(missed**2 + noise**2 - np.einsum("ms,ms->m", share, cross), 0.0)
     return share, np.asarray(K), np.asarray(left)

@@ -32,11 +32,11 @@ from compgen.pipelines.anchor.hypotheses import Innovation
 from compgen.pipelines.anchor.unknowns import Unknowns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
+from compgen.verification.band import field_correlation
 
 SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
 ALIKE = 0.5  # of the variance of play whose sense is not known: alike in all touches (one way down) [assumed]
 SEARCHED = 0.3  # [rad/m] by which a joint is through play of 0.2 deg to both sides after a search of 20 mm
-SMOOTH = 0.5  # [m] over which what the thermal physics leaves out is alike
 FAR = 10 * MM  # of a target from where it was touched: not a drift
 PROBE = 250 * MM  # no longer than that: a file in metres may have its probe in metres too
 LEAST_COORDINATES = 6
@@ -159,7 +159,7 @@ def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Inno
     e, n = seen.along, seen.touch
     play = np.einsum("ri,rij->rj", e, D[n])
     size = forecast.cell.missing * seen.thermal
-    field = smooth(seen.actual, seen.actual) * (np.outer(size, size) + noise**2)
+    field = field_correlation(seen.actual, seen.actual) * (np.outer(size, size) + noise**2)
     return Innovation(
         y=seen.y,
         H=np.einsum("ri,rix->rx", e, H[n]),
@@ -180,12 +180,6 @@ def thermal_shift(forecast: Forecast, theta: Array, tool: Pose) -> tuple[Array, 
     rise = np.broadcast_to(forecast.rise, (len(theta), len(forecast.rise)))
     warm, cold = (model.actual_pose(theta, r, NO_DIRECTION).position for r in (rise, 0 * rise))
     return warm, np.linalg.norm(warm - cold, axis=1)
-
-
-def smooth(one: Array, other: Array) -> Array:
-    """How alike what is left out is at places (M, 3) and (P, 3) [m], (M, P)."""
-    square = ((one[:, None] - other[None]) ** 2).sum(axis=2)
-    return np.asarray(np.exp(-square / (2 * SMOOTH**2)))
 
 
 def _radius(artefact: Artefact, touches: Touches) -> Array:

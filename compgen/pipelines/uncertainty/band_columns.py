@@ -250,11 +250,10 @@ def _hidden(cell: Cell, history: History, time: Array, B: Array) -> Array:
 def by_source(uncertainty: JobUncertainty) -> list[Quantity]:
     """The quantities, with a name in the budget for each: that of the source whose parameters it changes."""
     budgets = uncertainty.parameters.budgets()
-    named = []
-    for q in uncertainty.quantities:
-        source = q.source or budgets[int(np.flatnonzero(q.cause.parameters)[0])]
-        named.append(Quantity(q.name, source, q.cause, q.limits))
-    return named
+    return [
+        q if q.source else replace(q, source=budgets[int(np.flatnonzero(q.cause.parameters)[0])])
+        for q in uncertainty.quantities
+    ]
 
 
 def _turned(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray) -> Array:
