@@ -87,7 +87,7 @@ class CorrectionFunctions:
         return ca.Function("linearised", [*self._target, c, *self._state], outputs)
 
 
-@kept_with("model")
+@kept_with("robot")
 def build_correction_functions(robot: Robot, model: ErrorModel, posture: Posture, tool: Pose) -> CorrectionFunctions:
     """The functions of one robot, error model and tool; problems that share them build them once."""
     return CorrectionFunctions(robot, model, posture, tool)

@@ -54,6 +54,11 @@ class Pose:
         return cls(frozen(position), frozen(rotation))
 
     @property
+    def content(self) -> bytes:
+        """Its numbers, equal for equal poses."""
+        return self.position.tobytes() + self.rotation.tobytes()
+
+    @property
     def rotation_rows(self) -> Array:
         """The rotations row by row, as a CasADi function takes them, (N, 9)."""
         return self.rotation.reshape(-1, 9)

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, frozen
-from compgen.core.evaluation import evaluate
+from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector_expr
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
@@ -51,7 +51,12 @@ class ErrorModel:
 
 
 def build_error_model(robot: Robot, sources: Sequence[Source], nodes: int, tool: Pose) -> ErrorModel:
-    """Fold the sources over the nominal chain with a TCP in its flange."""
+    """Fold the sources over the nominal chain with a TCP in its flange, once while the arm lives."""
+    return _build(robot, tuple(sources), nodes, tool)
+
+
+@kept_with("robot")
+def _build(robot: Robot, sources: tuple[Source, ...], nodes: int, tool: Pose) -> ErrorModel:
     theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1))
     direction, travel = ca.SX.sym("direction", 6), ca.SX.sym("travel", 3)
     nominal = nominal_chain(robot, theta, tool)

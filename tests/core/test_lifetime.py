@@ -4,6 +4,7 @@ import gc
 import os
 import shutil
 import weakref
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -91,12 +92,20 @@ def test_an_owner_that_lives_on_keeps_the_last_results_only():
     assert built == [0]
 
 
+def test_an_arm_has_one_model_for_its_sources_and_a_tool_wherever_they_are_read():
+    job = load_job(path_file("line_y"))
+    tools = [job.tool.pose, Pose(job.tool.pose.position, job.tool.pose.rotation), Pose(np.zeros(3), np.eye(3))]
+    one, same, other = (build_error_model(job.robot, list(job.sources), 5, tool) for tool in tools)
+    assert one is same is not other
+    assert build_error_model(job.robot, job.sources[:-1], 5, job.tool.pose) is not one
+
+
 def test_three_hundred_models_leave_no_function_behind():
     job = load_job(path_file("line_y"))
     theta, rise = np.zeros((3, 6)), np.ones((3, 5))
 
     def use_model():
-        model = build_error_model(job.robot, job.sources, 5, job.tool.pose)
+        model = build_error_model(replace(job.robot), job.sources, 5, job.tool.pose)
         model.error(theta, rise, Pose(np.zeros((3, 3)), np.tile(np.eye(3), (3, 1, 1))))
         model.actual_pose(theta, rise)
         return weakref.ref(model), weakref.ref(model.actual), weakref.ref(model.error_function)

@@ -24,7 +24,8 @@ def kept_with(owner: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
         owner: The argument's name; an object that can be referred to weakly and is equal to itself only.
 
     Returns:
-        A decorator of functions with hashable arguments; the owner is a positional one.
+        A decorator of functions with hashable arguments; the owner is a positional one. An argument that has a
+        ``content``, as a pose, is the same as another of equal content.
     """
 
     def decorate(build: Callable[P, R]) -> Callable[P, R]:
@@ -34,7 +35,8 @@ def kept_with(owner: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
         @wraps(build)
         def get(*args: P.args, **kwargs: P.kwargs) -> R:
             results = kept.setdefault(args[place], OrderedDict())
-            key = (*args[:place], *args[place + 1 :], *sorted(kwargs.items()))
+            others = (*args[:place], *args[place + 1 :], *sorted(kwargs.items()))
+            key = tuple(getattr(argument, "content", argument) for argument in others)
             result = results.get(key, _ABSENT)
             if result is _ABSENT:
                 result = results[key] = build(*args, **kwargs)
