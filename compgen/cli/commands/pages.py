@@ -54,8 +54,9 @@ def pages(
         return Outcome(record=record, show=partial(print_lines, [line]))
     opt.check_elsewhere(program, folder / f"{parted.paged.name}.LS", "the main program")
     _put(folder, parted.files, parted.manifest, Run(Command.PAGES, parted.paged.name))
-    lines = [f"{parted.name}: {_size_text(parted.size)}: {_load_text(parted.paged)}, in {folder}"]
-    return Outcome(record=parted.files[parted.manifest], show=partial(print_lines, lines + _lines(parted.paged)))
+    loads = f"{len(parted.paged.pages)} pages in {parted.paged.load_count} loads"
+    lines = [f"{parted.name}: {_size_text(parted.size)}: {loads}, in {folder}", *_lines(parted.paged)]
+    return Outcome(record=parted.files[parted.manifest], show=partial(print_lines, lines))
 
 
 def _put(folder: Path, files: dict[str, bytes], manifest: str, run: Run) -> None:
@@ -65,10 +66,6 @@ def _put(folder: Path, files: dict[str, bytes], manifest: str, run: Run) -> None
         raise refusal(folder, f"it holds the {REPORT} of another command;")
     check_folder(folder, run, others=sorted(files.keys() - own_names))
     publish(folder, files, {}, own_names, manifest, run)
-
-
-def _load_text(paged: "PagedProgram") -> str:
-    return f"{len(paged.pages)} pages in {paged.load_count} loads"
 
 
 def _lines(paged: "PagedProgram") -> list[str]:

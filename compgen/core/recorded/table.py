@@ -239,7 +239,8 @@ def _assigned(layout: _Layout, known: Sequence[str]) -> dict[str, tuple[int, str
     named = {name_and_unit(key)[0]: (key, _index(layout, text)) for key, text in layout.dialect.columns.items()}
     unknown = next((base for base in named if base not in bases and base not in ("time", "date")), None)
     if unknown is not None:
-        raise InputError(f"{layout.table} columns: {unknown}: unknown; known: {', '.join(bases)}")
+        known_keys = ", ".join(base.replace(" ", "_") for base in bases)
+        raise InputError(f"{layout.table} columns: {unknown.replace(' ', '_')}: unknown; known: {known_keys}")
     assigned, taken = {}, {k for _, k in named.values()}
     for base, column in bases.items():
         wanted, (key, k) = name_and_unit(column)[1], named.get(base, ("", -1))

@@ -52,7 +52,7 @@ def warmup(job: Job, limit: float) -> Answer:
             state_after(job.heat, duties, air=job.history.air),
             geometry.motion,
             job.history.air,
-            _clock(duties),
+            sum(duty.duration for duty in duties),
         ).rise
         return _largest(displacement(job, geometry, rises[-1]) - displacement(job, geometry, rises[0]))
 
@@ -307,10 +307,6 @@ def _moving(job: Job) -> Duty:
     if job.history.standing.loss:
         raise InputError(f"{job.source}: before: no motion to ask about; give a [[before]] with state = 'moving'")
     return Duty("moving", job.feed, HOUR)
-
-
-def _clock(duties: tuple[Duty, ...]) -> float:
-    return sum(d.duration for d in duties)
 
 
 def _largest(vectors: Array) -> float:
