@@ -47,7 +47,7 @@ from compgen.job.anchored_start import cell_with_state  # noqa: E402
 from compgen.pipelines.anchor import anchor  # noqa: E402
 from compgen.pipelines.anchor.estimate import compare, estimate, path_places  # noqa: E402
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST  # noqa: E402
-from compgen.pipelines.anchor.touching import smooth  # noqa: E402
+from compgen.verification.band import field_correlation  # noqa: E402
 from compgen.pipelines.files.path_file import load_job  # noqa: E402
 from compgen.pipelines.files.robot_file import load_arm  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture, solve_tool  # noqa: E402
@@ -254,7 +254,7 @@ def limit_of(beside, result):
     L = G @ estimate(beside, h).gain
     rest = N @ part.N.T + (columns.field[:, keep][:, None, :] * part.along.T[None]).reshape(3 * M, -1)
     with_y = G @ P @ part.H.T + rest
-    alike = np.kron(smooth(beside.path.position, beside.path.position), np.eye(3))
+    alike = np.kron(field_correlation(beside.path.position, beside.path.position), np.eye(3))
     S = G @ P @ G.T + N @ N.T + alike * np.outer(*[np.repeat(columns.missed, 3)] * 2)
     if result.verdict != "leave it":
         S = S - with_y @ L.T - L @ with_y.T + L @ V @ L.T
