@@ -1,9 +1,22 @@
 """The table that a job prints at its end."""
 
-from compgen.cli.screen.job_table import name_list
+from compgen.cli.screen.job_table import name_list, show_outcomes
+from compgen.cli.screen.junit import JudgedPath
+from compgen.core.finding_codes import Code
 
 
 def test_many_pages_are_listed_by_their_ends():
     names = ["A.LS", "A.pages.json", *(f"A_{k:03d}.LS" for k in range(1, 107)), "report.html"]
     assert name_list(names) == "A.LS, A.pages.json, A_001.LS to A_106.LS, report.html"
     assert name_list(names[:4]) == "A.LS, A.pages.json, A_001.LS, A_002.LS"
+
+
+def test_what_a_project_gives_to_several_paths_is_said_once(capsys):
+    said = {"level": "note", "code": Code.PROJECT_FILE, "message": "cgen.toml gives bounds.max_um = 15"}
+    sizes = {"total": {"max_um": 1.0}}
+    other = said | {"code": Code.FILE_READ_AS, "message": "log.csv: read as: comma"}
+    report = {"verdict": "inside", "bounds": {}, "before": sizes, "after": sizes, "findings": [said, other]}
+    show_outcomes([JudgedPath(path, 0, 1.0, report) for path in ("a.toml", "b.toml")] + [JudgedPath("c.toml", 2, 1.0)])
+    out = capsys.readouterr().out
+    assert out.count("note: cgen.toml gives bounds.max_um = 15") == 1
+    assert "read as" not in out

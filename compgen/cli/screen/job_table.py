@@ -71,7 +71,7 @@ def _errors_table(summary: dict[str, Any]) -> Table:
 
 
 def show_outcomes(outcomes: Sequence[JudgedPath]) -> None:
-    """Print what became of each of several paths, and how many are inside."""
+    """Print what became of each of several paths, what a project's file gave them, and how many are inside."""
     console = stdout_console()
     table = Table("path", "outcome", "before max, um", "after max, um", "bound, um", "s")
     for column in table.columns[2:]:
@@ -87,6 +87,9 @@ def show_outcomes(outcomes: Sequence[JudgedPath]) -> None:
             sizes.append("" if bound is None else f"{bound:g}")
         table.add_row(Text(outcome.path), words, *sizes, f"{outcome.seconds:.1f}")
     console.print(table)
+    findings = [finding for outcome in outcomes for finding in (outcome.summary or {}).get("findings", ())]
+    of_project = {finding["message"]: finding for finding in findings if finding["code"] == Code.PROJECT_FILE}
+    print_findings(console, of_project.values(), verbose=False)
     inside = sum(outcome.code == 0 for outcome in outcomes)
     console.print(f"{inside} of {len(outcomes)} paths inside their bounds")
 
