@@ -227,10 +227,12 @@ def _pinocchio_wrist(model: pin.Model, angles: Array, offsets: Array) -> Pose:
     data = model.createData()
     wrist, placements = data.oMi[6], list(model.jointPlacements)[1:]
     rotation, position = np.empty((len(angles), 3, 3)), np.empty((len(angles), 3))
+    for joint in range(6 if len(angles) else 0):
+        placements[joint].translation = offsets[0, joint]
+    growing = np.flatnonzero((offsets != offsets[:1]).any(axis=(0, 2))).tolist()
     for m, q in enumerate(angles):
-        if m < len(offsets):
-            for placement, offset in zip(placements, offsets[m], strict=True):
-                placement.translation = offset
+        for joint in growing:
+            placements[joint].translation = offsets[m, joint]
         pin.forwardKinematics(model, data, q)
         rotation[m], position[m] = wrist.rotation, wrist.translation
     return Pose(frozen(position), frozen(rotation))
