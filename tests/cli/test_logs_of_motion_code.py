@@ -288,6 +288,11 @@ def test_a_clock_without_unit_and_joints_with_the_other_j3_are_refused_in_one_li
     if "--j3 link2" in words:
         result, report = executed(tmp_path, "--j3", "link2")
         assert report["verdict"] == "inside"
+        joints[:, 5] += 3  # the same places by a tool that is turned
+        rows = [",".join(f"{v:.4f}" for v in row) for row in np.column_stack([1e3 * time, joints]).tolist()]
+        (tmp_path / "log.csv").write_text("\n".join([head, *rows, ""]))
+        words = ["executed", "RUN.LS", "--log", "log.csv", "--robot", "mine.toml", "--j3", "link2"]
+        refused(run(*words, cwd=tmp_path), 2, "j1_deg to j6_deg", "turned by 3.0 deg", "another tool")
 
 
 @pytest.mark.parametrize("moved", [(0.2, 0, 0), (0.12, -0.12, 0)])

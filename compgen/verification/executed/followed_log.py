@@ -78,8 +78,7 @@ def follow_log(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: 
     followed = _followed(log, course, readings[0].position())
     if followed is None:
         _refuse(log, course, readings)
-    if not log.is_joints:
-        _check_orientation(course, followed, world=world)
+    _check_orientation(course, followed, robot, world=world)
     return followed
 
 
@@ -151,15 +150,23 @@ def _readings(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: b
     readings.append(Reading(f"inches, not millimetres; {mend}", lambda: plain(log.place * INCH / MM)))
     if tool:
         words = f"positions of the flange (UTOOL 0); log with UTOOL {tool}, the program's"
-        rotation = partial(_rotations, log, course, world=world)
+        rotation = partial(_rotations, log, course, robot, world=world)
         readings.append(Reading(words, lambda: (Pose(plain(log.place), rotation()) @ course.tool).position))
     return readings
 
 
 def _rotations(
-    log: PositionLog, course: ProgramCourse, rows: Any = slice(None), factor: float = 1.0, *, world: bool
+    log: PositionLog,
+    course: ProgramCourse,
+    robot: Robot,
+    rows: Any = slice(None),
+    factor: float = 1.0,
+    *,
+    world: bool,
 ) -> Array:
-    """Orientations of a Cartesian log in World, (m, 3, 3)."""
+    """Orientations of a log in World, (m, 3, 3)."""
+    if log.is_joints:
+        return np.asarray((flange_pose(robot, robot.to_theta(log.numbers[rows])) @ course.tool).rotation)
     rotation = from_wpr(*(factor * log.numbers[rows, 3:]).T)
     return rotation if world else np.asarray(course.frame.rotation @ rotation)
 
@@ -205,8 +212,8 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
     )
 
 
-def _check_orientation(course: ProgramCourse, followed: FollowedLog, *, world: bool) -> None:
-    """Raises InputError where W, P and R are not those of the program while the places are."""
+def _check_orientation(course: ProgramCourse, followed: FollowedLog, robot: Robot, *, world: bool) -> None:
+    """Raises InputError where the tool does not stand as the program has it while its places are the program's."""
     log, track, travelled = followed.log, followed.track, followed.travelled
     on = track.row[track.on]
     on = on[course.judged[course.way(track.arc[track.on])]]
@@ -217,15 +224,15 @@ def _check_orientation(course: ProgramCourse, followed: FollowedLog, *, world: b
     meant = course.rotation_at(arc)
 
     def off(factor: float) -> float:
-        turned = _rotations(log, course, some, factor, world=world)
+        turned = _rotations(log, course, robot, some, factor, world=world)
         vector = rotation_vector(np.swapaxes(meant, -1, -2) @ turned)
         return float(np.median(np.sqrt(dot(vector, vector))))
 
     away = off(1.0)
     if away <= TURNED:
         return
-    columns = f"{log.table.source}: columns w_deg to r_deg"
-    if off(1 / DEG) <= TURNED:
+    columns = f"{log.table.source}: columns {'j1_deg' if log.is_joints else 'w_deg'} to {log.columns[-1]}"
+    if not log.is_joints and off(1 / DEG) <= TURNED:
         raise InputError(f"{columns}: they fit as radians; give W, P, R in degrees")
     raise InputError(
         f"{columns}: the tool is turned by {away / DEG:.1f} deg against the program all along: another user frame than "
