@@ -1,6 +1,7 @@
 """The command that corrects a program that exists."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
@@ -16,7 +17,14 @@ from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PageP
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import outcome_words, print_lines
+from compgen.cli.screen.messages import (
+    outcome_words,
+    print_findings,
+    print_lines,
+    print_table,
+    sizes_table,
+    stdout_console,
+)
 from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
@@ -28,6 +36,8 @@ from compgen.core.json_text import read_record
 if TYPE_CHECKING:
     from compgen.pipelines.correct import Correction
     from compgen.pipelines.correct.result import Options
+
+MOST_STATEMENTS, FEW_STATEMENTS = 40, 5  # unsafe ones that are printed, asked for more and not
 
 REPORTS = ("report.html", "positions.csv")
 
@@ -136,7 +146,6 @@ def correct(
 
 def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *, force: bool, verbose: bool) -> Outcome:
     """Put the program, where it may be loaded, and its reports into their folder."""
-    from compgen.cli.screen.correction_table import show_correction
     from compgen.report.correction import correction_files
 
     written = correction.is_usable or force
@@ -195,3 +204,40 @@ def _restore(source: Path, content: bytes, folder: Path) -> Outcome:
         record={"command": Command.CORRECT, "restored": source.name, "folder": str(folder), "sha256": digest},
         show=partial(print_lines, [f"wrote the planned {source.name} to {folder}"]),
     )
+
+
+def show_correction(correction: "Correction", folder: Path, files: Iterable[str], *, verbose: bool) -> None:
+    """Print the errors, then: before and after, what is not known, what to read, what was written."""
+    from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, not_known_words
+    from compgen.report.correction import correction_summary
+
+    summary = correction_summary(correction)
+    console = stdout_console()
+    if summary["before"]:
+        table = sizes_table("error", ("before", "after"))
+        for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
+            table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values()))
+        print_table(console, f"{summary['name']} on {summary['provenance']['robot']}", table)
+    if "guaranteed" in summary:
+        console.print(guaranteed_text(summary["guaranteed"]))
+    if summary["before"]:
+        console.print(f"{before_and_after(summary)}{gain_words(summary)}")
+    console.print(f"verdict: {summary['verdict']}")
+    count = summary["positions"]
+    console.print(
+        f"{count['corrected']} positions corrected, {count['new']} new, {count['unchanged']} unchanged; "
+        f"{summary['duration_s']:.1f} s"
+    )
+    if verbose:
+        heat = summary["thermal"]
+        rises = (f"{n} {v:.2f} to {heat['end_K'][n]:.2f}" for n, v in heat["start_K"].items())
+        console.print(f"rise [K]: {', '.join(rises)}")
+    if summary["before"] and summary["band"]:
+        console.print(not_known_words(summary["band"], verbose=verbose))
+    print_findings(console, summary["findings"], verbose=verbose)
+    most = MOST_STATEMENTS if verbose else FEW_STATEMENTS
+    for statement in summary["unsafe"][:most]:
+        console.print(f"  line {statement['line']}: {statement['text']}: {statement['reason']}")
+    if len(summary["unsafe"]) > most:
+        console.print(f"  and {len(summary['unsafe']) - most} more, all in report.json")
+    console.print(f"wrote {', '.join(sorted(files))} to {folder}")

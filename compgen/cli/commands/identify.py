@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,7 +15,7 @@ from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, pa
 from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.ownership import IDENTIFIED, check_robot_files
 from compgen.cli.output_files.publish import check_names, publish
-from compgen.cli.screen.messages import print_lines
+from compgen.cli.screen.messages import print_findings, print_lines, stdout_console
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from compgen.identification.identify import Identification
     from compgen.pipelines.files.robot_file import Arm
     from compgen.pipelines.measure.identification_files import MeasurementFiles
+
+MOST_PARAMETERS = 20  # that are printed, those that move the tool most first
 
 Temperatures = Annotated[str | None, typer.Option("--temperatures", help="CSV log of the air and any of the nodes.")]
 ReferenceOption = Annotated[
@@ -192,7 +194,6 @@ def _publish(
 
 def _show(identified: "Identification", words: str, *, verbose: bool) -> None:
     """Print the fit, and what was written."""
-    from compgen.cli.screen.identification_table import show_identification
 
     show_identification(identified, verbose=verbose)
     print_lines([words])
@@ -218,7 +219,6 @@ def check_robot(
         cgen check-robot mine.toml --poses other_poses.csv
         cgen check-robot mine.toml --poses other_poses.csv --hot warm.csv --temperatures log.csv --max-um 150
     """
-    from compgen.cli.screen.identification_table import show_validation
     from compgen.identification import validation
     from compgen.pipelines.files.robot_file import load_arm
     from compgen.pipelines.measure.identification_files import identified_frames, read_measurements
@@ -239,3 +239,48 @@ def check_robot(
     outside = first_message(Level.OUTSIDE, result.findings)
     show = partial(show_validation, summary, verbose=screen.verbose)
     return Outcome(record=summary, show=show, errors=[f"outside: {outside}"] if outside else [])
+
+
+def show_identification(identified: "Identification", *, verbose: bool) -> None:
+    """Print the models tried, how well the joints were covered, the parameters, the findings and the verdict."""
+    from rich.table import Table
+
+    from compgen.report.identification import identification_summary, ladder_cells, limits_sentence
+
+    summary = identification_summary(identified)
+    console = stdout_console()
+    table = Table("model", "parameters", "effective", "held-out um", "95 %", "noise um")
+    for step in summary["ladder"]:
+        mark = " <-" if step["model"] == summary["model"] else ""
+        table.add_row(step["model"] + mark, str(step["parameters"]), *ladder_cells(step))
+    console.print(table)
+    if list(summary["kinds"]) != ["places"]:
+        rows = (f"{k['rows']} {kind}, noise {k['noise_um']:.1f} um" for kind, k in summary["kinds"].items())
+        console.print(f"measured: {'; '.join(rows)}")
+    coverage = ", ".join(f"{joint} {100 * c['share']:.0f} %" for joint, c in summary["coverage"].items())
+    console.print(f"condition {summary['condition']}; coverage of the joints: {coverage}")
+    console.print(limits_sentence(summary))
+    known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["moves_um"])
+    for p in known[:MOST_PARAMETERS]:
+        console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}, moves the tool by {p['moves_um']:.0f} um")
+    if len(known) > MOST_PARAMETERS:
+        console.print(f"and {len(known) - MOST_PARAMETERS} more, see the report")
+    print_findings(console, summary["findings"], verbose=verbose)
+    console.print(f"verdict: {summary['verdict']}")
+
+
+def show_validation(summary: dict[str, Any], *, verbose: bool) -> None:
+    """Print the errors at each target, of the nominal and of the identified arm."""
+    from rich.table import Table
+
+    console = stdout_console()
+    table = Table("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm")
+    rows = [*summary["targets"].items(), *summary["states"].items(), ("overall", summary["overall"])]
+    if summary["set_aside"]:
+        rows.append(("all rows", summary["all_rows"]))
+    for target, arms in rows:
+        for arm, errors in arms.items():
+            statistics = (f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))
+            table.add_row(target, arm, str(errors["count"]), *statistics)
+    console.print(table)
+    print_findings(console, summary["findings"], verbose=verbose)

@@ -1,5 +1,6 @@
 """The command that writes the rest of a job in pages anew, for what the robot is now."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -14,7 +15,7 @@ from compgen.cli.options.completion import complete_page_folders
 from compgen.cli.options.page_options import PageChoice, PagePlace, page_place
 from compgen.cli.output_files.marker import Run, command_in
 from compgen.cli.output_files.ownership import RESUME_FILES
-from compgen.cli.screen.messages import finding_lines, print_table, stdout_console
+from compgen.cli.screen.messages import finding_lines, print_table, sizes_table, stdout_console
 from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
@@ -22,13 +23,16 @@ from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 from compgen.core.stages import Progress
+from compgen.core.units import UM, limit_words
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from compgen.job.job import Job
     from compgen.pipelines.resume.beginning import Begun, Known
     from compgen.pipelines.resume.corrected_job import CorrectedJob
     from compgen.pipelines.resume.corrected_rest import ResumedProgram
-    from compgen.pipelines.resume.result import Resumed
+    from compgen.pipelines.resume.result import PageResult, Resumed
     from compgen.pipelines.resume.written_job import WrittenJob
 
 PagesFolder = Annotated[
@@ -187,7 +191,6 @@ def _program_anew(
 
 
 def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
-    from compgen.cli.screen.resume_table import show_resumed
     from compgen.pipelines.resume.result import Resumed
 
     if isinstance(resumed, Resumed):
@@ -197,7 +200,6 @@ def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool
 
 
 def _show_corrected(resumed: "ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
-    from compgen.cli.screen.resume_table import pages_table
     from compgen.pipelines.resume.corrected_rest import words_of
 
     console = stdout_console()
@@ -259,3 +261,48 @@ def checked_moment(date: str | None) -> str:
     except ValueError:
         raise InputError(f"--date {date!r:.40}: not a date; write it as 2026-01-31 or 2026-01-31T14:05") from None
     return date
+
+
+def pages_table(pages: Sequence["PageResult"]) -> "Table":
+    """Each page before and after."""
+    table = sizes_table("on the part, um", ("before", "after"))
+    for page in pages:
+        sides = (page.before, page.after)
+        table.add_row(page.file, *(f"{getattr(s, name) / UM:.2f}" for s in sides for name in ("max", "p99", "rms")))
+    return table
+
+
+def show_resumed(resumed: "Resumed", folder: Path, *, is_written: bool, verbose: bool) -> None:
+    """Print the pages, why, and what became of them."""
+    from compgen.report.band_words import not_known_words, rounded
+    from compgen.report.resume import band_of_resumed
+
+    console = stdout_console()
+    planned, begun = resumed.planned, resumed.begun
+    print_table(console, f"{planned.job.name} from page {resumed.from_page} on", pages_table(resumed.pages))
+    rises = ", ".join(
+        f"{name} {now:.2f} ({now - then:+.2f})"
+        for name, now, then in zip(
+            planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist(), strict=True
+        )
+    )
+    lines = [f"because {begun.why}; rise [K], and against the plan: {rises}"]
+    if resumed.join is not None:
+        join = resumed.join
+        place = "on the part" if join.on_the_part else "off the part"
+        lines.append(
+            f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
+            f"{join.beyond / UM:.2f} beyond that; start within {limit_words(resumed.starts[0].window)}"
+        )
+    largest = resumed.deviation.on_part["total"].max / UM
+    lines.append(f"with the new pages: {rounded(largest)} um left by calculation")
+    lines.append(not_known_words(band_of_resumed(resumed), verbose=verbose))
+    lines += finding_lines(resumed.findings, verbose=verbose)
+    if is_written:
+        count = len(resumed.replaced)
+        names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"
+        lines.append(f"wrote {names} anew, {resumed.written.manifest_file}, resume.html, resume.json in {folder}")
+    elif not resumed.replaced:
+        lines.append("nothing to do: the pages in the folder are these already")
+    for line in lines:
+        console.print(line)
