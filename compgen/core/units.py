@@ -21,8 +21,10 @@ FEW = 10  # hours or minutes, beside which the next unit counts
 
 
 def span_words(expected: str, least: str, most: str) -> str:
-    """A range beside what is expected, which is not said twice: ``154 to 237``, ``up to 240``."""
-    return f"up to {most}" if least == expected else f"{least} to {most}"
+    """A range beside what is expected, which is not said twice: ``154 to 237``, ``up to 240``, ``from 154``."""
+    if least == expected:
+        return f"up to {most}"
+    return f"from {least}" if most == expected else f"{least} to {most}"
 
 
 def limit_words(seconds: float) -> str:

@@ -3,8 +3,9 @@
 What to measure next: which measurements take most off a band for the work they cost, and what uses them.
 """
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any
 
@@ -27,8 +28,17 @@ MOST = 3  # steps that are named
 LEAST_TAKEN = 0.02  # of a band, that a step must take off
 
 
-def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None = None) -> dict[str, Any]:
-    """A band as JSON has it; docs/report.md has the keys. Without draws it is the linear band alone."""
+def band_record(
+    band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None = None, *, of_job: bool = True
+) -> dict[str, Any]:
+    """A band as JSON has it; docs/report.md has the keys. Without draws it is the linear band alone.
+
+    Args:
+        band: Along what was written.
+        unknown: What it leaves out.
+        draws: Flown beside it.
+        of_job: Of a path file, whose keys a measurement may go into; else of a program that exists.
+    """
     promised = None if draws is None else draws.guarantee
     budget_um = {share.source: _um(share.largest) for share in band.budget}
     return {
@@ -46,7 +56,7 @@ def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None
             }
             for row in unknown
         ],
-        "next": next_steps(_um(band.largest), budget_um),
+        "next": next_steps(_um(band.largest), budget_um, STEPS if of_job else STEPS_OF_PROGRAM),
     }
 
 
@@ -261,21 +271,28 @@ STEPS = (
     ),
     Step("a warm-up", ("bends and drift", "profile shape"), 6.0, "cgen identify ROBOT --warm-up warm.csv"),
 )  # fmt: skip
+#: for a program that exists: a key of its robot file is given to its own command, and it has no path file's keys
+STEPS_OF_PROGRAM = tuple(
+    replace(step, command=step.command.replace("generate PATH --set robot.", "correct PROGRAM --set "))
+    for step in STEPS
+    if not re.search(r"PATH --set (?!robot)", step.command)
+)
 
 
-def next_steps(p95_um: float, budget_um: dict[str, float]) -> list[dict[str, Any]]:
+def next_steps(p95_um: float, budget_um: dict[str, float], steps: Sequence[Step] = STEPS) -> list[dict[str, Any]]:
     """The steps that take most off a band an hour, and what is left with those before; sources add as squares.
 
     Args:
         p95_um: The band.
         budget_um: Its sources.
+        steps: That may be taken.
     """
     whole = sum(size**2 for size in budget_um.values()) or 1.0
 
     def left(ended: set[str]) -> float:
         return p95_um * sqrt(sum(size**2 for name, size in budget_um.items() if name not in ended) / whole)
 
-    gains = [(p95_um - left(set(step.ends)), step) for step in STEPS]
+    gains = [(p95_um - left(set(step.ends)), step) for step in steps]
     best = sorted((g for g in gains if g[0] >= LEAST_TAKEN * p95_um > 0), key=lambda g: -g[0] / g[1].hours)[:MOST]
     return [
         {

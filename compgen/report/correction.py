@@ -96,7 +96,7 @@ def band_of_correction(result: Correction) -> dict[str, Any] | None:
     poses, rise = result.plan.poses, result.plan.stations.rise
     setting = setting_of(poses.in_cell(result.plan.drive.pose[result.plan.free]), poses.tools.position, rise)
     unknown = with_motion(not_known(result.cell, result.band, setting), result.motion)
-    return band_record(result.band, unknown, result.draws)
+    return band_record(result.band, unknown, result.draws, of_job=False)
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:

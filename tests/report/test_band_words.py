@@ -136,6 +136,8 @@ def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():
     assert unknown_words(band_record(BAND, [least])) == (
         "the controller's motion (expected 154, up to 237 um, from a maker)"
     )
+    most = replace(seen, expected=237 * UM)
+    assert "(expected 237, from 154 um, " in unknown_words(band_record(BAND, [most]))
     none = replace(seen, size=(0.0, 0.04 * UM), expected=0.01 * UM)
     assert unknown_words(band_record(BAND, [none])) == "the controller's motion (below 0.1 um, from a maker)"
 

@@ -6,7 +6,7 @@ import numpy as np
 from command_line import run
 from numpy.testing import assert_allclose
 
-from compgen.report.band_words import STEPS, next_steps, next_words
+from compgen.report.band_words import STEPS, STEPS_OF_PROGRAM, next_steps, next_words
 
 #: of the shipped spiral, docs/uncertainty.md
 SPIRAL = {
@@ -52,8 +52,15 @@ def test_the_words_name_command_and_what_is_larger_than_the_band():
     assert next_words({"next": []}) == ""
 
 
+def test_a_program_that_exists_is_told_no_key_of_a_path_file():
+    steps = next_steps(44.0, SPIRAL, STEPS_OF_PROGRAM)
+    assert [s["what"] for s in steps] == ["one hot length", "sensors in one bath"]
+    assert steps[1]["command"] == "cgen correct PROGRAM --set thermal.uncertainty.sensors_K=0.1"
+    assert not any("generate" in step.command for step in STEPS_OF_PROGRAM)
+
+
 def test_every_command_exists_and_has_the_options_that_are_named():
-    for step in STEPS:
+    for step in (*STEPS, *STEPS_OF_PROGRAM):
         for name, options in re.findall(r"cgen ([a-z-]+)([^,]*)", step.command):
             shown = run(name, "--help").stdout
             assert all(option in shown for option in re.findall(r"--[a-z-]+", options)), step.command
