@@ -60,7 +60,7 @@ ASKED = (
     in_code(
         "cte left out of the band",
         "job/uncertainty",
-        ('quantities.append(Quantity("cte", "cte", replace(nothing, parameters=unit), warmth.expansion))', "pass"),
+        ('quantities.append(Quantity("cte", "cte", together, warmth.expansion))', "pass"),
         path="line_y",
     ),
     in_code(
