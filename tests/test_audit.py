@@ -13,7 +13,7 @@ from audit.__main__ import main
 from audit.curves import OffCurveError
 from audit.judge import audit
 from audit.listing import UnreadableError
-from audit_mutants import ASKED, Copy, rows_outside
+from audit_mutants import ASKED, CHANGES, Copy, rows_outside
 from command_line import run
 from shipped import ROOT
 
@@ -62,6 +62,12 @@ def test_it_agrees_with_a_path_that_has_something_of_everything(tmp_path):
     code, folder = generated(EVERYTHING, tmp_path / "out")
     assert code == 0
     assert not outside(audit(folder, EVERYTHING)[1])
+
+
+def test_every_planting_finds_its_place():
+    """A text that has moved on would end the campaign."""
+    edits = [(c.what, name, old) for c in (*ASKED, *CHANGES) for name, old, _ in c.edits]
+    assert [what for what, name, old in edits if (ROOT / name).read_text().count(old) != 1] == []
 
 
 @pytest.fixture(scope="module")

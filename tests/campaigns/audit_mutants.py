@@ -81,7 +81,7 @@ CHANGES = (
     ),
     in_code(
         "U and D exchanged in reader and writer",
-        "program/digits",
+        "program/configuration",
         ('elbow == "U"', 'elbow == "D"'),
         ("'U' if posture.up else 'D'", "'D' if posture.up else 'U'"),
     ),
@@ -106,7 +106,7 @@ CHANGES = (
     in_robot_file("reference at 100 mm/s", ("reference_feed_mm_s = 200", "reference_feed_mm_s = 100")),
     in_robot_file("no heat of standing", ("idle_fraction = 0.05", "idle_fraction = 0")),
     in_code("off taken for idle", NODES, ('if state == "off":', 'if state == "never":')),
-    in_code("duty left out", NODES, ("moving = share * motion", "moving = motion")),
+    in_code("duty left out", NODES, ("rises *= share if", "rises *= 1.0 if")),
     in_code(
         "duties in the other order",
         "job/day_plan",
@@ -115,13 +115,13 @@ CHANGES = (
     in_code("durations halved", "thermal/tables/day", ("row.duration_h * HOUR", "row.duration_h * HOUR / 2")),
     in_code(
         "tool's offset of the other sign",
-        "pipelines/files/path_file",
-        ("np.array(place) * MM", "np.array(place) * -MM"),
+        "robot/tables",
+        ("turn[:, 2]) * MM, turn)", "turn[:, 2]) * -MM, turn)"),
     ),
     in_code(
         "frame the wrong way",
         "job/part_frame",
-        ("* MM, from_wpr(*angles)[0])", "* MM, from_wpr(*angles)[0]).inverse()"),
+        ("    return PartFrame(number, place,", "    place = place.inverse()\n    return PartFrame(number, place,"),
     ),
     in_code(
         "approach from inside the part", SURFACES, ("surface[:3] + p + height * n", "surface[:3] + p - height * n")
@@ -159,7 +159,7 @@ CHANGES = (
     in_code("cm/min for mm/min", "program/speeds", ("10 * MM / MINUTE", "MM / MINUTE")),
     in_robot_file(
         "jerks doubled",
-        ("jerk_deg_s3 = [1000, 1000, 1000", "jerk_deg_s3 = [2000, 2000, 2000"),
+        ("jerk_deg_s3 = [1625, 1865, 2305", "jerk_deg_s3 = [3250, 3730, 4610"),
         path="circle_1300",
     ),
     in_code("micrometre of ten", "core/units", ("UM = 1e-6", "UM = 1e-5")),
