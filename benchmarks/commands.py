@@ -1,15 +1,12 @@
 """Commands that measure an arm, as a user starts them: processor seconds of a process from start to end."""
 
-import os
-import resource
 import statistics
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks import whole
 from benchmarks.identification import problem
 from compgen.core.units import DEG, MM
 from compgen.pipelines.files.robot_file import load_arm
@@ -48,17 +45,8 @@ def spent(cache: Path, poses: int, rounds: int) -> dict[str, float]:
 
 
 def _seconds(cache: Path, call: tuple[str, ...], rounds: int) -> float:
-    environment = {**os.environ, "XDG_CACHE_HOME": str(cache)}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    found = []
-    for _ in range(rounds):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        command = [sys.executable, "-m", "compgen", *call, "-q"]
-        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
-        if done.returncode not in (0, 1):  # a verdict is an answer, a refusal is none
-            raise RuntimeError(done.stderr)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        found.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    verdicts = (0, 1)  # no is an answer, too; a refusal is none
+    found = [whole.spent(cache, "-m", "compgen", *call, "-q", answers=verdicts)[0] for _ in range(rounds)]
     return statistics.median(found[1:] or found)
 
 

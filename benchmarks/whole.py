@@ -50,26 +50,35 @@ def runs(cache: Path, workers: int, points: int) -> tuple[float, ...]:
     return tuple(statistics.median(column) for column in zip(*rows, strict=False))
 
 
-def cold_start(cache: Path, starts: int) -> tuple[float, float]:
-    """A short job from the shell with a warm cache over importing what it stands on: processor time, elapsed time.
+def spent(cache: Path, *call: str, answers: tuple[int, ...] = (0,)) -> tuple[float, float]:
+    """Processor and elapsed seconds of a process of Python, as a user starts it.
 
-    Both as a user starts them: without this process's word on threads, and with modules kept compiled.
+    Without this process's word on threads, and with modules kept compiled.
+
+    Raises:
+        RuntimeError: It ends with another code than the answers.
     """
     own = ("_NUM_THREADS", "PYTHONDONTWRITEBYTECODE")
     environment = {name: value for name, value in os.environ.items() if not name.endswith(own)}
     environment["XDG_CACHE_HOME"] = str(cache)
+    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    done = subprocess.run([sys.executable, *call], capture_output=True, text=True, env=environment, check=False)
+    after, end = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    if done.returncode not in answers:
+        raise RuntimeError(done.stderr)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, end - begin
 
-    def spent(*call: str) -> tuple[float, float]:
-        before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        subprocess.run([sys.executable, *call], check=True, capture_output=True, env=environment)
-        after, end = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, end - begin
 
+def cold_start(cache: Path, starts: int) -> tuple[float, float]:
+    """A short job from the shell with a warm cache over importing what it stands on: processor time, elapsed time.
+
+    Both as a user starts them (``spent``).
+    """
     jobs, bases = [], []
     for n in range(starts + 1):  # in turn, so that both see the same machine; the first warms
         with tempfile.TemporaryDirectory() as folder:
-            job = spent("-m", "compgen", "generate", "paths/spiral_1300.toml", "-q", "-o", f"{folder}/o")
-        base = spent("-c", "import casadi, pinocchio, scipy")
+            job = spent(cache, "-m", "compgen", "generate", "paths/spiral_1300.toml", "-q", "-o", f"{folder}/o")
+        base = spent(cache, "-c", "import casadi, pinocchio, scipy")
         if n:
             jobs.append(job)
             bases.append(base)
