@@ -134,6 +134,7 @@ def test_a_motion_that_is_not_enabled_says_too_that_runs_begin_otherwise():
     assert finding.code == "motion.runs"
     origin = row(summary)[0]["from"]
     assert "means of 120 and 100 ms, by [motion] and how [expected_motion]'s differ of runs that begin other" in origin
+    assert "as [motion] has it of runs that begin otherwise" in row(run(MEANS, began(None))[0])[0]["from"]
 
 
 def test_straight_sweeps_begin_long_and_are_no_reason_to_command_nothing():

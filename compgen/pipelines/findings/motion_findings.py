@@ -178,9 +178,12 @@ def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tupl
     if effect.expected is not None:
         origin, size = BASIS[effect.expected.evidence], (effect.lowest, effect.highest)
     else:
-        by = "by [motion] and how [expected_motion]'s differ" if effect.motion.unlogged else "as [motion] has it"
-        otherwise = " of runs that begin otherwise" if effect.motion.unlogged else ""
-        origin = f"computed for this path: {motion_words(effect.motion)}, {by}{otherwise}"
+        by = "as [motion] has it"
+        if effect.motion.unlogged:
+            differs = evidence is not None and evidence.runs_began
+            by = "by [motion] and how [expected_motion]'s differ" if differs else by
+            by += " of runs that begin otherwise"
+        origin = f"computed for this path: {motion_words(effect.motion)}, {by}"
         size = 0.0, effect.largest
     expected = None if effect.known else effect.largest
     return tuple(
