@@ -194,7 +194,6 @@ def _publish(
 
 def _show(identified: "Identification", words: str, *, verbose: bool) -> None:
     """Print the fit, and what was written."""
-
     show_identification(identified, verbose=verbose)
     print_lines([words])
 

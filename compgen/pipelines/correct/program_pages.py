@@ -21,6 +21,7 @@ from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.join_check import check_join, check_manifest
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.correct.program_file import provenance_beside
+from compgen.pipelines.files.program_course import listing_of
 from compgen.program.page_stops import controller_capacity
 from compgen.program.pages import MANIFEST_SUFFIX, Capacity, PagedProgram, ProgramSize, manifest_json
 from compgen.robot.robot import Robot
@@ -58,8 +59,7 @@ def pages_of_program(file: str, content: bytes, robot: Robot, taken: Sequence[st
         InputError: Not a program.
         JoinError: The pages, read back, are not the program.
     """
-    with naming_file(file):
-        program = loads(content)
+    program = listing_of(content, file)
     size, capacity = program_size(program), controller_capacity(robot)
     if size.within(capacity):
         return ProgramPages(program.name, size, None, {})
