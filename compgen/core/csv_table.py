@@ -28,6 +28,8 @@ _REMARK = re.compile(r"(?m)^[ \t]*#.*$")
 _GAP = re.compile(r"(?m)(?:(?<=,)|^(?=[ \t]*,))[ \t]*(?=,|$)")
 _EMPTY_ROW = re.compile(r"(?m)^[ \t]*,[ \t,]*$")  # cells, and nothing in any
 
+Row = tuple[int, list[str]]  # its line in the file, its cells
+
 
 class CellsOf(Sequence[Sequence[str]]):
     """The cells of each column of a body of numbers, parted when somebody wants them as text."""
@@ -89,9 +91,8 @@ class CsvTable:
             InputError: A cell is empty.
         """
         words = self._cells(column)
-        for row, word in enumerate(words):
-            if not word:
-                raise InputError(f"{self.location(row, column)}: empty; fill it in, or remove the row")
+        is_empty = np.array([not word for word in words])
+        self.refuse_first(is_empty, column, lambda row: "empty; fill it in, or remove the row")
         return words
 
     def numbers(self, column: str, *, gaps: bool = False, largest: float = LARGEST) -> Array:
@@ -108,7 +109,7 @@ class CsvTable:
         if self.values is not None:
             numbers = self.values[:, self.header.index(column)].copy()
         else:
-            numbers = np.array([_float_of(cell) for cell in self._cells(column)])
+            numbers = np.array([float_of(cell) for cell in self._cells(column)])
         bad = np.isinf(numbers) if gaps else ~np.isfinite(numbers)
         self.refuse_first(bad, column, lambda row: _not_a_number(self._cells(column)[row]))
         beyond = f"is beyond {largest:g}; mend it, or remove the row"
@@ -170,20 +171,38 @@ def read_csv(
     if not rows:
         columns = f"the first line names the columns: {', '.join(required)}" if required else "give a header and rows"
         raise InputError(f"{name}: empty; {columns}")
-    header = tuple(cell.strip() for cell in rows[0][1])
-    check_header(name, rows[0][0], header, required, known)
-    body = rows[1:]
-    if not body:
+    table = table_of_rows(name, rows, required, known)
+    if not table.line:
         raise InputError(f"{name}: empty: no rows below the header; give each row a line")
-    if len(body) > most_rows:
-        raise InputError(f"{name}: {len(body)} rows are over {most_rows}; thin them")
-    for line, row in body:
-        if len(row) != len(header):
-            raise InputError(
-                f"{name}: line {line}: {len(row)} cells where the header has {len(header)}; give each column a cell"
-            )
-    cells = tuple(zip(*(row for _, row in body), strict=False))
-    return CsvTable(source=name, header=header, columns=cells, line=tuple(line for line, _ in body))
+    if len(table.line) > most_rows:
+        raise InputError(f"{name}: {len(table.line)} rows are over {most_rows}; thin them")
+    return table
+
+
+def table_of_rows(
+    source: str, rows: Sequence[Row], required: Sequence[str], known: Sequence[str] | None = None
+) -> CsvTable:
+    """The header and the rows below it; raises InputError as ``check_header``, and for a row of another length."""
+    (line, names), *body = rows
+    header = tuple(cell.strip() for cell in names)
+    check_header(source, line, header, required, known)
+    other = next(((n, len(cells)) for n, cells in body if len(cells) != len(header)), None)
+    if other is not None:
+        raise InputError(
+            f"{source}: line {other[0]}: {other[1]} cells where the header has {len(header)}; give each column a cell"
+        )
+    columns = tuple(zip(*(cells for _, cells in body), strict=True))
+    return CsvTable(source=source, header=header, columns=columns, line=tuple(n for n, _ in body))
+
+
+def ended_rows(data: bytes) -> list[Row]:
+    """The cells of each line with an end, of a file that is still being written; without remarks and empty lines."""
+    lines = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
+    return [
+        (n, [cell.strip() for cell in line.split(",")])
+        for n, line in enumerate(lines.splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
 
 
 def _all_numbers(
@@ -228,7 +247,7 @@ def read_text(source: str) -> str:
     return lines
 
 
-def _rows(source: str, text: str) -> list[tuple[int, list[str]]]:
+def _rows(source: str, text: str) -> list[Row]:
     """Rows with the line they end in, less empty ones and remarks."""
     reader = csv.reader(io.StringIO(text), strict=True)
     try:
@@ -275,7 +294,7 @@ def check_header(
         raise InputError(f"{source}: column {labels[header.index(others[0])]}: unknown; {mend}")
 
 
-def _float_of(cell: str) -> float:
+def float_of(cell: str) -> float:
     """A cell's number: NaN where it is empty, infinite where it is none."""
     if "_" in cell or not cell.isascii():  # float takes 1_0 for ten, and the digits of every alphabet
         return np.inf
@@ -304,7 +323,8 @@ def numbers_at_once(body: str, width: int) -> tuple[Array, IntArray] | None:
     if not plain.isascii() or not plain.strip() or plain.encode().translate(None, _PLAIN):
         return None
     numbers = plain
-    if _has_gaps(plain):
+    cells = f"\n{plain}\n".encode().translate(None, b" \t")
+    if any(gap in cells for gap in (b",,", b",\n", b"\n,")):
         plain = _EMPTY_ROW.sub("", plain)
         numbers = _GAP.sub("nan", plain)
     try:
@@ -316,9 +336,3 @@ def numbers_at_once(body: str, width: int) -> tuple[Array, IntArray] | None:
     if plain.rstrip("\n").count("\n") + 1 == len(values):
         return frozen(values), np.arange(len(values))
     return frozen(values), np.array([n for n, line in enumerate(plain.split("\n")) if line.strip()])
-
-
-def _has_gaps(plain: str) -> bool:
-    """Whether any cell is empty."""
-    cells = f"\n{plain}\n".encode().translate(None, b" \t")
-    return b",," in cells or b",\n" in cells or b"\n," in cells

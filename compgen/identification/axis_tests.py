@@ -46,9 +46,7 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
         [table.numbers(c, gaps=True) if table.has(c) else np.full(N, np.nan) for c in DEVIATION]
     )
     direction = table.numbers("direction")
-    bad = np.flatnonzero(np.abs(direction) != 1)
-    if len(bad):
-        raise InputError(f"{table.location(int(bad[0]), 'direction')}: {direction[bad[0]]:g} must be 1 or -1")
+    table.refuse_first(np.abs(direction) != 1, "direction", lambda n: f"{direction[n]:g} must be 1 or -1")
     if np.nanmax(np.abs(deviation), initial=0.0) > 5e4:
         raise InputError(f"{source}: columns d*_um: deviations beyond 50 mm; they are in um")
     lines, line = numbered(words_or(table, "line", "1"))
@@ -71,14 +69,13 @@ def _motion(table: CsvTable, line: IntArray, lines: tuple[str, ...], position: A
     Raises:
         InputError: A line of fewer than three rows.
     """
-    motion = np.zeros(theta.shape)
-    for k, name in enumerate(lines):
-        rows = np.flatnonzero(line == k)
-        if len(rows) < 3:
-            raise InputError(
-                f"{table.location(int(rows[0]), 'line')}: line {quote_cell(name, 'of this row')} has {len(rows)} rows; "
-                "give 3 or more"
-            )
+    motion, count = np.zeros(theta.shape), np.bincount(line)[line]
+    table.refuse_first(
+        count < 3,
+        "line",
+        lambda n: f"line {quote_cell(lines[line[n]], 'of this row')} has {count[n]} rows; give 3 or more",
+    )
+    for rows in (line == k for k in range(len(lines))):
         axis = np.linalg.svd(position[rows] - position[rows].mean(axis=0))[2][0]
         axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
         s = position[rows] @ axis
@@ -108,9 +105,6 @@ def _constant(table: CsvTable, column: str) -> float:
     if not table.has(column):
         return 0.0
     values = table.numbers(column)
-    other = np.flatnonzero(values != values[0])
-    if len(other):
-        raise InputError(
-            f"{table.location(int(other[0]), column)}: changes within the file; give each tool its own file"
-        )
+    changes = "changes within the file; give each tool its own file"
+    table.refuse_first(values != values[0], column, lambda n: changes)
     return float(values[0])

@@ -17,8 +17,8 @@ from compgen.identification.pose_files import (
     check_moving,
     check_within_limits,
     columns_together,
-    first_doubled,
     motion_directions,
+    refuse_doubled,
     relative_sigma,
     row_labels,
     words_or,
@@ -103,8 +103,7 @@ def read_distances(
 def _measured(table: CsvTable) -> Array:
     """The distances, (N,) [m]."""
     distance = table.numbers("distance_mm", largest=FARTHEST)
-    for n in np.flatnonzero(distance <= 0).tolist():
-        raise InputError(f"{table.location(n, 'distance_mm')}: {distance[n]:g} must be above 0; mend the row")
+    table.refuse_first(distance <= 0, "distance_mm", lambda n: f"{distance[n]:g} must be above 0; mend the row")
     return np.asarray(distance * MM)
 
 
@@ -152,15 +151,11 @@ def _check_two_ends(
     table: CsvTable, pose_a: IntArray, pose_b: IntArray, reflector: IntArray, other: IntArray, distance: Array
 ) -> None:
     """Raises InputError where the two ends of a row are one, or a row stands twice."""
-    same = np.flatnonzero((pose_a == pose_b) & (reflector == other))
-    if len(same):
-        raise InputError(
-            f"{table.location(int(same[0]), FAR[0])}: both ends are the same target at the same joints; mend the row"
-        )
+    is_one, one = (pose_a == pose_b) & (reflector == other), "both ends are the same target at the same joints"
+    table.refuse_first(is_one, FAR[0], lambda n: f"{one}; mend the row")
     ends = (pose_a, pose_b, reflector, other, distance)
-    doubled = first_doubled(zip(*(values.tolist() for values in ends), strict=True))
-    if doubled is not None:
-        raise InputError(f"{table.location(doubled[0])}: duplicate of line {table.line[doubled[1]]}; remove one")
+    rows = zip(*(values.tolist() for values in ends), strict=True)
+    refuse_doubled(table, rows, lambda n, line: f"duplicate of line {line}; remove one")
 
 
 def _check_measured_enough(
@@ -173,14 +168,15 @@ def _check_measured_enough(
     carried: BoolArray,
 ) -> None:
     """Raises InputError where an end has no more distances than unknowns."""
-    for s, name in enumerate(sockets):
-        count = int((place == s).sum())
-        if count <= UNKNOWNS:
-            raise InputError(
-                f"{table.location(int(np.flatnonzero(place == s)[0]))}: {quote_cell(name, 'the second end')} stands in "
-                f"the cell and is in {count} distances, which only tell where; measure more to it, or give the joints "
-                "of the second end"
-            )
+    count = np.bincount(place + 1)[place + 1]
+    table.refuse_first(
+        (count <= UNKNOWNS) & ~carried,
+        "",
+        lambda n: (
+            f"{quote_cell(sockets[place[n]], 'the second end')} stands in the cell and is in {count[n]} distances, "
+            "which only tell where; measure more to it, or give the joints of the second end"
+        ),
+    )
     for r, name in enumerate(reflectors):
         rows = (reflector == r) | (carried & (other == r))
         if rows.sum() <= UNKNOWNS:

@@ -62,7 +62,14 @@ def read_poses(
     time = None if clock_column is None else table.numbers(clock_column)
     rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
     first, pose = _poses(table, pendant, time, rows)
-    _check_duplicates(table, pose, reflector, names)
+    refuse_doubled(
+        table,
+        zip(pose.tolist(), reflector.tolist(), strict=True),
+        lambda n, line: (
+            f"duplicate of line {line}: the same pose and target {quote_cell(names[n], 'name')}; remove one, or give "
+            "times if it was measured again"
+        ),
+    )
     if not frames_known:
         _check_measured_twice(table, reflectors, reflector)
     theta = robot.to_theta(pendant[first] * DEG)
@@ -129,17 +136,14 @@ def _instrument(table: CsvTable) -> str:
     if not table.has("instrument"):
         return table.source
     names = table.words("instrument")
-    other = next((i for i, n in enumerate(names) if n != names[0]), None)
-    if other is not None:
-        raise InputError(
-            f"{table.location(other, 'instrument')}: {quote_cell(names[other])} after "
-            f"{quote_cell(names[0], 'another')}: mixed instruments have frames of their own; give each its own file, "
-            "with --poses once for each"
-        )
-    if quote_cell(names[0], "") == "":
-        raise InputError(
-            f"{table.location(0, 'instrument')}: no plain name; give one of letters, figures, '_', '.', '+' and '-'"
-        )
+    mixed = (
+        f"after {quote_cell(names[0], 'another')}: mixed instruments have frames of their own; give each its own file, "
+        "with --poses once for each"
+    )
+    is_other, plain = np.array(names) != names[0], "letters, figures, '_', '.', '+' and '-'"
+    table.refuse_first(is_other, "instrument", lambda n: f"{quote_cell(names[n])} {mixed}")
+    is_strange = np.array([not quote_cell(names[0], "")])
+    table.refuse_first(is_strange, "instrument", lambda n: f"no plain name; give one of {plain}")
     return names[0]
 
 
@@ -178,25 +182,15 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
     return np.array(first), pose
 
 
-def _check_duplicates(table: CsvTable, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
-    doubled = first_doubled(zip(pose.tolist(), reflector.tolist(), strict=True))
-    if doubled is not None:
-        n, first = doubled
-        raise InputError(
-            f"{table.location(n)}: duplicate of line {table.line[first]}: the same pose and target "
-            f"{quote_cell(names[n], 'name')}; remove one, or give times if it was measured again"
-        )
-
-
 def _check_measured_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:
-    counts = np.bincount(reflector, minlength=len(reflectors))
-    once = next((r for r, n in enumerate(counts.tolist()) if n < 2), None)
-    if once is not None:
-        i = int(np.flatnonzero(reflector == once)[0])
-        raise InputError(
-            f"{table.location(i, 'target')}: reflector {quote_cell(reflectors[once], 'of this row')} is seen once, "
-            "which only fixes where it sits; measure it at two poses or more, or remove the row"
-        )
+    table.refuse_first(
+        np.bincount(reflector)[reflector] < 2,
+        "target",
+        lambda n: (
+            f"reflector {quote_cell(reflectors[reflector[n]], 'of this row')} is seen once, which only fixes where it "
+            "sits; measure it at two poses or more, or remove the row"
+        ),
+    )
 
 
 def check_within_limits(robot: Robot, theta: Array, location: Callable[[int, int], str]) -> None:
@@ -268,10 +262,11 @@ def numbered(names: Sequence[str]) -> tuple[tuple[str, ...], IntArray]:
     return known, np.array([known.index(name) for name in names], dtype=int)
 
 
-def first_doubled(keys: Iterable[Hashable]) -> tuple[int, int] | None:
-    """The first row whose key an earlier one has, and that one."""
+def refuse_doubled(table: CsvTable, keys: Iterable[Hashable], fault: Callable[[int, int], str]) -> None:
+    """Raises InputError for the first row whose key an earlier one has; ``fault`` is told it, and the earlier line."""
     rows: dict[Hashable, int] = {}
-    return next(((n, rows[key]) for n, key in enumerate(keys) if rows.setdefault(key, n) != n), None)
+    first = np.array([rows.setdefault(key, n) for n, key in enumerate(keys)])
+    table.refuse_first(first < np.arange(len(first)), "", lambda n: fault(n, table.line[first[n]]))
 
 
 def sigmas(table: CsvTable, low: float, high: float, *, gaps: bool) -> Array:
@@ -283,10 +278,8 @@ def sigmas(table: CsvTable, low: float, high: float, *, gaps: bool) -> Array:
     if not table.has("sigma_um"):
         return np.full(len(table.line), np.nan)
     sigma = table.numbers("sigma_um", gaps=gaps)
-    for n in np.flatnonzero((sigma < low) | (sigma > high)).tolist():
-        raise InputError(
-            f"{table.location(n, 'sigma_um')}: {sigma[n]:g} must be {low:g} to {high:g} um; give one standard deviation"
-        )
+    limits = f"must be {low:g} to {high:g} um; give one standard deviation"
+    table.refuse_first((sigma < low) | (sigma > high), "sigma_um", lambda n: f"{sigma[n]:g} {limits}")
     return sigma
 
 

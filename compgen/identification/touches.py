@@ -20,9 +20,9 @@ from compgen.identification.pose_files import (
     JOINTS,
     check_within_limits,
     columns_together,
-    first_doubled,
     joints_given,
     numbers_or,
+    refuse_doubled,
     row_labels,
     sigmas,
     words_or,
@@ -40,7 +40,7 @@ CERTIFIED_AT = 20.0  # degC
 LEAST_CTE = 0.1  # um/m/K: of no material but 0; glass ceramics have less and are given as 0
 UNIT = 1e-3  # of the length of a direction
 OTHER = 0.01  # share by which a length may differ from the distance of its spheres' places
-UNITS = {"metres": 1e3, "inches": 25.4}  # in millimetres
+UNITS = {"": 1.0, "metres": 1e3, "inches": 25.4}  # in millimetres
 NEARBY = 0.05  # [m] of a place: meant is that one
 STEP = 1e-6  # [rad] of the difference quotient
 
@@ -226,18 +226,14 @@ def read_touches(
     table = read_table(source, ("target",), KNOWN)
     N = len(table.line)
     names = table.words("target")
-    for n, name in enumerate(names):
-        if name in artefact.planes and not planes:
-            raise InputError(
-                f"{table.location(n, 'target')}: '{name}' is a plane: cgen anchor takes planes, identification and "
-                "frames need spheres; leave its touches out"
-            )
-        if name not in artefact.targets:
-            raise InputError(
-                f"{table.location(n, 'target')}: {quote_cell(name)} is no sphere of {artefact.source} (known: "
-                f"{', '.join(artefact.targets)})"
-            )
-    _check_doubled(table)
+    spheres = "cgen anchor takes planes, identification and frames need spheres; leave its touches out"
+    is_plane = np.isin(names, artefact.planes) & (not planes)
+    table.refuse_first(is_plane, "target", lambda n: f"'{names[n]}' is a plane: {spheres}")
+    known = f"is no sphere of {artefact.source} (known: {', '.join(artefact.targets)})"
+    table.refuse_first(~np.isin(names, artefact.targets), "target", lambda n: f"{quote_cell(names[n])} {known}")
+    if table.has("time_s"):  # the same touch at another time counts
+        same = "the same touch at the same time_s as in line"
+        refuse_doubled(table, zip(*table.columns, strict=True), lambda n, line: f"{same} {line}; keep one")
     target = np.array([artefact.targets.index(name) for name in names])
     time = numbers_or(table, "time_s", np.arange(N, dtype=float))
     theta = _joints(table, robot, artefact, uframes)
@@ -253,17 +249,6 @@ def read_touches(
         sigma=sigmas(table, 0.1, 1e4, gaps=True) * UM,
         notes=table.notes,
     )
-
-
-def _check_doubled(table: CsvTable) -> None:
-    """Raises InputError where a touch with a time stands twice: it would count twice."""
-    if not table.has("time_s"):
-        return
-    doubled = first_doubled(zip(*(table.columns[k] for k in range(len(table.header))), strict=True))
-    if doubled is not None:
-        n, first = doubled
-        line = table.line[first]
-        raise InputError(f"{table.location(n)}: the same touch at the same time_s as in line {line}; keep one")
 
 
 def check_directions(touches: Touches, inwards: Array) -> None:
@@ -283,12 +268,8 @@ def check_directions(touches: Touches, inwards: Array) -> None:
 
 def unit_of(place: Array, known: Array) -> str:
     """The unit in which a place (3,) "in millimetres" is at one of some known ones, (S, 3) [m]; "" where it is none."""
-    if (np.linalg.norm(place - known, axis=1) < NEARBY).any():
-        return ""
-    for unit, factor in UNITS.items():
-        if (np.linalg.norm(factor * place - known, axis=1) < NEARBY).any():
-            return unit
-    return ""
+    near = (u for u, f in UNITS.items() if (np.linalg.norm(f * place - known, axis=1) < NEARBY).any())
+    return next(near, "")
 
 
 def probing_directions(robot: Robot, theta: Array, normal: Array, least: float = 1e-6) -> Array:

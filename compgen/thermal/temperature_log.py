@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.csv_table import CsvTable, read_csv
+from compgen.core.csv_table import CsvTable, Row, ended_rows, float_of, read_csv, table_of_rows
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.recorded.cells import brief_name
@@ -206,13 +206,13 @@ def _hangs_since(time: Array, value: Array) -> float | None:
 
 def _times(table: CsvTable) -> Array:
     time = table.numbers("time_s")
-    if time[0] < 0:
-        raise InputError(f"{table.location(0, 'time_s')}: {time[0]:g} is negative; begin at 0")
-    falling = np.flatnonzero(np.diff(time) <= 0)
-    if len(falling):
-        n = int(falling[0]) + 1
-        mend = "write the times with their seconds" if time[n] == time[n - 1] else "sort the log"
-        raise InputError(f"{table.location(n, 'time_s')}: {time[n]:g} after {time[n - 1]:g}: time must rise; {mend}")
+    table.refuse_first(time[:1] < 0, "time_s", lambda n: f"{time[n]:g} is negative; begin at 0")
+    mends = {True: "write the times with their seconds", False: "sort the log"}
+    table.refuse_first(
+        np.diff(time, prepend=-1.0) <= 0,
+        "time_s",
+        lambda n: f"{time[n]:g} after {time[n - 1]:g}: time must rise; {mends[bool(time[n] == time[n - 1])]}",
+    )
     return time
 
 
@@ -223,13 +223,9 @@ def _degrees(table: CsvTable, column: str, hottest: float) -> Array:
         raise InputError(
             f"{table.source}: {table.label(column)}: has no number at all; remove the column or mend the sensor"
         )
-    wrong = np.flatnonzero((values > hottest) | (values < COLDEST))
-    if len(wrong):
-        n = int(wrong[0])
-        raise InputError(
-            f"{table.location(n)}: {column} = {values[n]:g} lies outside {COLDEST:g} to {hottest:g}; mend the sensor, "
-            "or leave the cell empty"
-        )
+    outside = f"lies outside {COLDEST:g} to {hottest:g}; mend the sensor, or leave the cell empty"
+    is_outside = (values > hottest) | (values < COLDEST)
+    table.refuse_first(is_outside, "", lambda n: f"{column} = {values[n]:g} {outside}")
     return values
 
 
@@ -258,7 +254,11 @@ class GrowingLog:
 
 
 def read_growing_log(
-    source: str | Path, nodes: Sequence[str], sensors: Mapping[str, str], dialect: DialectTable = PLAIN
+    source: str | Path,
+    nodes: Sequence[str],
+    sensors: Mapping[str, str],
+    dialect: DialectTable = PLAIN,
+    data: bytes | None = None,
 ) -> GrowingLog:
     """A log so far.
 
@@ -267,84 +267,53 @@ def read_growing_log(
         nodes: Names of the model's rises.
         sensors: ``part_<n>``, or another column, to the name of a rise.
         dialect: What the path file says of it in [log]; of a logger's own form, times count from its first row.
+        data: Its bytes, where they are at hand.
 
     Raises:
         InputError: Not a readable file, or a column of no sensor.
     """
-    return growing_log(read_named(source, "the log's CSV file", MOST), str(source), nodes, sensors, dialect)
-
-
-def growing_log(
-    data: bytes, source: str, nodes: Sequence[str], sensors: Mapping[str, str], dialect: DialectTable = PLAIN
-) -> GrowingLog:
-    """``read_growing_log`` for bytes that are at hand."""
-    rows = _whole_rows(data)
-    if not rows:
-        return GrowingLog(None, 0, 0, 0.0)
-    header = rows[0][1]
-    if "time_s" not in header:
+    data = read_named(source, "the log's CSV file", MOST) if data is None else data
+    rows = ended_rows(data)
+    header = rows[0][1] if rows else []
+    if rows and "time_s" not in header:
         whole = data[: data.rfind(b"\n") + 1]
         begun = temperatures_of(_table(source, ("time_s",), nodes, sensors, dialect, whole), nodes, sensors)
         return GrowingLog(replace(begun, time=begun.time - begun.time[0]), 0, 0, 0.0)
-    at, usual, shift, last = header.index("time_s"), 0.0, 0.0, -math.inf
-    kept: list[tuple[int, list[str]]] = []
-    seen: set[tuple[str, ...]] = set()
-    left_out = gaps = 0
+    kept, left_out, shift = _in_order(rows)
+    clean = [(n, [_temperature(*cell) for cell in zip(header, cells, strict=True)]) for n, cells in kept]
+    gaps = sum(map(str.__ne__, (cell for _, row in kept for cell in row), (cell for _, row in clean for cell in row)))
+    filled = [k for k, name in enumerate(header) if any(cells[k] for _, cells in clean)]
+    names = [header[k] for k in filled]
+    if not set(names) - {"time_s", "ambient_degC"}:  # no sensor has a reading yet
+        return GrowingLog(None, left_out, gaps, shift)
+    table = table_of_rows(str(source), [(0, names), *((n, [cells[k] for k in filled]) for n, cells in clean)], ())
+    return GrowingLog(temperatures_of(table, nodes, sensors), left_out, gaps, shift)
+
+
+def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
+    """Rows below a header by rising time, how many were left out, and by how much the clock was set back in all [s]."""
+    kept, seen, left_out = list[Row](), set[tuple[str, ...]](), 0
+    usual, shift, last = 0.0, 0.0, -math.inf
     for n, cells in rows[1:]:
-        if cells == header:
+        if cells == rows[0][1]:
             continue
-        time = _number(cells[at]) if len(cells) == len(header) else math.nan
-        if not (math.isfinite(time) and time >= 0) or (time + shift <= last and tuple(cells) in seen):
+        at = rows[0][1].index("time_s")
+        time = float_of(cells[at]) if len(cells) == len(rows[0][1]) else math.nan
+        if not 0 <= time < math.inf or (time + shift <= last and tuple(cells) in seen):
             left_out += 1
             continue
         seen.add(tuple(cells))
         if time + shift <= last:
             shift = last + max(usual, LEAST_STEP) - time
-        usual, last = (time + shift - last if math.isfinite(last) else 0.0), time + shift
-        clean = [
-            repr(last) if k == at else _temperature(name, cell)
-            for k, (name, cell) in enumerate(zip(header, cells, strict=False))
-        ]
-        gaps += sum(bool(cell) and not new for cell, new in zip(cells, clean, strict=False))
-        kept.append((n, clean))
-    if not kept:
-        return GrowingLog(None, left_out, gaps, shift)
-    lines, columns = tuple(n for n, _ in kept), tuple(zip(*(cells for _, cells in kept), strict=False))
-    table = CsvTable(source=source, header=tuple(header), columns=columns, line=lines)
-    read = _with_readings(table)
-    return GrowingLog(None if read is None else temperatures_of(read, nodes, sensors), left_out, gaps, shift)
-
-
-def _whole_rows(data: bytes) -> list[tuple[int, list[str]]]:
-    """The cells of each line that has an end, with its number from 1; without remarks and empty lines."""
-    lines = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
-    return [
-        (n, [cell.strip() for cell in line.split(",")])
-        for n, line in enumerate(lines.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-
-
-def _with_readings(table: CsvTable) -> CsvTable | None:
-    """The table without columns that have no reading yet; None where no sensor has any."""
-    keep = [k for k, column in enumerate(table.columns) if any(column)]
-    names = tuple(table.header[k] for k in keep)
-    if not set(names) - {"time_s", "ambient_degC"}:
-        return None
-    return replace(table, header=names, columns=tuple(table.columns[k] for k in keep))
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell) if cell.isascii() and "_" not in cell else math.nan
-    except ValueError:
-        return math.nan
+        usual, last = (time + shift - last if kept else 0.0), time + shift
+        kept.append((n, [*cells[:at], repr(last), *cells[at + 1 :]]))
+    return kept, left_out, shift
 
 
 def _temperature(column: str, cell: str) -> str:
     """The cell, or nothing where it is no temperature that a cell can have."""
-    value = _number(cell) if cell else math.nan
-    return cell if COLDEST <= value <= (HOTTEST if column == "ambient_degC" else HOTTEST_PART) else ""
+    hottest = {"time_s": math.inf, "ambient_degC": HOTTEST}.get(column, HOTTEST_PART)
+    return cell if COLDEST <= float_of(cell) <= hottest else ""
 
 
 def readings_in_steps(values: np.ndarray, time: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

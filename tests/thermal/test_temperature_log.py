@@ -6,14 +6,14 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.thermal.tables.schema import LogTable
-from compgen.thermal.temperature_log import check_live, growing_log, read_temperature_log, readings_in_steps
+from compgen.thermal.temperature_log import check_live, read_growing_log, read_temperature_log, readings_in_steps
 
 NODES, SENSORS = ("j2", "face"), {"part_3": "j2"}
 HEAD = "time_s,ambient_degC,part_3_degC\n"
 
 
 def read(text):
-    return growing_log(text.encode() if isinstance(text, str) else text, "log.csv", NODES, SENSORS)
+    return read_growing_log("log.csv", NODES, SENSORS, data=text.encode() if isinstance(text, str) else text)
 
 
 def rows(*pairs):
@@ -63,7 +63,7 @@ def test_a_file_that_was_begun_anew_or_copied_away_is_read_from_its_own_head():
 
 
 def test_a_sensor_that_no_reading_shows_yet_is_not_there_yet():
-    log = growing_log(b"time_s,part_3_degC,face_degC\n0,21,\n10,22,\n", "log.csv", NODES, SENSORS)
+    log = read("time_s,part_3_degC,face_degC\n0,21,\n10,22,\n")
     assert log.readings is not None
     assert set(log.readings.readings) == {"j2"}
 
@@ -85,7 +85,7 @@ def test_readings_by_steps_are_medians_of_what_lies_within():
 def test_rows_that_were_written_before_are_left_out():
     rows = [f"{10 * n},2{n % 3}.{n}" for n in range(9)]
     text = "\n".join(["time_s,j3_degC", *rows[:6], *rows[2:6], rows[5], *rows[6:]]) + "\n"
-    log = growing_log(text.encode(), "log.csv", ("j3",), {})
+    log = read_growing_log("log.csv", ("j3",), {}, data=text.encode())
     assert (log.left_out, log.set_back) == (5, 0.0)
     assert log.readings is not None
     assert log.readings.time.tolist() == [10.0 * n for n in range(9)]
@@ -126,7 +126,8 @@ def test_a_loggers_own_columns_are_those_that_the_path_file_or_the_robot_file_na
 
 
 def test_a_growing_log_of_a_loggers_form_counts_from_its_first_row_and_waits_for_the_end_of_its_last():
-    log = growing_log(LOGGER.encode("cp1252") + b"22.11.2026 08:16:00;2", "log.csv", NODES, {"TC 03": "j2"})
+    data = LOGGER.encode("cp1252") + b"22.11.2026 08:16:00;2"
+    log = read_growing_log("log.csv", NODES, {"TC 03": "j2"}, data=data)
     assert log.readings is not None
     assert_allclose(log.readings.time, [0, 30])
 

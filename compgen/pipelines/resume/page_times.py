@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.csv_table import CsvTable, check_header
+from compgen.core.csv_table import CsvTable, ended_rows, table_of_rows
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 
@@ -93,26 +93,9 @@ def _whole_rows(source: str) -> CsvTable | None:
         data = read_regular(source, MOST_TABLE_BYTES)
     except OSError as failure:
         raise InputError(f"{source}: cannot be read: {failure.strerror}; give the CSV file of page starts") from None
-    text = data[: data.rfind(b"\n") + 1].decode("utf-8-sig", "replace")
-    lines = [(n, line.split(",")) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
-    if not lines:
-        return None
-    header = tuple(cell.strip() for cell in lines[0][1])
-    check_header(source, lines[0][0], header, ("time_s", "page"), KNOWN)
-    body = lines[1:]
-    for n, cells in body:
-        if len(cells) != len(header):
-            raise InputError(f"{source}: line {n}: {len(cells)} cells where the header has {len(header)}; mend the row")
-    return (
-        CsvTable(
-            source=source,
-            header=header,
-            columns=tuple(zip(*(c for _, c in body), strict=True)),
-            line=tuple(n for n, _ in body),
-        )
-        if body
-        else None
-    )
+    rows = ended_rows(data)
+    table = table_of_rows(source, rows, ("time_s", "page"), KNOWN) if rows else None
+    return table if table is not None and table.line else None
 
 
 def read_page_times(source: str | Path, duration: Sequence[float], planned: float) -> PageTimes:
