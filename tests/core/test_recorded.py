@@ -229,6 +229,11 @@ TREND = (("Temp_J2", "20,5"), ("Temp_air", "19,25"))
         ("Units: s\n,,CH0001,CH0002\n,,J2,Hall\nDate,Time,Min,Min\n,,degF,degF\n2026/11/23,08:15:00,68.9,70\n"
          "2026/11/23,08:16:00,68.9,70\n", {"columns": {"j2": "J2"}}),
         ('DATUM:;ZEIT:;M00: °C\n23.11.26;08:15:00;20,5\n;08:16:00;20,5\n', {"columns": {"j2": "M00"}}),
+        # LabVIEW's units stand above the header, Hioki's in it, below people's names; thermocouples are of kind K
+        ("Type\tK\tK\nY_Unit_Label\tDeg F\tVolts\nX_Dimension\tTime\tTime\n***End_of_Header***\t\t\n"
+         "X_Value\tTemp_0\tHall\n0.0\t68.9\t1\n60.0\t68.9\t1\n", {"columns": {"time_s": "X_Value", "j2": "Temp_0"}}),
+        ('"HIOKI LR8450","V1"\n"Comment","J2 gear","hall"\n"Range","100 C f.s.","100 C f.s."\n"Time","U1-1[°C]",'
+         '"U1-2[°C]"\n0,20.5,1\n60,20.5,1\n', {"columns": {"time_s": "#1", "j2": "J2 gear"}}),
         ("Id;Datum/Uhrzeit;[1] Temp [°C];\n1;23.11.2026 08:15:00;20,5;\n2;23.11.2026 08:16:00;20,5;\n;Minimum;20,5;\n"
          ";Mittelwert;20,5;\n", {"columns": {"j2": "[1] Temp"}}),
     ],
@@ -248,7 +253,15 @@ def test_a_reading_that_the_logger_calls_invalid_is_missing(tmp_path):
 
 def test_a_file_without_a_header_is_told_how_to_number_its_columns(tmp_path):
     message = refusal(written(tmp_path, "P1 1200.1 0.2 500.0\nP2 1300.1 0.2 500.0\n"), PLACE, POINTS)
-    assert 'say columns = { x_mm = "#1", ... } in [log]' in message
+    assert 'say columns = { x_mm = "#2", ... } in [log]' in message  # P1 is a name
+
+
+def test_of_several_clocks_the_mend_names_one_with_its_date(tmp_path):
+    text = "Date,Time,Elapsed,J2 [C]\n11/23/2026,11:59:30 PM,0:00:00,20\n11/24/2026,12:00:30 AM,0:01:00,20\n"
+    file = written(tmp_path, text)
+    assert 'columns 2 and 3 both hold times; say columns = { date = "#1", time = "#2" }' in refusal(file)
+    table = read(file, columns={"date": "#1", "time": "#2"})
+    assert np.diff(column(table, "time_s")) == 60
 
 
 def test_degrees_of_a_japanese_logger_are_read(tmp_path):
@@ -325,6 +338,10 @@ TRACKER = "".join(
     [
         ("// SpatialAnalyzer\n// AXES = CARTESIAN: X,  Y,  Z (mm)\n" + TRACKER,
          {"columns": {"x_mm": "#4", "y_mm": "#5", "z_mm": "#6"}}),
+        ("// Units: Millimeters, Degrees\n// Group  Point  X  Y  Z\n" + TRACKER.replace("Path, ", "").replace(
+            ", 02/12/25 16:56:08", "").replace(",", " "), {}),
+        ("// Coordinates in mm\n" + TRACKER.replace("Path, G1, ", "P").replace(", 02/12/25 16:56:08", "").replace(
+            ",", ""), {"columns": {"x": "#2", "y": "#3", "z": "#4"}}),  # as many words as columns are no header
         ("Name\tX [mm]\tY [mm]\tZ [mm]\tDev\n" + TRACKER.replace("Path, G1, ", "P").replace(", ", "\t"), {}),
         ("Part: dish\nUnits: mm\n\nPOINT\tX\tY\tZ\tI\tJ\tK\n" + TRACKER.replace("Path, G1, ", "P").replace(
             ", 02/12/25 16:56:08", ", 0, 0, 1").replace(", ", "\t"), {"unit": "mm"}),  # K is no unit there

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from python_calamine import CalamineError, CalamineWorkbook
 
+from compgen.core.csv_table import Row
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import is_number
 from compgen.core.recorded.times import time_of
@@ -19,8 +20,6 @@ _SEEN = 2000  # rows that say how a file is laid out
 _TREND = ("varname", "timestring", "varvalue")  # of WinCC
 _REMARK = ("#", "//", "!")
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # xlsx or ods, and xls
-
-Row = tuple[int, list[str]]  # its line in the file, its cells
 
 
 class Sheet(NamedTuple):
@@ -98,9 +97,10 @@ def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
         at = end
     while begin > 0 and worth[begin - 1] > 4 and ("t" in seen[begin - 1]) >= ("t" in seen[begin]):
         begin -= 1
-    if remarks and rows and not begin and len(remarks[-1][1]) == len(rows[0][1]):  # the header is a remark
-        line, cells = remarks[-1]
-        begin, rows = 1, [(line, [cell.strip("#/! ") for cell in cells]), *rows]
+    names = [cell.strip("#/! ") for cell in remarks[-1][1]] if remarks else []
+    names = names[names[:1] == [""] :]  # a sign that stands alone names nothing
+    if rows and not begin and len(names) == len(rows[0][1]):  # the header is a remark
+        begin, rows = 1, [(remarks[-1][0], names), *rows]
     return _by_time(Sheet(values, begin, name, rows, remarks))
 
 

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from compgen.core.csv_table import MAX_BYTES, CsvTable, Recorded, read_csv
+from compgen.core.csv_table import MAX_BYTES, CsvTable, Recorded, Row, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.finding_codes import Code, Level
@@ -28,7 +28,7 @@ from compgen.core.recorded.cells import (
     unit_named,
     units_like,
 )
-from compgen.core.recorded.sheets import Row, Sheet, kinds, sheet_of
+from compgen.core.recorded.sheets import Sheet, kinds, sheet_of
 from compgen.core.recorded.times import seconds_of, time_of
 from compgen.core.toml import Table, check, read_toml
 
@@ -45,6 +45,8 @@ _STATISTICS = {
 }
 #: a line beside the readings that says their unit: "Units: Inches, Degrees", "Temperature unit;Fahrenheit"
 _SAYS_UNIT = re.compile(r"(?i).*\b(?:units?|einheit(?:en)?|coordinates in|angles?|lengths?)\b\W*(.+)$")
+#: what a row of units above the header is called: "Unit", "Y_Unit_Label"
+_UNIT_ROW = re.compile(r"(?i)\w*(?:unit|einheit)\w*[\w ]*:?")
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
 
@@ -158,7 +160,7 @@ def read_recorded(
     if missing:
         theirs = next((k for k, cell in enumerate(layout.body[0][1][: len(layout.names)]) if is_number(cell)), 0)
         several = len(missing) > 1
-        example = "its name here" if several and layout.line else layout.key(0 if several else theirs)
+        example = "its name here" if several and layout.line else layout.key(theirs)
         pair = f'{missing[0]} = "{example}"{", ..." * several}'
         mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
@@ -193,11 +195,15 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
             f"{source}: line {other[0]}: {len(other[1])} cells where the header has {width}; give each column a cell "
             "(commas, or blanks, in cells and between them? use others)"
         )
+    above = [cells for _, cells in rows[: max(head, 0)] if _UNIT_ROW.fullmatch(cells[0])]
     units = []
     for k, name in enumerate(names):
         beside = {cells[k + 1] if k + 1 < len(cells) else "" for _, cells in body}
-        alone = [cells[k] for _, cells in rows[head + 1 : begin] if k < len(cells)] + list(beside) * (len(beside) == 1)
-        units.append({name_and_unit(name)[1], *map(unit_named, alone)} - {""})
+        under = [cells[k] for _, cells in rows[head + 1 : begin] if k < len(cells)]
+        alone = {*map(unit_named, [*under, *list(beside) * (len(beside) == 1)])}
+        of_row = {unit_named(cells[k]) for cells in above if k < len(cells)}
+        alone |= {unit for unit in of_row if measured_by(unit) == "temperature"}  # lengths and angles may be of all
+        units.append(({name_and_unit(cell)[1] for cell in (name, *under)} | alone) - {""})
     return _Layout(
         place=source,
         table=table,
@@ -304,7 +310,8 @@ def _times(layout: _Layout) -> list[int]:
     both, dates, clocks = ([k for k, kind in is_time.items() if kind == wanted] for wanted in ("dc", "d", "c"))
     several = next((some for some in (both, dates, clocks) if len(some) > 1), [])
     if several:
-        raise layout.both(several, "both hold times", "time", "keep one")
+        date = f'date = "#{dates[0] + 1}", ' if dates and several is clocks else ""
+        raise layout.both(several, "both hold times", f"{date}time", "keep one")
     return both or dates + clocks
 
 
