@@ -30,7 +30,7 @@ from compgen.pipelines.resume.resume import resume, segments_on_part
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 from compgen.program.pages import join_programs
 from compgen.thermal import Ambient, state_after, states_at
-from compgen.thermal.temperature_log import growing_log
+from compgen.thermal.temperature_log import read_growing_log
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 
@@ -161,7 +161,7 @@ def followed(day: Day, folder: Path, poll=POLL):
         known = tuple(start for start in day.times.starts if start.time <= now)
         times = replace(day.times, starts=known)
         job = day.whole.job
-        log = growing_log(until(day.log, now), "log.csv", job.heat.names, job.cell.sensors)
+        log = read_growing_log("log.csv", job.heat.names, job.cell.sensors, data=until(day.log, now))
         look = look_at(run, log, "log.csv", times, WITHIN, 0, LEAD)
         if look is None:  # before the first reading
             continue
