@@ -237,8 +237,8 @@ def questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
     if table.stepover_mm <= wide * (1 + ROUNDING):
         return ()
     message = (
-        f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm): less than one "
-        f"{kind} more fits on it; make it smaller, or mend the part's size"
+        f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm): between "
+        f"two {kind}s some of the part is left out; make it smaller, or mend the part's size"
     )
     return (Finding(Level.WARNING, Code.PATH_STEPOVER, message),)
 

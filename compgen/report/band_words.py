@@ -23,7 +23,7 @@ LISTED = 4  # sources in a sentence
 LEAST = 0.05  # of the whole, that a source must be to stand there
 LEAST_GAIN = 1.05  # times
 NAMED = 3  # of what is not measured, on the screen
-NO_BAND = "none stated (the file says of no number how well it is known)"
+NO_BAND = "not stated (the robot file gives no number a sigma)"
 MOST = 3  # steps that are named
 LEAST_TAKEN = 0.02  # of a band, that a step must take off
 
@@ -133,7 +133,9 @@ def not_known_words(record: dict[str, Any], *, verbose: bool = True) -> str:
         return words
     following, band = next_words(record) if verbose else _step_words(record["next"][0]), rounded(record["p95_um"])
     if not verbose and _larger_than_band(record):
-        return f"{words}\nMeasure next: what is larger than these {band} um; then, to make them smaller, {following}"
+        return (
+            f"{words}\nMeasure next: first what is larger than these {band} um. Then, to make them smaller: {following}"
+        )
     return f"{words}\nMeasure next, to make these {band} um smaller: {following}"
 
 

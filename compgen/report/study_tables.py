@@ -170,16 +170,16 @@ def study_json(
 def band_caveat(rows: list[Row]) -> str:
     """How far the part may be off beyond a study's numbers, or who says so."""
     bands = [row["band_um"] for row in rows if "band_um" in row]
-    beyond = "what the robot file does not know comes on top: cgen predict names it"
+    beyond = "what is not measured comes on top: cgen predict names it"
     if not bands:
-        return "all sizes are the model's; how well the files know them, and what they do not know, says cgen predict"
+        return "these sizes are the model's; cgen predict says how well they are known"
     if not max(bands):
         return f"uncertainty of the robot data: {NO_BAND}; {beyond}"
     low, high = rounded(min(bands)), rounded(max(bands))
     amount = low if low == high else f"{low} to {high}"
     sensors = [row["sensor_um"] for row in rows if "sensor_um" in row]
     unseen = f", unless a temperature sensor is off unseen (0 to {rounded(max(sensors))} um)" if sensors else ""
-    return f"the files know this to {amount} um (95 %){unseen}; {beyond}"
+    return f"uncertainty of the robot data: {amount} um (95 %){unseen}; {beyond}"
 
 
 def headline(study: Study, rows: list[Row]) -> str:

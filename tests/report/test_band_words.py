@@ -90,7 +90,7 @@ def test_a_screen_names_the_largest_and_counts_the_rest():
         "robot: b (0 to 700 um), d (0 to 55 um), c (0 to 30 um), 2 more of up to 9.0 um, 1 without a figure: " in words
     )
     assert words.splitlines()[1].startswith(
-        "Measure next: what is larger than these 41 um; then, to make them smaller, one hot length: -19 um (cgen "
+        "Measure next: first what is larger than these 41 um. Then, to make them smaller: one hot length: -19 um (cgen "
     )
     assert "log.file" not in words
     few = not_known_words(band_record(BAND, UNKNOWN), verbose=False)
@@ -145,16 +145,18 @@ def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():
 def test_without_any_uncertainty_the_sentence_says_that_there_is_no_band():
     none = replace(BAND, largest=0.0, budget=())
     assert not_known_words(band_record(none, UNKNOWN[:1])) == (
-        "Uncertainty of the robot data: none stated (the file says of no number how well it is known). Not measured "
+        "Uncertainty of the robot data: not stated (the robot file gives no number a sigma). Not measured "
         "on your robot: play (55 to 175 um)."
     )
     ((_, words),) = band_facts(band_record(none, ()))
-    assert words == "none stated (the file says of no number how well it is known)"
+    assert words == "not stated (the robot file gives no number a sigma)"
 
 
 def test_a_study_without_any_uncertainty_says_that_there_is_no_band():
-    assert band_caveat([{"band_um": 0.0}]).startswith("uncertainty of the robot data: none stated (the file says of")
-    assert band_caveat([{"band_um": 0.0}, {"band_um": 40.0}]).startswith("the files know this to 0.0 to 40 um (95 %)")
+    assert band_caveat([{"band_um": 0.0}]).startswith("uncertainty of the robot data: not stated (the robot file")
+    assert band_caveat([{"band_um": 0.0}, {"band_um": 40.0}]).startswith(
+        "uncertainty of the robot data: 0.0 to 40 um (95 %)"
+    )
 
 
 def test_small_sources_are_not_listed():

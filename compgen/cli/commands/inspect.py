@@ -125,10 +125,9 @@ def show_program(report: dict[str, Any]) -> None:
     pairs = [f"UF {f['uframe']} UT {f['utool']} ({f['positions']})".replace("-1", "F") for f in report["frames"]]
     console.print(f"frames: {', '.join(pairs) or 'none'}")
     console.print(f"postures: {', '.join(f'{k} ({n})' for k, n in report['postures'].items()) or 'none'}")
-    console.print(
-        f"path {report['path_length_mm']:.1f} mm, {report['duration_s']:.1f} s at programmed speeds; "
-        f"{report['motions_without_time']} motions without a time of their own"
-    )
+    path = f"path {report['path_length_mm']:.1f} mm, {report['duration_s']:.1f} s at programmed speeds"
+    path = path if report["path_length_mm"] else "path: its length is not known, see below"
+    console.print(f"{path}; motions without a time of their own: {report['motions_without_time']}")
     for joint, margin in report["limits"].items():
         unit = "mm" if "room_mm" in margin else "deg"
         console.print(f"{joint}: {margin['room_' + unit]:.2f} {unit} from its limit at P[{margin['position']}]")

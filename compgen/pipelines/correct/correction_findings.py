@@ -183,7 +183,9 @@ def _scope_findings(result: Correction) -> list[Finding]:
     unsafe = result.plan.scope.unsafe
     if unsafe:
         lines = sorted({u.line for u in unsafe})
-        message = f"{len(unsafe)} statements or positions are passed through untouched or cast doubt: {_lines(lines)}"
+        message = (
+            f"{len(unsafe)} statements or positions stay as they are, or put the correction in doubt: {_lines(lines)}"
+        )
         findings.append(
             Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
         )

@@ -74,7 +74,7 @@ def robot_sheet(arm: Arm) -> RobotSheet:
         obstacle = str(failure)
     findings = [*arm.input_findings]
     if not arm.nodes:
-        message = "no [thermal]: taken as a cold arm; how it warms, measurements would tell (docs/identify.md)"
+        message = "no [thermal]: taken as a cold arm; measure how it warms (docs/identify.md)"
         findings.append(Finding(Level.NOTE, Code.THERMAL_NONE, message))
     joints = [j for j in _table(other=bool(obstacle)) if _allowed(robot, j)]
     limits = np.column_stack([robot.lower - robot.pendant_zero, robot.upper - robot.pendant_zero]) / DEG

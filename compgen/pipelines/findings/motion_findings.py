@@ -76,8 +76,8 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         span = span_words(size, _um(effect.lowest), _um(effect.highest))
         message = (
             f"the controller is expected to lead the tool off this path by {size} um ({span}), {place}, by "
-            f"{BASIS[effect.expected.evidence]}; nothing is corrected for it; a quarter of it at "
-            f"{HALF / PERCENT:.0f} % override; log a run for cgen identify-motion, or drive slower"
+            f"{BASIS[effect.expected.evidence]}; nothing is corrected for it; at {HALF / PERCENT:.0f} % override it is "
+            "a quarter of that; log a run for cgen identify-motion, or drive slower"
         )
         return [Finding(level, Code.MOTION_UNKNOWN, message)]
     words = motion_words(effect.motion)
