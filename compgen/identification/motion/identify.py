@@ -188,14 +188,16 @@ def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
         InputError: The log has no motion long enough at one override.
     """
     tool, windows = run.course.tool, windows_of(run, robot)
-    for _ in range(RETIMINGS if windows else 0):
-        motion = first_motion(windows, robot, tool)
-        left = rms(residuals(windows, robot, tool, motion))
-        other = retimed(run, windows, robot, tool, motion)
-        timed = windows_of(other, robot)
-        if rms(residuals(timed, robot, tool, first_motion(timed, robot, tool))) > RETIMED * left:
+    if not windows:
+        return windows
+    motion = first_motion(windows, robot, tool)
+    for _ in range(RETIMINGS):
+        run = retimed(run, windows, robot, tool, motion)
+        timed, before = windows_of(run, robot), rms(residuals(windows, robot, tool, motion))
+        motion = first_motion(timed, robot, tool)
+        if rms(residuals(timed, robot, tool, motion)) > RETIMED * before:
             break
-        run, windows = other, timed
+        windows = timed
     return windows
 
 

@@ -314,7 +314,7 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
     curve = _smoothed(window, robot, tool, motion, commanded)
     arc = arc_lengths_of(curve)
     way = np.interp(commanded, window.time, window.arc)[:, None]
-    way = (smooth(way, period, motion, _spread(window, commanded)) if motion.is_smooth else way)[:, 0]
+    way = (smooth(way, period, motion, _spread(window, motion, commanded)) if motion.is_smooth else way)[:, 0]
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
     moved = np.column_stack([time, arc, np.gradient(arc, time)])
@@ -371,11 +371,13 @@ def _smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion
     rows = window.theta if in_joints and window.theta is not None else window.position
     if len(window.corner):
         rows = np.column_stack([np.interp(commanded, window.time, column) for column in rows.T])
-    smoothed = smooth(rows, period, motion, _spread(window, commanded)) if motion.is_smooth else rows
+    smoothed = smooth(rows, period, motion, _spread(window, motion, commanded)) if motion.is_smooth else rows
     return (flange_pose(robot, smoothed) @ tool).position if in_joints else smoothed
 
 
-def _spread(window: Window, commanded: Array) -> Array:
-    """How far the arm is spread on the motion that leads to each time of a command, (K',) [m2]."""
+def _spread(window: Window, motion: ControllerMotion, commanded: Array) -> Array | None:
+    """How far the arm is spread on the motion that leads to each time of a command, (K',) [m2]; None: no mean asks."""
+    if not motion.reach:
+        return None
     between = commanded - np.diff(commanded, prepend=commanded[0]) / 2
     return np.asarray(window.spread[np.searchsorted(window.time, between).clip(max=len(window.time) - 1)])

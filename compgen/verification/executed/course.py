@@ -170,7 +170,9 @@ def tangents_of(position: Array) -> Array:
     moving = np.flatnonzero(dot(step, step) > 0)
     if not len(moving):
         return np.tile([1.0, 0.0, 0.0], (len(step), 1))
-    return unit(step[moving[np.maximum(np.searchsorted(moving, np.arange(len(step)), side="right") - 1, 0)]])
+    way = np.full(len(step), moving[0])
+    way[moving] = moving
+    return unit(step[np.maximum.accumulate(way)])
 
 
 def arc_lengths_of(position: Array) -> Array:

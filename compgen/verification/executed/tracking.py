@@ -40,6 +40,7 @@ LEAST_COVERED = 0.02  # [m] of the course, or a hundredth of it where that is sh
 SAME_WAY = 0.75, 1.35  # way along the course over way of the log
 STEPS = 3  # along the course, from where a row is expected
 FARTHEST = 3e-3  # [m] that one of them goes
+STILL = 1e-9  # [m] by which none goes farther: all are there
 TIE = 1e-18  # m2: of two ways as near, the expected one
 NEIGHBOURS = (0, -1, 1, -2, 2)
 BLOCK = 262_144  # rows at a time
@@ -268,7 +269,9 @@ def nearest(
     for _ in range(steps):
         k = way_of(arc)
         q = nodes[k] + (arc - arc_at[k])[:, None] * tangent[k]
-        arc = np.clip(arc + np.clip(dot(points - q, tangent[k]), -FARTHEST, FARTHEST), 0.0, end)
+        before, arc = arc, np.clip(arc + np.clip(dot(points - q, tangent[k]), -FARTHEST, FARTHEST), 0.0, end)
+        if np.abs(arc - before).max(initial=0.0) < STILL:
+            break
     k = way_of(arc)
     best = np.full(len(arc), np.inf)
     best_arc, best_way, best_off = arc.copy(), k.copy(), np.zeros((len(arc), 3))

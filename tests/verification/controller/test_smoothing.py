@@ -129,3 +129,20 @@ def test_a_coarser_step_smooths_a_bend_alike(samples):
 def test_a_step_is_never_finer_than_the_period():
     assert coarser(TWO_MEANS, 0.008, 100) == 0.008
     assert coarser(ControllerMotion(moving_averages=(0.2, 0.0)), 0.008, 5) == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.013])
+def test_means_that_grow_from_line_to_line_are_those_of_each_line_and_add_up(lag):
+    """Against each line's steps smoothed over the whole time; a line's spread may come back, and lines may be short."""
+    rng = np.random.default_rng(8)
+    line = np.sort(rng.integers(0, 40, 2000))
+    spread = rng.choice(rng.uniform(0.5, 3.0, 25), 40)[line]
+    rows = np.cumsum(rng.normal(0, 1e-3, (2000, 3)), axis=0)
+    grown = ControllerMotion(moving_averages=(0.25, 0.17), reach=0.3, reach_at=2.0, lag=lag)
+    expected = rows[:1].repeat(2000, axis=0)
+    for each in np.unique(line):
+        steps = np.where((line == each)[:, None], np.diff(rows, axis=0, prepend=rows[:1]), 0.0)
+        longer = 1 + 0.3 * (spread[line == each][0] - 2.0)
+        alike = ControllerMotion(moving_averages=(0.25 * longer, 0.17 * longer), lag=lag)
+        expected += smooth(np.cumsum(steps, axis=0), 0.002, alike)
+    assert_allclose(smooth(rows, 0.002, grown, spread), expected, atol=1e-13)

@@ -45,11 +45,13 @@ def smooth(rows: Array, step: float, motion: ControllerMotion, spread: Array | N
     """
     if motion.reach and spread is not None:
         moved = np.diff(rows, axis=0, prepend=rows[:1])
-        gone = (
-            smooth(np.cumsum(np.where(spread[:, None] == each, moved, 0.0), axis=0), step, motion.on_line(each))
-            for each in np.unique(spread).tolist()
-        )
-        return np.asarray(rows[:1] + sum(gone))
+        gone, begins = np.zeros_like(moved), np.flatnonzero(np.diff(spread, prepend=np.nan))
+        for first, after in zip(begins.tolist(), [*begins[1:].tolist(), len(rows)], strict=True):
+            on_line = motion.on_line(float(spread[first]))
+            end = after + int(np.ceil(settling_time(on_line) / step)) + 2  # where nothing of it is under way
+            steps = np.concatenate([np.zeros_like(moved[:1]), moved[first:after], np.zeros_like(moved[after:end])])
+            gone[first:end] += smooth(steps, step, on_line)[1:]
+        return np.asarray(rows[:1] + np.cumsum(gone, axis=0))
     for window in motion.moving_averages:
         rows = moving_mean(rows, window / step)
     for constant in motion.first_orders:
