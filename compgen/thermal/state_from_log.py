@@ -28,6 +28,7 @@ BLOCKS = 24  # within the log
 EARLIER = 4 * HOUR  # length of the block just before it
 SAMPLES = 2000  # readings of a sensor that are used, means of what lies between
 SCATTER = 0.3  # [K] up to which a reading counts in full
+SETTLED = 1e-6  # of a reading's weight: less than a microkelvin of any rise
 CHANGE_WEIGHT = 0.1  # weight of the change from block to block
 PATTERN_WEIGHT = 0.1  # weight of a working robot's proportions
 
@@ -99,8 +100,10 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
     for _ in range(20):
         system = np.vstack([A * weight[:, None], penalty])
         solution = np.linalg.lstsq(system, np.concatenate([y * weight, np.zeros(len(penalty))]), rcond=None)[0]
-        residual = y - A @ solution
+        before, residual = weight, y - A @ solution
         weight = np.sqrt(np.minimum(1.0, SCATTER / np.maximum(np.abs(residual), 1e-9)))
+        if np.abs(weight - before).max() < SETTLED:
+            break
     trajectory = np.einsum("tsbm,bm->ts", states, solution.reshape(count, len(pattern))) + from_air
     return LogFit(trajectory[-1], log.time[0] + grid, trajectory @ heat.outputs.T)
 

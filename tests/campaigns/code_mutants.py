@@ -2,6 +2,7 @@
 
 import ast
 import copy
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,7 +99,13 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
 def library(room: str = "") -> list[Mutant]:
     """All changes of the library, or of one room."""
     files = sorted(p for p in (ROOT / "compgen" / room).rglob("*.py") if not set(p.parts) & set(LEFT_OUT))
-    return [m for p in files for m in mutants_of(p)]
+    return [m for p in files for m in mutants_of_file(p)]
+
+
+@functools.cache
+def mutants_of_file(path: Path) -> tuple[Mutant, ...]:
+    """All changes of a module, looked for once."""
+    return tuple(mutants_of(path))
 
 
 def functions_around(mutant: Mutant) -> list[int]:
