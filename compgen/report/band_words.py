@@ -104,7 +104,7 @@ def largest_unknown(record: dict[str, Any]) -> str:
 
 
 def next_words(record: dict[str, Any]) -> str:
-    """What to measure next: ``one hot length: -13 um (cgen identify ...); ...``; empty where nothing takes much off."""
+    """What to measure next: ``one hot length: -13 um (cgen generate ...); ...``; empty where nothing takes much off."""
     if not record["next"]:
         return ""
     named = "; ".join(_step_words(step) for step in record["next"])
@@ -252,7 +252,8 @@ class Step:
 STEPS = (
     Step(
         "one hot length", ("cte", ONE_SIDED), 1.0,
-        "cgen identify ROBOT --touches hot.csv --artefact two_spheres.toml --temperatures log.csv",
+        "cgen generate PATH --set robot.thermal.cte_um_m_K=12 --set 'robot.thermal.uncertainty.cte_um_m_K=[11.5,12.5]' "
+        "--set 'robot.thermal.uncertainty.growth_percent.d4=[-9,9]'",
     ),
     Step(
         "sensors in one bath", ("thermocouples",), 1.0,
@@ -265,7 +266,7 @@ STEPS = (
     Step("a sensor on every node", ("temperature log",), 2.0, "cgen generate PATH --set log.file=log.csv"),
     Step("more touches of the spheres", ("anchored state",), 1.0, "cgen plan-touches PATH, then cgen anchor"),
     Step("more touches of the part's frame", ("part's frame",), 0.5, "cgen teach-frame"),
-    Step("the tool against a gauge", ("tool",), 0.5, "cgen generate PATH --set tool.sigma_um=[5,5,5]"),
+    Step("the tool against a gauge", ("tool",), 0.5, "cgen generate PATH --set 'tool.sigma_um=[5,5,5]'"),
     Step("reversals of each joint", ("lost motion",), 2.0, "cgen plan-poses ROBOT, then cgen identify"),
     Step(
         "more poses", ("identified parameters", "geometry", "fit noise"), 4.0,
@@ -275,9 +276,9 @@ STEPS = (
 )  # fmt: skip
 #: for a program that exists: a key of its robot file is given to its own command, and it has no path file's keys
 STEPS_OF_PROGRAM = tuple(
-    replace(step, command=step.command.replace("generate PATH --set robot.", "correct PROGRAM --set "))
+    replace(step, command=step.command.replace("generate PATH", "correct PROGRAM").replace("robot.thermal", "thermal"))
     for step in STEPS
-    if not re.search(r"PATH --set (?!robot)", step.command)
+    if not re.search(r"--set '?(?!'|robot)", step.command)
 )
 
 

@@ -72,8 +72,9 @@ def test_the_sentences_say_what_is_left_what_is_not_sure_and_what_nobody_measure
         "Largest error 107.1 um before. After: 2.1 um left by calculation. Uncertainty of the robot data: 41 um "
         "(95 %), from cte 20, temperature law 13. Not measured on your robot: play (55 to 175 um); without a figure: "
         "the controller's motion.",
-        "Measure next, to make these 41 um smaller: one hot length: -19 um (cgen identify ROBOT --touches hot.csv "
-        "--artefact two_spheres.toml --temperatures log.csv); a temperature log of the day: -6.5 um (cgen generate "
+        "Measure next, to make these 41 um smaller: one hot length: -19 um (cgen generate PATH --set "
+        "robot.thermal.cte_um_m_K=12 --set 'robot.thermal.uncertainty.cte_um_m_K=[11.5,12.5]' --set "
+        "'robot.thermal.uncertainty.growth_percent.d4=[-9,9]'); a temperature log of the day: -6.5 um (cgen generate "
         "PATH --set log.file=log.csv); "
         "all of these leave 0.0 um of the band; larger than the band, so first: play",
     ]

@@ -1,13 +1,18 @@
 """What to measure next: the squares that a measurement takes out of a band, by hand, and the three that cost least."""
 
+import json
 import re
+import shlex
 
 import numpy as np
+import pytest
 from command_line import run
 from numpy.testing import assert_allclose
+from shipped import ROOT
 
 from compgen.report.band_words import STEPS, STEPS_OF_PROGRAM, next_steps, next_words
 
+LINE = ROOT / "paths" / "line_y.toml"
 #: of the shipped spiral, docs/uncertainty.md
 SPIRAL = {
     "cte": 31.0, "thermocouples": 20.0, "thermal physics missing": 17.0, "temperature law": 12.0, "air": 10.0,
@@ -45,7 +50,7 @@ def test_an_hour_counts():
 def test_the_words_name_command_and_what_is_larger_than_the_band():
     record = {"p95_um": 44.0, "next": next_steps(44.0, SPIRAL), "unknown": []}
     words = next_words(record)
-    assert words.startswith("one hot length: -13 um (cgen identify ROBOT --touches ")
+    assert words.startswith("one hot length: -13 um (cgen generate PATH --set robot.thermal.cte_um_m_K=12 --set '")
     assert words.endswith("all of these leave 19 um of the band")
     record["unknown"] = [{"what": "play", "size_um": [55, 175]}, {"what": "spindle", "size_um": [2, 5]}]
     assert next_words(record).endswith("; larger than the band, so first: play")
@@ -64,3 +69,18 @@ def test_every_command_exists_and_has_the_options_that_are_named():
         for name, options in re.findall(r"cgen ([a-z-]+)([^,]*)", step.command):
             shown = run(name, "--help").stdout
             assert all(option in shown for option in re.findall(r"--[a-z-]+", options)), step.command
+
+
+def test_what_a_hot_length_is_said_to_take_off_it_takes_off(tmp_path):
+    """By the command as printed, in a shell: what half a unit of expansion leaves open is all that is between."""
+    before, command = band(tmp_path / "before"), STEPS[0].command.replace("PATH", str(LINE))
+    promised = next(step for step in before["next"] if step["what"] == STEPS[0].what)
+    after = band(tmp_path / "after", *shlex.split(command)[3:])
+    assert before["p95_um"] - after["p95_um"] == pytest.approx(promised["takes_um"], rel=0.25)
+    assert after["budget_um"]["cte"] < before["budget_um"]["cte"] / 4
+
+
+def band(folder, *options):
+    """Of a shipped line."""
+    assert run("generate", LINE, "-o", folder, *options).returncode == 0
+    return json.loads((folder / "report.json").read_text())["band"]
