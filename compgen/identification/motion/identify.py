@@ -134,7 +134,8 @@ def identify(
         kinds: To be tried: none, and another; default all whose times are alike on every line.
     """
     _, whole = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
-    kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool, *kinds[1:]))
+    first = first_fit(windows, robot, tool, *kinds[1:])
+    kept = keeps_law(windows, robot, tool, first.motion)
     kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]
     fitted = block % HELD_OUT != HELD_OUT - 1
@@ -148,7 +149,8 @@ def identify(
     kinds = kinds or [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
     fits = []
     for k, kind in enumerate(kinds):
-        fits.append(fit_kind(kind, function, fitted, block, shares=_shares(windows, kind)))
+        start = first.numbers if kind == first.kind else None
+        fits.append(fit_kind(kind, function, fitted, block, start, _shares(windows, kind)))
         progress((k + 1) / (len(kinds) + 1))
     fits.sort(key=lambda fit: float(np.mean(fit.held_out)))
     alike = [fit for fit in fits if _as_well(fit, fits[0])]
@@ -190,24 +192,24 @@ def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
     tool, windows = run.course.tool, windows_of(run, robot)
     if not windows:
         return windows
-    motion = first_motion(windows, robot, tool)
+    motion = first_fit(windows, robot, tool).motion
     for _ in range(RETIMINGS):
         run = retimed(run, windows, robot, tool, motion)
         timed, before = windows_of(run, robot), rms(residuals(windows, robot, tool, motion))
-        motion = first_motion(timed, robot, tool)
+        motion = first_fit(timed, robot, tool).motion
         if rms(residuals(timed, robot, tool, motion)) > RETIMED * before:
             break
         windows = timed
     return windows
 
 
-def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind = FIRST) -> ControllerMotion:
+def first_fit(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind = FIRST) -> KindFit:
     """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time."""
     block = np.concatenate([w.block for w in windows])
     clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
     clear = clear if clear.any() else np.ones_like(clear)
     left, shares = partial(residuals, windows, robot, tool), _shares(windows, kind)
-    return fit_kind(kind, left, clear, block, shares=shares).motion
+    return fit_kind(kind, left, clear, block, shares=shares)
 
 
 def _shares(windows: Sequence[Window], kind: Kind) -> Sequence[float]:

@@ -309,12 +309,10 @@ def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArr
 
 def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
-    period, motion = robot.controller.period / PARTS, motion.in_run(window.first)
+    motion = motion.in_run(window.first)
     time, commanded = _with_waits(window, replace(robot, motion=motion))
-    curve = _smoothed(window, robot, tool, motion, commanded)
+    curve, way = _smoothed(window, robot, tool, motion, commanded)
     arc = arc_lengths_of(curve)
-    way = np.interp(commanded, window.time, window.arc)[:, None]
-    way = (smooth(way, period, motion, _spread(window, motion, commanded)) if motion.is_smooth else way)[:, 0]
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
     moved = np.column_stack([time, arc, np.gradient(arc, time)])
@@ -351,7 +349,7 @@ def smoothed_way(window: Window, robot: Robot, tool: Pose, motion: ControllerMot
     """Times (K',) [s] since a window's run began, and the way that its smoothed motion has gone there, (K',) [m]."""
     motion = motion.in_run(window.first)
     time, commanded = _with_waits(window, replace(robot, motion=motion))
-    return time, arc_lengths_of(_smoothed(window, robot, tool, motion, commanded))
+    return time, arc_lengths_of(_smoothed(window, robot, tool, motion, commanded)[0])
 
 
 def _with_waits(window: Window, robot: Robot) -> tuple[Array, Array]:
@@ -365,14 +363,18 @@ def _with_waits(window: Window, robot: Robot) -> tuple[Array, Array]:
     return time, commanded
 
 
-def _smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion, commanded: Array) -> Array:
-    """The smoothed TCP at times of a command, (K', 3) [m]."""
+def _smoothed(
+    window: Window, robot: Robot, tool: Pose, motion: ControllerMotion, commanded: Array
+) -> tuple[Array, Array]:
+    """The smoothed TCP at times of a command, (K', 3) [m], and how far along the course that is, (K',) [m]."""
     period, in_joints = robot.controller.period / PARTS, motion.space == "joint" and window.theta is not None
-    rows = window.theta if in_joints and window.theta is not None else window.position
+    rows = np.column_stack([window.theta if in_joints and window.theta is not None else window.position, window.arc])
     if len(window.corner):
         rows = np.column_stack([np.interp(commanded, window.time, column) for column in rows.T])
-    smoothed = smooth(rows, period, motion, _spread(window, motion, commanded)) if motion.is_smooth else rows
-    return (flange_pose(robot, smoothed) @ tool).position if in_joints else smoothed
+    if motion.is_smooth:
+        rows = smooth(rows, period, motion, _spread(window, motion, commanded))
+    moved, way = rows[:, :-1], rows[:, -1]
+    return (flange_pose(robot, moved) @ tool).position if in_joints else moved, way
 
 
 def _spread(window: Window, motion: ControllerMotion, commanded: Array) -> Array | None:
