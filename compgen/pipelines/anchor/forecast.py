@@ -88,9 +88,9 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
     when = touches.time if touches.timed else np.full(len(touches.time), log.time[-1])
     if when.min() < log.time[0] or when.max() > log.time[-1] + AFTER:
         raise InputError(
-            f"{touches.file}: column time_s: {when.min() / MINUTE:.0f} to {when.max() / MINUTE:.0f} min, the log has "
-            f"{log.time[0] / MINUTE:.0f} to {log.time[-1] / MINUTE:.0f} min: of another hour; give the log of the same "
-            "clock"
+            f"{touches.file}: column time_s: touches at {when.min() / MINUTE:.0f} to {when.max() / MINUTE:.0f} min, a "
+            f"log from {log.time[0] / MINUTE:.0f} to {log.time[-1] / MINUTE:.0f} min: of another hour; give the log of "
+            "the same clock"
         )
     last, heat = float(when.max()), job.cell.heat.starting(None)
     some = log.time <= last
@@ -129,10 +129,9 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
     when = touches.time if touches.timed else np.full(len(touches.time), end)
     if when.min() < max(end - AROUND, origin) or when.max() > end + AROUND:
         raise InputError(
-            f"{touches.file}: column time_s: {when.min() / MINUTE:.0f} to {when.max() / MINUTE:.0f} min, "
-            f"[[before]] ends "
-            f"at {end / MINUTE:.0f} min: of another hour; time_s counts from its first step; leave it out for touches "
-            "when it ends"
+            f"{touches.file}: column time_s: touches at {when.min() / MINUTE:.0f} to {when.max() / MINUTE:.0f} min, "
+            f"and [[before]] ends at {end / MINUTE:.0f} min: of another hour; time_s counts from where [[before]] "
+            "begins; leave the column out if you touched where it ends"
         )
     last = float(when.max())
     until = _cut((*history.before, replace(history.standing, duration=10 * AROUND)), last - origin)

@@ -62,12 +62,12 @@ class Project:
             if f"bounds.{key}" in typed or not isinstance(bound, int | float) or not isfinite(bound):
                 continue  # the call's holds, or what is no number is refused
             if bound < limit:
-                looser.append(f"bounds.{key} = {limit:g}, and the path file's own {bound:g} holds")
+                looser.append(f"bounds.{key} = {limit:g} is looser than the path file's own {bound:g}, which holds")
             else:
                 used.append(f"bounds.{key} = {limit:g}" + (f" (path file: {bound:g})" if bound > limit else ""))
                 own[key] = limit
         notes = [Finding(Level.NOTE, Code.PROJECT_FILE, f"{self.source} gives {', '.join(used)}")] if used else []
-        notes += [Finding(Level.WARNING, Code.PROJECT_FILE, f"{self.source}: looser: {one}") for one in looser]
+        notes += [Finding(Level.WARNING, Code.PROJECT_FILE, f"{self.source}: {one}") for one in looser]
         return replace(self, notes=tuple(notes))
 
 
