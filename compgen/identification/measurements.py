@@ -18,7 +18,7 @@ A place that is known exactly is no unknown: what touches it is a row as of an i
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -173,11 +173,10 @@ class Measurements:
     def subset(self, rows: BoolArray) -> "Measurements":
         """Measurements of some rows; all poses, reflectors and instruments stay."""
         per_row = ("pose", "instrument", "reflector", "position", "rotation", "sigma")
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        values.update({name: values[name][rows] for name in per_row})
-        values["label"] = tuple(label for label, keep in zip(self.label, rows.tolist(), strict=True) if keep)
-        values["ends"] = FarEnds(**{f.name: getattr(self.ends, f.name)[rows] for f in fields(self.ends)})
-        return Measurements(**values)
+        values: dict[str, Any] = {name: getattr(self, name)[rows] for name in per_row}
+        label = tuple(label for label, keep in zip(self.label, rows.tolist(), strict=True) if keep)
+        ends = FarEnds(**{f.name: getattr(self.ends, f.name)[rows] for f in fields(self.ends)})
+        return replace(self, label=label, ends=ends, **values)
 
 
 def blank_rows(theta: Array, pose: IntArray, label: Sequence[str], nodes: int) -> Measurements:
@@ -275,17 +274,15 @@ def _stacked_ends(
     files: list[Measurements], reflector: list[IntArray], place: list[IntArray], poses: list[int]
 ) -> FarEnds:
     """The far ends of all rows, numbered anew."""
-    parts = []
-    for p, reflectors, places, first in zip(files, reflector, place, poses, strict=False):
-        ends = p.ends
-        parts.append(
-            replace(
-                ends,
-                pose=_numbered(ends.pose, first),
-                reflector=reflectors[ends.reflector],
-                place=np.append(places, NONE)[ends.place],
-            )
+    parts = [
+        replace(
+            p.ends,
+            pose=_numbered(p.ends.pose, first),
+            reflector=reflectors[p.ends.reflector],
+            place=np.append(places, NONE)[p.ends.place],
         )
+        for p, reflectors, places, first in zip(files, reflector, place, poses, strict=False)
+    ]
     return FarEnds(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(FarEnds)})
 
 

@@ -338,9 +338,10 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
 
 def _check_units(table: CsvTable, artefact: Artefact, values: Array, pose: Pose) -> None:
     """Raises InputError where x_mm to r_deg (N, 6) as typed, poses in World, are of other units."""
-    for n, place in enumerate(values[:, :3] * MM):
-        if unit := unit_of(place, artefact.place):
-            raise InputError(f"{table.location(n)}: x_mm, y_mm, z_mm are {unit}, as the artefact's places say; give mm")
+    units = np.array([unit_of(place, artefact.place) for place in values[:, :3] * MM])
+    table.refuse_first(
+        units != "", "", lambda n: f"x_mm, y_mm, z_mm are {units[n]}, as the artefact's places say; give mm"
+    )
     largest = float(np.abs(values[:, 3:]).max())
     if 0 < largest < 3.15 and bool((pose.rotation[:, 2, 2] > 0.99).all()):  # 180 typed as 3.14 points up
         raise InputError(
@@ -355,12 +356,12 @@ def _directions(table: CsvTable, artefact: Artefact, target: IntArray) -> tuple[
         raise InputError(f"{table.source}: column value_mm: a deflection has a direction; add nx, ny and nz")
     normal = columns_together(table, NORMAL, "a direction needs nx, ny and nz", "give all three or none")
     length = np.linalg.norm(normal, axis=1)
+    table.refuse_first(
+        np.abs(length - 1) > UNIT,
+        "nx",
+        lambda n: f"the direction's length is {length[n]:.4g}, not 1; give the unit vector in which the probe moved",
+    )
     for n in np.flatnonzero(np.isfinite(length)).tolist():
-        if abs(length[n] - 1) > UNIT:
-            raise InputError(
-                f"{table.location(n, 'nx')}: the direction's length is {length[n]:.4g}, not 1; give the unit vector "
-                "in which the probe moved"
-            )
         if target[n] < len(artefact.names) and np.isnan(artefact.diameter[target[n]]):
             raise InputError(
                 f"{artefact.source}: sphere '{artefact.names[target[n]]}': diameter_mm: missing; a touch from one side "

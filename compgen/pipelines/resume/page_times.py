@@ -109,9 +109,7 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
     Raises:
         InputError: A bad file, times that fall, a page that is not there.
     """
-    if not Path(source).exists():
-        return PageTimes((), tuple(duration), planned)
-    table = _whole_rows(str(source))
+    table = _whole_rows(str(source)) if Path(source).exists() else None
     if table is None:
         return PageTimes((), tuple(duration), planned)
     time, page = table.numbers("time_s"), table.numbers("page")
