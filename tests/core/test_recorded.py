@@ -178,7 +178,7 @@ HEAD = "time;j2 [°C];TC 04\n"
         ("t1;t2;j2 [C]\n08:15;08:16;20\n",
          {}, ("line 1", "columns 1 and 2 both hold times", 'columns = { time = "#1" }')),
         ("time;j2 [C];J2 (C)\n08:15;20;20\n", {}, ("line 1", "columns 2 and 3 both may be j2_degC", "columns = {")),
-        ("time;x;x\n08:15;20;20\n", {"columns": {"j2": "x"}}, ("line 1", "2 columns are 'x'", '"#3"')),
+        ("time;x;x\n08:15;20;20\n", {"columns": {"j2": "x"}}, ("line 1", "2 columns are 'x'", '"#2"')),
         ("time,j2 [C],j3 [C]\n08:15,20,5,21,5\n08:16,20,5,21,5\n", {}, ("line 2: 5 cells", "has 3", "use others")),
         ("No j2 [C] time\n1 20 08:15\n2 21 08:16\n", {}, ("line 2: 3 cells", "has 4", "give each column")),
         ("only words\nand more\n", {}, ("no rows of readings", "give a table")),
@@ -262,6 +262,18 @@ def test_of_several_clocks_the_mend_names_one_with_its_date(tmp_path):
     assert 'columns 2 and 3 both hold times; say columns = { date = "#1", time = "#2" }' in refusal(file)
     table = read(file, columns={"date": "#1", "time": "#2"})
     assert np.diff(column(table, "time_s")) == 60
+
+
+def test_a_log_without_times_is_not_told_to_name_an_empty_column(tmp_path):
+    file = written(tmp_path, "X_Value\tT0 [C]\tT1 [C]\n\t20.5\t1\n\t20.6\t1\n")
+    assert "time_s: missing; no other column has numbers" in refusal(file, columns={"j2": "T0", "j3": "T1"})
+
+
+def test_of_two_columns_of_one_name_the_mend_gives_a_number(tmp_path):
+    file = written(tmp_path, "X_Value\tT0 [C]\tX_Value\tT1 [C]\n0\t20.5\t0\t1\n60\t20.5\t60\t1\n")
+    assert 'columns = { time_s = "#1" }' in refusal(file, columns={"j2": "T0"})
+    assert 'its number as "#1"' in refusal(file, columns={"j2": "T0", "time_s": "X_Value"})
+    assert column(read(file, columns={"j2": "T0", "time_s": "#1"}), "time_s").tolist() == [0, 60]
 
 
 def test_degrees_of_a_japanese_logger_are_read(tmp_path):

@@ -91,8 +91,8 @@ class _Layout(NamedTuple):
         return f"{self.place}: line {line or self.body[0][0]}, column {k + 1} '{brief_name(self.names[k], 32)}'"
 
     def key(self, k: int) -> str:
-        """A column as the user may name it: by its number, where its name is long."""
-        return self.names[k] if len(self.names[k]) <= LONG else f"#{k + 1}"
+        """A column as the user may name it: by its number, where its name is long or another's too."""
+        return self.names[k] if len(self.names[k]) <= LONG and self.names.count(self.names[k]) == 1 else f"#{k + 1}"
 
     def mend(self, words: str, otherwise: str) -> str:
         """What the user can say of the file, or else do to it."""
@@ -158,11 +158,14 @@ def read_recorded(
     assigned = _assigned(layout, [column for column in known if column != TIME or not times])
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
     if missing:
-        theirs = next((k for k, cell in enumerate(layout.body[0][1][: len(layout.names)]) if is_number(cell)), 0)
+        taken = {k for k, _ in assigned.values()}
+        cells = enumerate(layout.body[0][1][: len(layout.names)])
+        theirs = next((k for k, cell in cells if cell and is_number(cell) and k not in taken), -1)
         several = len(missing) > 1
         example = "its name here" if several and layout.line else layout.key(theirs)
         pair = f'{missing[0]} = "{example}"{", ..." * several}'
         mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
+        mend = mend if theirs >= 0 else "no other column has numbers; let the writer of the file add it"
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
 
@@ -273,7 +276,9 @@ def _index(layout: _Layout, text: str) -> int:
     whole = [k for k, (name, _, number) in enumerate(names) if plain_name(text) == name or text == number]
     fits = whole or [k for k, (_, base, _) in enumerate(names) if plain_name(text) == base]
     if len(fits) != 1:
-        raise layout.refuse(f"{len(fits) or 'no'} columns are '{text[:30]}'; name it, or its number as \"#3\"")
+        raise layout.refuse(
+            f"{len(fits) or 'no'} columns are '{text[:30]}'; name it, or its number as \"#{(fits or [2])[0] + 1}\""
+        )
     return fits[0]
 
 
