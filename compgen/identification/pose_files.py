@@ -62,14 +62,7 @@ def read_poses(
     time = None if clock_column is None else table.numbers(clock_column)
     rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
     first, pose = _poses(table, pendant, time, rows)
-    refuse_doubled(
-        table,
-        zip(pose.tolist(), reflector.tolist(), strict=True),
-        lambda n, line: (
-            f"duplicate of line {line}: the same pose and target {quote_cell(names[n], 'name')}; remove one, or give "
-            "times if it was measured again"
-        ),
-    )
+    _check_duplicates(table, pose, reflector, names)
     if not frames_known:
         _check_measured_twice(table, reflectors, reflector)
     theta = robot.to_theta(pendant[first] * DEG)
@@ -180,6 +173,17 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
             first.append(i)
         pose[i] = len(first) - 1
     return np.array(first), pose
+
+
+def _check_duplicates(table: CsvTable, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
+    refuse_doubled(
+        table,
+        zip(pose.tolist(), reflector.tolist(), strict=True),
+        lambda n, line: (
+            f"duplicate of line {line}: the same pose and target {quote_cell(names[n], 'name')}; remove one, or give "
+            "times if it was measured again"
+        ),
+    )
 
 
 def _check_measured_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:

@@ -198,6 +198,21 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
             f"{source}: line {other[0]}: {len(other[1])} cells where the header has {width}; give each column a cell "
             "(commas, or blanks, in cells and between them? use others)"
         )
+    return _Layout(
+        place=source,
+        table=table,
+        dialect=dialect,
+        names=names,
+        units=_units(rows, head, begin, names, body),
+        unit_of_all=_unit_of_all([*sheet.remarks, *rows[:first], *rows[first + len(body) :]]),
+        line=line,
+        parted=sheet.name,
+        body=body,
+    )
+
+
+def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], body: Sequence[Row]) -> list[set[str]]:
+    """The units that each column's name has, a row of units, or a column beside it that has nothing else."""
     above = [cells for _, cells in rows[: max(head, 0)] if _UNIT_ROW.fullmatch(cells[0])]
     units = []
     for k, name in enumerate(names):
@@ -207,17 +222,7 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
         of_row = {unit_named(cells[k]) for cells in above if k < len(cells)}
         alone |= {unit for unit in of_row if measured_by(unit) == "temperature"}  # lengths and angles may be of all
         units.append(({name_and_unit(cell)[1] for cell in (name, *under)} | alone) - {""})
-    return _Layout(
-        place=source,
-        table=table,
-        dialect=dialect,
-        names=names,
-        units=units,
-        unit_of_all=_unit_of_all([*sheet.remarks, *rows[:first], *rows[first + len(body) :]]),
-        line=line,
-        parted=sheet.name,
-        body=body,
-    )
+    return units
 
 
 def _unit_of_all(rows: Iterable[Row]) -> set[str]:
