@@ -14,6 +14,7 @@ MINUTE = 60.0  # s
 KB = 1000.0  # bytes
 MB = 1000 * KB  # bytes
 URAD = 1e-6  # rad
+NRAD = 1e-9  # rad
 PPM = 1e-6  # parts per million
 PERCENT = 0.01
 

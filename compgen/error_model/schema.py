@@ -88,6 +88,8 @@ class ComplianceTable(SourceTable):
 
     compliance_urad_Nm: SixRates = 6 * [0.0]
     """Turn of each joint per torque."""
+    hardening_nrad_Nm2: SixRates = 6 * [0.0]
+    """Change of that per torque; negative where a joint grows stiffer under load."""
 
 
 class GearHarmonicsTable(SourceTable):

@@ -231,7 +231,7 @@ def loads(payload=0.0, force=(0, 0, 0), mass=0.0):
 
 def test_a_payload_bends_joint_two_by_its_moment(cell):
     k = np.array([0, 1e-6, 0, 0, 0, 0])
-    e, w = error(cell, [JointCompliance(k, loads(payload=50))], cell.robot.pendant_zero)
+    e, w = error(cell, [JointCompliance(k, np.zeros(6), loads(payload=50))], cell.robot.pendant_zero)
     phi = 1e-6 * 50 * 10 * 1.191  # 500 N on 1.191 m from joint 2: forward and down
     assert_allclose(w, [0, phi, 0], atol=1e-15)
     assert_allclose(e, np.cross([0, phi, 0], HOME - [0.15, 0, 0]), atol=phi**2)
@@ -241,14 +241,32 @@ def test_a_payload_bends_joint_two_by_its_moment(cell):
 def test_a_link_bends_joint_two_by_its_own_moment(cell):
     k = np.array([0, 1e-6, 0, 0, 0, 0])
     theta = cell.robot.to_theta(np.array([[0, 90, 0, 0, 0, 0]]) * DEG)[0]  # upper arm along x, its centre halfway
-    _, w = error(cell, [JointCompliance(k, loads(mass=100))], theta)
+    _, w = error(cell, [JointCompliance(k, np.zeros(6), loads(mass=100))], theta)
     assert_allclose(w, [0, 1e-6 * 100 * 10 * 0.435, 0], atol=1e-15)
+
+
+def test_a_joint_that_grows_stiffer_gives_less_under_more_load(cell):
+    """Two payloads by hand: joint 2 carries 595.5 and 1191 N m, and turns by (k - |h| M) M of each."""
+    k, h = np.array([0, 1e-6, 0, 0, 0, 0]), np.array([0, -2e-10, 0, 0, 0, 0])
+    for payload, phi in ((50, 524.6e-6), (100, 907.3e-6)):
+        _, w = error(cell, [JointCompliance(k, h, loads(payload=payload))], cell.robot.pendant_zero)
+        assert_allclose(w, [0, phi, 0], atol=0.1e-6)
+
+
+def test_a_force_of_the_other_sense_gives_as_much_the_other_way(cell):
+    """100 N of either sense on 1.341 m from joint 1; a joint whose give is known by its hardening alone."""
+    h = np.array([-2e-9, 0, 0, 0, 0, 0])
+    turns = [
+        error(cell, [JointCompliance(np.zeros(6), h, loads(force=(0, f, 0)))], cell.robot.pendant_zero)[1][2]
+        for f in (100, -100)
+    ]
+    assert_allclose(turns, np.array([1, -1]) * 2e-9 * 134.1**2, rtol=1e-4)
 
 
 def test_a_force_on_the_tool_turns_joint_one(cell):
     """At home the tool's z is World x, its y World -y: 100 N along -y of World turn joint 1 clockwise."""
     k = np.array([2e-7, 0, 0, 0, 0, 0])
-    _, w = error(cell, [JointCompliance(k, loads(force=(0, 100, 0)))], cell.robot.pendant_zero)
+    _, w = error(cell, [JointCompliance(k, np.zeros(6), loads(force=(0, 100, 0)))], cell.robot.pendant_zero)
     assert_allclose(w, [0, 0, -2e-7 * 100 * 1.341], atol=1e-15)
 
 

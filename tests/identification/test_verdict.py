@@ -123,7 +123,11 @@ def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
     assert sag in finding.message
     assert len(finding.message) <= 300
     (finding,) = left_findings(
-        data, 46e-6 * distance, wild, None, [JointCompliance(np.zeros(6), replace(truth.arm.facts.loads, payload=10.0))]
+        data,
+        46e-6 * distance,
+        wild,
+        None,
+        [JointCompliance(np.zeros(6), np.zeros(6), replace(truth.arm.facts.loads, payload=10.0))],
     )
     assert sag not in finding.message
     assert left_findings(data, 70e-6 * distance, wild, 40e-6, []) == []  # 1.5 x hypot(30, 40) um

@@ -1,15 +1,18 @@
-r"""Elastic turn of gears and bearings about the joint axes: theta_i -> theta_i + k_i tau_i.
+r"""Elastic turn of gears and bearings about the joint axes: theta_i -> theta_i + (k_i + h_i |tau_i|) tau_i.
 
 tau is the torque of gravity, on arm and payload, and of the process force about the joint (``loads``). Gravity shows
 only the product of compliance and mass, so masses are facts and compliances parameters. Source: Dumas et al.
-(2011), Klimchik et al. (2013): joints hold most of a serial arm's compliance, links and bearings little. Linear; valid
-within the rated payload.
+(2011), Klimchik et al. (2013): joints hold most of a serial arm's compliance, links and bearings little.
+Gears grow stiffer under load (makers give two or three stiffnesses by torque): h < 0, to first order, with |tau| as
+sqrt(tau^2 + (1 N m)^2). Valid within the loads that were measured.
 """
 
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from compgen.core.units import URAD
+import casadi as ca
+
+from compgen.core.units import NRAD, URAD
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import ComplianceTable
@@ -27,9 +30,10 @@ from compgen.robot.kinematics import Chain, is_zero
 
 @dataclass(frozen=True, eq=False, slots=True)
 class JointCompliance(DeclaredSource):
-    """Turn of each joint per torque about it."""
+    """Turn of each joint per torque about it, and how that changes with the torque."""
 
     compliance: Any  # (6,) [rad/(N m)]
+    hardening: Any  # (6,) [rad/(N m)^2]
     loads: Loads
 
     NAME: ClassVar[str] = "compliance"
@@ -42,6 +46,14 @@ class JointCompliance(DeclaredSource):
             prior=URAD,
             meaning="turn of each joint per torque about it",
         ),
+        Parameter(
+            field="hardening",
+            key="hardening_nrad_Nm2",
+            shape=(6,),
+            unit=NRAD,
+            prior=0.1 * NRAD,
+            meaning="change of that per torque; negative where a joint grows stiffer under load",
+        ),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("joints", ComplianceTable())
 
@@ -52,13 +64,20 @@ class JointCompliance(DeclaredSource):
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """All joints that gravity loads: not the first, which stands upright; none where no mass is known."""
-        return [Entry("compliance", (i,)) for i in range(1, 6)] if self.loads.have_weight else []
+        fields = ("compliance", "hardening") if self.loads.have_weight else ()
+        return [Entry(field, (i,)) for field in fields for i in range(1, 6)]
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its joints turned by what they carry."""
-        give = entries(self.compliance, 6)
-        if all(is_zero(k) for k in give):
+        give = list(zip(entries(self.compliance, 6), entries(self.hardening, 6), strict=True))
+        if all(is_zero(k) and is_zero(h) for k, h in give):
             return chain
         torque = torque_expr(self.loads, state.nominal)
-        theta = [q if is_zero(k) else plus(q, k * t) for q, k, t in zip(chain.theta, give, torque, strict=True)]
+        theta = [plus(q, _turn(k, h, t)) for q, (k, h), t in zip(chain.theta, give, torque, strict=True)]
         return replace(chain, theta=tuple(theta))
+
+
+def _turn(compliance: Any, hardening: Any, torque: Any) -> Any:
+    """Of a joint by the torque about it [rad]."""
+    turn: Any = 0.0 if is_zero(compliance) else compliance * torque
+    return turn if is_zero(hardening) else plus(turn, hardening * torque * ca.sqrt(torque**2 + 1))

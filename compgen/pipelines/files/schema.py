@@ -42,7 +42,8 @@ SCHEMA_FILES = {"path": "paths/path.schema.json", "robot": "robots/robot.schema.
 UNITS = {
     "um": "um", "mm": "mm", "m": "m", "mm_s": "mm/s", "m_s2": "m/s^2", "um_mm": "um/mm", "um_K": "um/K",
     "um_m_K": "um/(m K)", "deg": "deg", "mdeg": "mdeg", "deg_s": "deg/s", "deg_s2": "deg/s^2", "deg_s3": "deg/s^3",
-    "arcsec_K": "arcsec/K", "urad_Nm": "urad/(N m)", "ms": "ms", "s": "s", "min": "min", "h": "h", "degC": "degC",
+    "arcsec_K": "arcsec/K", "urad_Nm": "urad/(N m)", "nrad_Nm2": "nrad/(N m)^2",
+    "ms": "ms", "s": "s", "min": "min", "h": "h", "degC": "degC",
     "K": "K", "W": "W", "W_K": "W/K", "W_mm_K": "W mm/K", "J_kgK": "J/(kg K)", "kg": "kg", "N": "N", "kB": "kB",
     "ppm": "ppm", "percent": "%", "m2": "m^2", "percent_m2": "%/m^2",
 }  # fmt: skip

@@ -101,7 +101,8 @@ def faults_of(sources: Sequence[Source]) -> Faults | None:  # noqa: C901 - one c
             case JointCoupling():
                 fields["joint_coupling"] = source.ratio
             case JointCompliance():
-                fields |= {"compliance": source.compliance, **_load_fields(source.loads)}
+                fields |= {"compliance": source.compliance, "hardening": source.hardening}
+                fields |= _load_fields(source.loads)
             case GearHarmonics():
                 fields |= {"gear_harmonics": _waves(source), "gear_cycles": source.cycles}
             case JointRipple():

@@ -37,6 +37,7 @@ class AxisDeviation:
     joint_zeros=(6,),
     joint_coupling=(6, 6),
     compliance=(6,),
+    hardening=(6,),
     gear_harmonics=(6, 2, 2),
     gear_cycles=(6,),
     joint_ripple=(6, "H", 2),
@@ -59,6 +60,7 @@ class Faults:
     joint_zeros: Array = field(default_factory=lambda: np.zeros(6))  # [rad]
     joint_coupling: Array = field(default_factory=lambda: np.zeros((6, 6)))
     compliance: Array = field(default_factory=lambda: np.zeros(6))  # [rad/(N m)]
+    hardening: Array = field(default_factory=lambda: np.zeros(6))  # [rad/(N m)^2]
     gear_harmonics: Array = field(default_factory=lambda: np.zeros((6, 2, 2)))  # [rad] joint, order, (sine, cosine)
     gear_cycles: Array = field(default_factory=lambda: np.ones(6))  # a turn
     joint_ripple: Array = field(default_factory=lambda: np.zeros((6, 0, 2)))  # [rad] joint, order, (sine, cosine)
@@ -81,6 +83,6 @@ class Faults:
         """Whether the arm grows as no profile says, and is perfect beside."""
         numbers = (
             self.link_offsets, self.joint_zeros, self.joint_coupling, self.compliance, self.gear_harmonics,
-            self.joint_ripple, self.backlash, self.windup, self.base_frame, self.tool_frame,
+            self.hardening, self.joint_ripple, self.backlash, self.windup, self.base_frame, self.tool_frame,
         )  # fmt: skip
         return not (any(x.any() for x in numbers) or self.thermal_distortions or self.axis_deviations)

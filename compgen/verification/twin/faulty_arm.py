@@ -130,7 +130,8 @@ class FaultyArm:
     def _joint_faults(self, theta: Array, torque: Array, side: Array) -> Array:
         """How far each joint is from where it is commanded, (M, 6) [rad]."""
         f = self.faults
-        offset = f.joint_zeros + (theta - self.robot.pendant_zero) @ f.joint_coupling.T + f.compliance * torque
+        give = (f.compliance + f.hardening * np.sqrt(torque**2 + 1)) * torque
+        offset = f.joint_zeros + (theta - self.robot.pendant_zero) @ f.joint_coupling.T + give
         for n in (1, 2):
             angle = n * f.gear_cycles * theta
             sine, cosine = f.gear_harmonics[:, n - 1, 0], f.gear_harmonics[:, n - 1, 1]
