@@ -3,7 +3,7 @@
 import base64
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from compgen.core.files import PROVENANCE
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.json_text import read_record
+from compgen.identification.motion.stray_corner import stray_corner
 from compgen.pipelines.files.program_course import course_of_text, listing_of
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
@@ -23,6 +24,8 @@ from compgen.verification.executed.judgement import ExecutedRun, findings_of_run
 from compgen.verification.executed.path_deviation import Likeness, likeness
 from compgen.verification.executed.position_log import PositionLog
 
+#: that say already that another program was run, or this one elsewhere
+IDENTITY = {Code.EXECUTED_ANOTHER, Code.EXECUTED_OTHER, Code.EXECUTED_OLDER, Code.EXECUTED_OFFSET}
 INPUTS = "inputs "  # how the remark begins that names what a program was made from
 
 
@@ -138,13 +141,16 @@ def judge_log(
             continue
         message = f"{name} is another path: the log does not follow it"
         findings.append(Finding(Level.NOTE, Code.EXECUTED_UNLIKE, message))
-    judged = findings_of_run(course, followed, deviation, clock, likenesses, bound)
-    order = list(Level)
-    return ExecutedRun(
+    findings += [*findings_of_run(course, followed, deviation, clock, likenesses, bound), *text.findings]
+    run = ExecutedRun(
         course=course,
         followed=followed,
         deviation=deviation,
         clock=clock,
         likeness=tuple(likenesses),
-        findings=tuple(sorted((*judged, *text.findings, *findings), key=lambda f: order.index(f.level))),
+        findings=(),
     )
+    if IDENTITY.isdisjoint(f.code for f in findings) and (stray := stray_corner(run, situation.robot)) is not None:
+        findings.append(stray)
+    order = list(Level)
+    return replace(run, findings=tuple(sorted(findings, key=lambda f: order.index(f.level))))
