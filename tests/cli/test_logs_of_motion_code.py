@@ -68,6 +68,7 @@ def test_a_run_to_and_fro_on_one_line_after_standing_tells_override_time_and_mea
     assert result.returncode == 0
     assert sum(motion["moving_average_ms"]) == pytest.approx(208, abs=1)
     assert motion["identified"]["verdict"] == "foretells"  # no bend was seen
+    assert not {"held_out_um", "held_out_rms_um"} & set(motion["identified"])  # nor is one a row of the band
 
 
 ANGLE = np.radians(np.arange(0, 361, 6))

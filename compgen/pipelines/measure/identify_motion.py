@@ -75,6 +75,11 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
 
 
+def _left_of_bends(identified: IdentifiedMotion) -> dict[str, float]:
+    """What is left on stretches held out, as a robot file has it: a row of the band."""
+    return {"held_out_um": round(identified.largest / UM, 3), "held_out_rms_um": round(identified.held_out / UM, 3)}
+
+
 def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText, identified: IdentifiedMotion) -> str:
     """A robot file's text with the identified ``[motion]``; whether programs are pre-distorted by it stays as it was.
 
@@ -104,8 +109,7 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
             "log_sha256": sha256(read_regular(run.followed.log.table.source)).hexdigest(),
             "program": program.name,
             "override_percent": 100.0 if main is None else main.override / PERCENT,
-            "held_out_um": round(identified.largest / UM, 3),
-            "held_out_rms_um": round(identified.held_out / UM, 3),
+            **(_left_of_bends(identified) if identified.plain > identified.seen else {}),
             **({"runs_began": began} if began else {}),
         },
     }
