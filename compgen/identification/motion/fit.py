@@ -32,6 +32,7 @@ FEWEST = 2.5  # blocks that tell a number
 STEP = 1e-3  # of the two numbers, for slopes
 EVEN = 0.3  # q from which the fit of two times begins
 ALIKE, GROWS = 0.03, 0.03  # q, and [1/m2], from which that of two means that grow begins: an M-900iA/350's
+DRAWS = 400  # of the fitted numbers, for intervals of the times
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,3 +190,14 @@ def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
     few = stdtrit(telling - 1, 0.975) / ndtri(0.975)
     spread = inverse @ meat @ inverse * np.outer(few, few)
     return np.asarray(spread / np.outer(scale, scale))
+
+
+def draws(numbers: Array, spread: Array) -> Array:
+    """Draws of fitted numbers, the same ones every time, (D, p)."""
+    values, vectors = np.linalg.eigh((spread + spread.T) / 2)
+    unit = np.random.default_rng(1).normal(size=(DRAWS, len(numbers)))
+    draws = numbers + unit * np.sqrt(np.clip(values, 0, None)) @ vectors.T
+    draws[:, 0] = np.clip(draws[:, 0], 0, None)
+    if draws.shape[1] > 1:
+        draws[:, 1] = np.clip(draws[:, 1], 0, 1)
+    return np.asarray(draws)

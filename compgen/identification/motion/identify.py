@@ -29,6 +29,7 @@ from compgen.identification.motion.fit import (
     KindFit,
     Residuals,
     covariance,
+    draws,
     fit_kind,
     motion_of,
     times_of,
@@ -56,7 +57,6 @@ FIRST = Kind("cartesian", "means", 2)  # by which it is seen where a motion is s
 SAME = 0.02  # of the mean square: kinds that leave as much foretell as well
 SURE = 3.0  # standard errors, beyond which one kind foretells better
 UNSURE = 0.15  # of the mean square, beyond which it does too: few blocks may tell all
-DRAWS = 400  # of the fitted numbers, for intervals of the times
 LEAST_BLOCKS = 6
 SCANNED = np.geomspace(3e-3, 0.3, 24)  # [s] sigma of a moving mean, tried where none is seen
 BLIND = 0.02  # [s] sigma: a log that leaves more possible has not looked
@@ -263,11 +263,11 @@ def _refitted(
         if fit.kind != chosen.kind and (fit.kind.includes(chosen.kind) or chosen.kind.includes(fit.kind)):
             continue  # a richer or a plainer form of the same
         spread = covariance(KindFit(fit.kind, numbers, fit.held_out), function, block)
-        draws = _draws(numbers, spread)
-        roots = np.sqrt([variance_of(fit.kind, draw) for draw in draws])
+        drawn = draws(numbers, spread)
+        roots = np.sqrt([variance_of(fit.kind, draw) for draw in drawn])
         sigmas += [float(v) for v in np.percentile(roots, [2.5, 97.5])]
         if fit.kind == chosen.kind:
-            times = np.array([times_of(fit.kind, draw) for draw in draws])
+            times = np.array([times_of(fit.kind, draw) for draw in drawn])
             intervals = np.percentile(times, [2.5, 97.5], axis=0).T
     return chosen, intervals, np.array([min(sigmas), max(sigmas)])
 
@@ -301,17 +301,6 @@ def _unseen(function: Residuals, block: IntArray) -> float:
             break
         unseen = float(sigma)
     return unseen
-
-
-def _draws(numbers: Array, spread: Array) -> Array:
-    """Draws of fitted numbers, the same ones every time, (D, p)."""
-    values, vectors = np.linalg.eigh((spread + spread.T) / 2)
-    unit = np.random.default_rng(1).normal(size=(DRAWS, len(numbers)))
-    draws = numbers + unit * np.sqrt(np.clip(values, 0, None)) @ vectors.T
-    draws[:, 0] = np.clip(draws[:, 0], 0, None)
-    if draws.shape[1] > 1:
-        draws[:, 1] = np.clip(draws[:, 1], 0, 1)
-    return np.asarray(draws)
 
 
 def _findings(identified: IdentifiedMotion, period: float, apart: float) -> tuple[Finding, ...]:
