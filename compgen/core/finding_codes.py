@@ -108,8 +108,7 @@ class Code(StrEnum):
     EXECUTED_UNSURE = ("executed.unsure", "verification", "The log cannot tell this program from another one.",
         "Log a run of a stretch on which they differ.", WARNING)
     EXECUTED_ANOTHER = ("executed.another", "verification",
-        "The log is further off than a correction may be, or passed a position elsewhere.",
-        "Give the program that ran.", OUTSIDE)
+        "The log is off by more than corrections, or at one position.", "Give the program that ran.", OUTSIDE)
     EXECUTED_OFFSET = ("executed.offset", "verification", "Most of the deviation is one shift or one turn.",
         "Compare frame, tool and offsets on the pendant with those of the program.", OUTSIDE)
     EXECUTED_OLDER = ("executed.older", "verification", "The robot stood elsewhere: older correction, frame or tool.",
