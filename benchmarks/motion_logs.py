@@ -87,15 +87,6 @@ name_length = 32
 decimals = 3
 turn_joints = [1, 4, 6]
 """
-#: what runs of the sister arm differ by, by how they begin: the shipped file has it
-EXPECTED = """[expected_motion]
-moving_average_ms = [176, 168]
-after_long_ms = [256, 168]
-lowest_ms = [176, 168]
-highest_ms = [256, 168]
-evidence = "simulated"
-source = "the shipped file of the M-710iC/50"
-"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -211,13 +202,20 @@ def rows_of(log: Path) -> Array:
         return np.array([[float(cell) for cell in row] for row in list(csv.reader(file))[1:]])
 
 
+def expected_motion() -> str:
+    """The table of the shipped file that says what runs of the sister arm differ by, by how they begin."""
+    text = (Path(__file__).parents[1] / "robots" / f"{SHIPPED}.toml").read_text()
+    # X, f"{SHIPPED}.toml").read_text()
+    return text[text.index("\n[expected_motion]\n") :].lstrip().partition("\n\n")[0] + "\n"
+
+
 def written(run: LoggedRun, folder: Path) -> Path:
     """A folder with the listing, the robot file, the frames and the log as a user would have them."""
     place = folder / run.name
     place.mkdir(parents=True, exist_ok=True)
     _, a1, a2, a3, d4, d6 = LENGTHS[run.arm]
     robot = ROBOT.format(name=run.arm, a1=a1, a2=a2, a3=a3, d4=d4, d6=d6)
-    (place / "arm.toml").write_text(robot + (EXPECTED if run.arm == SISTER else ""))
+    (place / "arm.toml").write_text(robot + (expected_motion() if run.arm == SISTER else ""))
     (place / "RUN.LS").write_text(listing(run))
     (place / "frames.toml").write_text(frames())
     rows = rows_of(run.log)

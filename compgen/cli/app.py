@@ -18,21 +18,18 @@ from compgen.cli.commands.compare import compare
 from compgen.cli.commands.correct import correct
 from compgen.cli.commands.explain import explain
 from compgen.cli.commands.follow import follow
-from compgen.cli.commands.heat import heat
 from compgen.cli.commands.identify import check_robot, identify
 from compgen.cli.commands.init import init, schema
 from compgen.cli.commands.inspect import check_backup, inspect
 from compgen.cli.commands.jobs import generate, predict
 from compgen.cli.commands.offsets import offsets
 from compgen.cli.commands.pages import pages
-from compgen.cli.commands.plan_motion_log import plan_motion_log
 from compgen.cli.commands.plan_poses import plan_poses
-from compgen.cli.commands.plan_touches import plan_touches
-from compgen.cli.commands.position_logs import executed, identify_motion
+from compgen.cli.commands.position_logs import executed, identify_motion, plan_motion_log
 from compgen.cli.commands.resume import resume
 from compgen.cli.commands.robots import export_robot, inspect_robot
-from compgen.cli.commands.touches import anchor, teach_frame
-from compgen.cli.commands.whatif import whatif
+from compgen.cli.commands.touches import anchor, plan_touches, teach_frame
+from compgen.cli.commands.whatif import heat, whatif
 from compgen.cli.options.completion import page_place
 from compgen.cli.screen.messages import print_note_once
 from compgen.core.commands import RENAMED

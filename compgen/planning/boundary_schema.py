@@ -9,8 +9,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.toml import Angle, Coordinate, Length, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries
-from compgen.planning.boundaries import Boundary
-from compgen.planning.holes import moved, pierced, ring_hole, slot_hole
+from compgen.planning.boundaries import Boundary, moved, pierced, ring_hole, slot_hole
 
 Corner = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Corners = Annotated[list[Corner], Field(min_length=3, max_length=200)]

@@ -12,7 +12,7 @@ from shipped import ROOT
 from stopped import run_stopped
 
 from compgen.cli.commands import check as command
-from compgen.cli.screen.junit import JudgedPath, junit_xml
+from compgen.cli.screen.ci_reports import JudgedPath, junit_xml
 from compgen.core import interrupts
 from compgen.pipelines.planned import generate
 from compgen.report import band_words

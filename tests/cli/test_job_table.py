@@ -1,7 +1,7 @@
 """The table that a job prints at its end."""
 
+from compgen.cli.screen.ci_reports import JudgedPath
 from compgen.cli.screen.job_table import name_list, show_outcomes
-from compgen.cli.screen.junit import JudgedPath
 from compgen.core.finding_codes import Code
 
 

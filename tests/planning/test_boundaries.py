@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries
-from compgen.planning.holes import pierced, ring_hole
+from compgen.planning.boundaries import pierced, ring_hole
 
 ATOL_M = 1e-12
 SIZE = 1.45  # m corner to corner

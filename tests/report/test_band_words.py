@@ -11,7 +11,7 @@ import pytest
 from shipped import ROOT, path_file, quiet
 
 import compgen
-from compgen.cli.screen.junit import JudgedPath, junit_xml
+from compgen.cli.screen.ci_reports import JudgedPath, junit_xml
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.error_model.unmeasured import NOT_KNOWN, Unknown

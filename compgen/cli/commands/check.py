@@ -13,9 +13,8 @@ from compgen.cli.command_frame import Outcome, show_nothing
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import write_file
-from compgen.cli.screen.junit import JudgedPath, junit_xml
+from compgen.cli.screen.ci_reports import SCHEMA, JudgedPath, junit_xml, sarif_text
 from compgen.cli.screen.messages import outcome_words, print_note_once, print_refusal, reason_of
-from compgen.cli.screen.sarif import SCHEMA, sarif_text
 from compgen.core import interrupts
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file

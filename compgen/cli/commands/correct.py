@@ -18,10 +18,12 @@ from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import (
+    MOST_UNSAFE,
     outcome_words,
     print_findings,
     print_lines,
     print_table,
+    print_unsafe,
     sizes_table,
     stdout_console,
 )
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
     from compgen.pipelines.correct import Correction
     from compgen.pipelines.correct.result import Options
 
-MOST_STATEMENTS, FEW_STATEMENTS = 40, 5  # unsafe ones that are printed, asked for more and not
+FEW_UNSAFE = 5  # statements that are printed, where no more are asked for
 
 REPORTS = ("report.html", "positions.csv")
 
@@ -235,9 +237,5 @@ def show_correction(correction: "Correction", folder: Path, files: Iterable[str]
     if summary["before"] and summary["band"]:
         console.print(not_known_words(summary["band"], verbose=verbose))
     print_findings(console, summary["findings"], verbose=verbose)
-    most = MOST_STATEMENTS if verbose else FEW_STATEMENTS
-    for statement in summary["unsafe"][:most]:
-        console.print(f"  line {statement['line']}: {statement['text']}: {statement['reason']}")
-    if len(summary["unsafe"]) > most:
-        console.print(f"  and {len(summary['unsafe']) - most} more, all in report.json")
+    print_unsafe(console, summary["unsafe"], MOST_UNSAFE if verbose else FEW_UNSAFE, f"in {REPORT}")
     console.print(f"wrote {', '.join(sorted(files))} to {folder}")

@@ -9,7 +9,7 @@ from compgen.cli.command_frame import Outcome
 from compgen.cli.commands.check import begin_files, judge_all, outcome_of_all
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs, complete_robots
-from compgen.cli.screen.messages import print_lines, stdout_console
+from compgen.cli.screen.messages import MOST_UNSAFE, print_lines, print_unsafe, stdout_console
 from compgen.core.commands import Command
 
 #: Where a program says that compgen has corrected it.
@@ -18,7 +18,6 @@ MARKS = {
     "digits": "the last digits of its positions say so",
     "record": "the provenance file beside it says so",
 }
-MOST_STATEMENTS = 40  # unsafe ones that are printed; a long program may have thousands
 
 
 def inspect(
@@ -136,7 +135,4 @@ def show_program(report: dict[str, Any]) -> None:
     if report["out_of_reach"]:
         console.print(f"out of reach of {report['robot']}: {', '.join(f'P[{n}]' for n in report['out_of_reach'][:20])}")
     console.print(f"{len(report['unsafe'])} statements make compensation unsafe" + (":" if report["unsafe"] else ""))
-    for statement in report["unsafe"][:MOST_STATEMENTS]:
-        console.print(f"  line {statement['line']}: {statement['text']}: {statement['reason']}")
-    if len(report["unsafe"]) > MOST_STATEMENTS:
-        console.print(f"  ... and {len(report['unsafe']) - MOST_STATEMENTS} more; --json lists them all")
+    print_unsafe(console, report["unsafe"], MOST_UNSAFE, "with --json")

@@ -1,4 +1,7 @@
-"""Commands on a log of positions: executed judges the run, identify-motion fits the controller's motion to it."""
+"""Commands on a log of positions: executed judges the run, identify-motion fits the controller's motion to it.
+
+Plan-motion-log writes the program whose log tells most of that.
+"""
 
 from dataclasses import dataclass
 from functools import partial
@@ -13,16 +16,18 @@ from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs, complete_robots
 from compgen.cli.options.page_options import PageChoice, PageDate, page_place
 from compgen.cli.output_files.marker import Run
-from compgen.cli.output_files.ownership import IDENTIFIED_MOTION, check_folder
+from compgen.cli.output_files.ownership import IDENTIFIED_MOTION, Headed, check_folder
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import finding_lines, print_lines
 from compgen.core import stages
 from compgen.core.commands import Command
-from compgen.core.exceptions import naming_file
+from compgen.core.dates import DEFAULT_DATE, checked_date
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import file_hash
 from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
+from compgen.core.units import MINUTE, MM
 from compgen.verification.executed.third_joint import J3
 
 if TYPE_CHECKING:
@@ -40,6 +45,8 @@ OtherPrograms = Annotated[
         "--also", autocompletion=complete_programs, help="A program that may have been run instead; repeatable."
     ),
 ]
+SHARE = 0.6  # of the reach, where the figures stand
+FARTHEST_MM = 1e4  # of a centre, in World
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,3 +218,75 @@ def _publish_motion(
     refused = first_message(Level.REFUSED, identified.findings)
     errors = [f"refused: {refused}; {target.file.name} not written"] if refused else []
     return Outcome(record=record, show=partial(print_lines, lines), errors=errors)
+
+
+def plan_motion_log(
+    robot: opt.RobotArgument,
+    *,
+    centre: Annotated[
+        str | None,
+        typer.Option(
+            "--centre", help="Of its figures, World 'x y z' in mm; default in front of J2, at 0.6 of the reach."
+        ),
+    ] = None,
+    size: Annotated[float, typer.Option("--size", callback=opt.in_range(20, 2000), help="Of its figures, mm.")] = 300.0,
+    speed: Annotated[
+        float, typer.Option("--speed", callback=opt.in_range(2, 1500), help="The higher of its two speeds, mm/s.")
+    ] = 200.0,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_motion_log.")
+    ] = None,
+    date: opt.Date = DEFAULT_DATE,
+    screen: opt.Screen,
+) -> Outcome:
+    """Write a program of three minutes whose log tells identify-motion all that it fits.
+
+    Examples:
+        cgen plan-motion-log m710ic50 --centre '1300 0 600' -o motion_log
+    """
+    import numpy as np
+
+    from compgen.identification.motion.log_program import least_size, motion_log_program
+    from compgen.pipelines.files.robot_file import load_robot
+    from compgen.pipelines.planned.delivery import deliver_file
+    from compgen.program.program import program_name
+
+    arm = load_robot(robot)
+    folder, run = opt.output_folder(f"{arm.name}_motion_log", output), Run(Command.PLAN_MOTION_LOG, arm.name)
+    name = program_name(f"{arm.name}_motion", arm.controller.name_length)
+    file = f"{name}.LS"
+    check_folder(folder, run, headed=[Headed(program=file, header='= "motion log"')])
+    least = least_size(speed * MM) / MM
+    if size < least:
+        raise InputError(
+            f"--size {size:g}: corners would run into each other at {speed:g} mm/s; give --size "
+            f"{np.ceil(least):.0f} or more, or a lower --speed"
+        )
+    place = np.array([SHARE * float(np.abs(arm.a).sum() + np.abs(arm.d).sum()), 0.0, 0.0])
+    if centre is not None:
+        place = opt.typed_numbers("--centre", centre, 3, FARTHEST_MM) * MM
+    program = motion_log_program(arm, name, checked_date(date), place, size * MM, speed * MM)
+    minutes = float((program.lengths() / program.speed).sum()) / MINUTE
+    publish(folder, dict(deliver_file(program).files), {}, run=run)
+    record = {
+        "command": Command.PLAN_MOTION_LOG,
+        "positions": len(program.position),
+        "size_mm": size,
+        "centre_mm": np.round(place / MM, 3).tolist(),
+        "minutes": round(minutes, 1),
+        "files": [file],
+    }
+    return Outcome(record=record, show=partial(print_lines, _lines_of_plan(record, folder / file, robot)))
+
+
+def _lines_of_plan(record: dict[str, Any], program: Path, robot: str) -> list[str]:
+    """What was written, and what to do with it."""
+    x, y, z = record["centre_mm"]
+    return [
+        f"{record['positions']} positions, some {record['minutes']:.1f} minutes at 100 % override, "
+        f"{record['size_mm']:g} mm around X {x:.0f} Y {y:.0f} Z {z:.0f} mm in World, the flange down, tool 0: drive it "
+        "slowly first",
+        "log positions every 8 ms while it runs at 100 %, then:",
+        f"  cgen identify-motion {program} --log LOG.csv --robot {robot}",
+        f"wrote {program.name} to {program.parent}",
+    ]

@@ -1,4 +1,4 @@
-"""The command that varies anything, and answers what people ask of a path's warmth."""
+"""Commands on a job's warmth: whatif varies anything and answers what people ask of it, heat follows its day."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -16,6 +16,7 @@ from compgen.cli.options.completion import complete_keys, complete_paths, comple
 from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files import study_files as files_of_study
 from compgen.cli.output_files.marker import Run
+from compgen.cli.output_files.ownership import check_folder
 from compgen.cli.output_files.publish import publish
 from compgen.cli.output_files.study_files import QUESTIONS, RECORD, own_files, study_folder
 from compgen.cli.screen.messages import finding_lines, print_lines
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from compgen.report.study_tables import StudyOutcome
 
 MOST_FAILED = 10  # scenarios that are named
+HEAT_RECORD, HEAT_TABLES = "heat.json", ("heat.csv", "heat.html", "runs.csv")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -245,3 +247,44 @@ def _scenario_bar(total: int, done: int, *, silent: bool) -> Iterator[Callable[[
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("scenarios", total=total, completed=done)
         yield lambda count: bar.advance(task, count)
+
+
+def heat(
+    path: opt.PathFile,
+    *,
+    job: opt.JobChoice,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_heat.")
+    ] = None,
+    max_um: opt.MaxUm = None,
+    page: PageChoice,
+    date: PageDate = None,
+    screen: opt.FindingScreen,
+    cores: opt.Cores,
+) -> Outcome:
+    """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run.
+
+    Examples:
+        cgen heat paths/spiral_1300.toml
+        cgen heat paths/spiral_1300.toml --json --max-um 20
+    """
+    from compgen.pipelines.study import timeline
+    from compgen.report.heat_page import heat_csv, heat_html, heat_json, heat_sentences, runs_csv
+
+    folder = opt.output_folder(path, output, "_heat")
+    planned = job.load(path)
+    run = Run(Command.HEAT, planned.name)
+    check_folder(folder, run, record=HEAT_RECORD, others=HEAT_TABLES)
+    place = page_place(folder, page, date)
+    day = timeline(planned)
+    contents = (heat_csv(planned, day), heat_html(planned, day, place.options, max_um), runs_csv(planned, day))
+    files = {HEAT_RECORD: heat_json(planned, day), **dict(zip(HEAT_TABLES, contents, strict=True))}
+    publish(folder, {}, place.files(files), run=run)
+    lines = [
+        *heat_sentences(planned, day, verbose=screen.verbose),
+        *finding_lines(planned.input_findings, verbose=screen.verbose),
+    ]
+    lines.append(f"wrote {', '.join(sorted(files))} to {folder}")
+    where = f" in run {int(day.residual.argmax()) + 1}"
+    errors = opt.beyond_bound("one file is off by {}", float(day.residual.max()), max_um, where)
+    return Outcome(record=files[HEAT_RECORD], show=partial(print_lines, lines), errors=errors)

@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from compgen.cli.screen.junit import JudgedPath
+from compgen.cli.screen.ci_reports import JudgedPath
 from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
 from compgen.core.exit_codes import ExitCode
 from compgen.core.finding_codes import Code

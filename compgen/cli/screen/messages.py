@@ -6,7 +6,7 @@ These are as wide as the terminal; into a pipe or a file nothing is wrapped.
 import json
 import sys
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from compgen.core import interrupts
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 UNWRAPPED = 100_000  # columns
+MOST_UNSAFE = 40  # statements that are printed; a long program may have thousands
 _NAME = "cgen: "  # before what stderr says
 _printed_notes: set[str] = set()
 
@@ -108,6 +109,14 @@ def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str,
     """Print findings, a line each, as ``finding_lines`` has them."""
     for line in finding_lines(findings, verbose=verbose):
         console.print(line)
+
+
+def print_unsafe(console: "Console", statements: Sequence[Mapping[str, object]], most: int, where: str) -> None:
+    """Print the first statements that make a correction unsafe, and where all are named, as "in report.json"."""
+    for statement in statements[:most]:
+        console.print(f"  line {statement['line']}: {statement['text']}: {statement['reason']}")
+    if len(statements) > most:
+        console.print(f"  and {len(statements) - most} more, all {where}")
 
 
 def print_table(console: "Console", title: str, table: "Table") -> None:

@@ -6,7 +6,7 @@ A Cartesian position takes its joints from its CONFIG, a joint-form position its
 known (not taught, frame not known, CONFIG without a posture, out of reach) is NaN. A position that motions place in
 several ways (``placements``: an offset, a frame written at run time) has a row for each of them.
 
-World is the arm's own. Where an extended axis carries the arm (``arm_bases``), it is elsewhere in the cell, and user
+World is the arm's own. Where an extended axis carries the arm (``ArmBases``), it is elsewhere in the cell, and user
 frames are told in it: T_uframe = T_base^-1 T_cell_uframe.
 """
 
@@ -19,12 +19,13 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import DEG
-from compgen.fanuc.analysis.arm_bases import ArmBases, read_arm_bases
 from compgen.fanuc.analysis.placements import Placements, placed_poses
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.fanuc.listing.position_parser import J1
+from compgen.fanuc.listing.position_parser import AXES, J1, NO_NUMBER
+from compgen.fanuc.listing.positions import units
 from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, Positions
+from compgen.program.extended_axes import NAMES, ExtendedAxis
 from compgen.program.frames import Frames
 from compgen.program.pose_table import pose_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_from_tool, solve_flange
@@ -33,6 +34,18 @@ from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns, posture_indices
 
 AS_LISTED = Placements()
+E1 = AXES.index("E1")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ArmBases:
+    """The arm's World in the cell's, for K positions."""
+
+    base: IntArray  # (K,) in ``poses``, NO_NUMBER where it is not known
+    poses: Pose  # one a row; the first: no axis carries the arm
+    axes: Array  # (K, 3) values of E1 to E3 [mm] or [deg], NaN for none
+    reason: tuple[str, ...]  # why some are not known
+    which: IntArray  # (K,) in ``reason``, NO_NUMBER where it is known
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -235,3 +248,58 @@ def _configs(texts: list[str]) -> tuple[list[tuple[Posture | None, tuple[int, ..
     """The different CONFIGs, and which each position has."""
     index = {text: k for k, text in enumerate(dict.fromkeys(texts))}
     return [parse_config(text) for text in index], np.array([index[text] for text in texts], dtype=np.int64)
+
+
+def read_arm_bases(program: LsProgram, row: IntArray, extended: Mapping[str, ExtendedAxis]) -> ArmBases:
+    """Where the arm stands at positions.
+
+    Args:
+        program: Any program.
+        row: Positions, rows of the program's table, (K,).
+        extended: What extended axes carry, by name.
+    """
+    written = program.positions.span[row, E1:, 1] > 0
+    axes = np.where(written, program.positions.value[row, E1:], np.nan)
+    base, which = np.zeros(len(row), dtype=np.int64), np.full(len(row), NO_NUMBER)
+    carried = any(axis.kind == "rail" for axis in extended.values())
+    if not written.any():
+        return ArmBases(base, Pose.stack([IDENTITY]), axes, (), which)
+    unit = units(program.data, program.positions.span[row, E1:])
+    concerned = np.flatnonzero(written.any(axis=1) | carried)
+    places: dict[int, int] = {}  # of each base told
+    table = [IDENTITY]
+    reasons: dict[str, int] = {}
+    for k in concerned.tolist():
+        reason = ""
+        for name, has, value, u in zip(NAMES, written[k].tolist(), axes[k].tolist(), unit[k].tolist(), strict=True):
+            axis = extended.get(name)
+            if axis is None:
+                reason = reason or (_unknown(name) if has else "")
+            elif axis.kind == "rail":
+                pose = axis.base_at(value, u) if has else None
+                if pose is None:
+                    reason = reason or _no_base(name, axis, value, u, has=has)
+                else:
+                    if id(pose) not in places:
+                        places[id(pose)] = len(table)
+                        table.append(pose)
+                    base[k] = places[id(pose)]
+        if reason:
+            base[k], which[k] = NO_NUMBER, reasons.setdefault(reason, len(reasons))
+    return ArmBases(base, Pose.stack(table), axes, tuple(reasons), which)
+
+
+def _unknown(name: str) -> str:
+    return f"extended axis {name} moves the base or the part: say which with [extended.{name}] in --frames"
+
+
+def _no_base(name: str, axis: ExtendedAxis, value: float, unit: str, *, has: bool) -> str:
+    if not has:
+        return f"the arm stands on extended axis {name}, and the position does not say where"
+    if np.isnan(value):
+        return f"extended axis {name} is not taught (****)"
+    axis_value = f"{value:g} {unit or '(no unit)'}"
+    return (
+        f"the arm stands on extended axis {name} at {axis_value}, where its base is not told: "
+        f"give [[extended.{name}.base]] with at_{axis.unit} in --frames"
+    )
