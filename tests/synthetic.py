@@ -42,7 +42,10 @@ def made_up(robot_file, seed, ripple=0.0):
     model = build_model(arm.robot, parts, len(arm.nodes))
     rng = np.random.default_rng(seed)
     share = np.array([ripple if t.source == "joint_ripple" else 1.0 for t in model.parameters])
-    p = rng.normal(0, model.prior) * share
+    late = np.array([t.field == "hardening" for t in model.parameters])  # drawn for itself: arms stay
+    p = np.zeros(len(share))
+    p[~late] = rng.normal(0, model.prior[~late]) * share[~late]
+    p[late] = np.random.default_rng([seed, 1]).normal(0, model.prior[late])
     turn = rotation_matrix(rng.normal(0, 1, (1, 3)))
     return Truth(arm, model, p, InstrumentFrames(turn, rng.uniform(-3, 3, (1, 3)), PRISM))
 

@@ -134,8 +134,7 @@ def identify(
         kinds: To be tried: none, and another; default all whose times are alike on every line.
     """
     _, whole = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
-    first = first_fit(windows, robot, tool, *kinds[1:])
-    kept = keeps_law(windows, robot, tool, first.motion)
+    kept = keeps_law(windows, robot, tool, first_fit(windows, robot, tool, *kinds[1:]).motion)
     kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]
     fitted = block % HELD_OUT != HELD_OUT - 1
@@ -149,8 +148,7 @@ def identify(
     kinds = kinds or [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
     fits = []
     for k, kind in enumerate(kinds):
-        start = first.numbers if kind == first.kind else None
-        fits.append(fit_kind(kind, function, fitted, block, start, _shares(windows, kind)))
+        fits.append(fit_kind(kind, function, fitted, block, shares=_shares(windows, kind)))
         progress((k + 1) / (len(kinds) + 1))
     fits.sort(key=lambda fit: float(np.mean(fit.held_out)))
     alike = [fit for fit in fits if _as_well(fit, fits[0])]

@@ -32,8 +32,8 @@ def findings(folder, points, speed, moved=None, by=(0, 0, 0), means=MEANS, noise
     (folder / "RUN.LS").write_bytes(content)
     robot = load_robot(str(ROOT / "robots" / "m710ic50.toml"))
     around = Situation(robot, default_frames(), {}, lambda name: None)
-    text = read_text(str(folder / "RUN.LS"), content)
-    return judge_log(text, around.course(content), read_position_log(folder / "log.csv"), around)
+    written = read_text(str(folder / "RUN.LS"), content)
+    return judge_log(written, around.course(content), read_position_log(folder / "log.csv"), around)
 
 
 def strays(run):
