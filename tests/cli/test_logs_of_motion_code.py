@@ -113,8 +113,10 @@ def test_means_are_whole_periods_and_lie_in_their_intervals(tmp_path, means, wav
         assert low - 0.05 <= mean <= high + 0.05
 
 
-@pytest.mark.parametrize(("end", "cnt"), [((1750, -250, 100), 100), ((1750, -250, 100), 50), ((1350, -520, 100), 100)])
-def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path, end, cnt):
+@pytest.mark.parametrize(("end", "cnt", "speed"), [
+    ((1750, -250, 100), 100, 400), ((1750, -250, 100), 50, 400), ((1750, -250, 100), 50, 200), ((1350, -520, 100), 100, 400),
+])  # fmt: skip
+def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path, end, cnt, speed):
     """As an M-900iA/350 has them: whole periods, 8 % more for each m2 of the most that the arm is spread on a line."""
     lines, fine = [(900, 500, 100), (1200, 50, 100), end], [True, False, True]
     widest = np.maximum(spread(lines)[:-1], spread(lines)[1:])
@@ -122,15 +124,16 @@ def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path,
     assert periods[1] - periods[0] > 3
     waits = PERIOD * np.floor((periods - 1) * (1 - np.sqrt(cnt / 100))) * [1, 0]
     means = PERIOD * np.column_stack([(periods + 1) // 2, periods // 2])
-    time, place = driven(lines, 400, fine, means, waits=waits)
-    write(tmp_path, time, place, program(lines, 400, fine, cnt))
+    time, place = driven(lines, speed, fine, means, waits=waits)
+    write(tmp_path, time, place, program(lines, speed, fine, cnt))
     result, motion = identify(tmp_path)
     assert result.returncode == 0
     assert motion["identified"]["verdict"] == "foretells"
     assert "differ from line to line" in result.stdout
     longer = 1 + motion["reach_percent_m2"] / 100 * (widest - motion["reach_at_m2"])
     np.testing.assert_allclose(sum(motion["moving_average_ms"]) * longer / (1e3 * PERIOD), periods, atol=0.3)
-    assert motion["identified"]["held_out_rms_um"] < 5
+    left = motion["identified"].get("held_out_rms_um")
+    assert left is None if (cnt, speed) == (50, 400) else left < 5  # none: no stretch held out had the bend
 
 
 def test_a_robot_file_that_counts_whole_periods_is_not_told_to_and_the_copy_of_another_does(tmp_path):
