@@ -114,7 +114,8 @@ def test_means_are_whole_periods_and_lie_in_their_intervals(tmp_path, means, wav
 
 
 @pytest.mark.parametrize(("end", "cnt", "speed"), [
-    ((1750, -250, 100), 100, 400), ((1750, -250, 100), 50, 400), ((1750, -250, 100), 50, 200), ((1350, -520, 100), 100, 400),
+    ((1750, -250, 100), 100, 400), ((1750, -250, 100), 50, 400), ((1750, -250, 100), 50, 200),
+    ((1350, -520, 100), 100, 400),
 ])  # fmt: skip
 def test_two_lines_of_which_the_farther_out_has_longer_means_tell_both(tmp_path, end, cnt, speed):
     """As an M-900iA/350 has them: whole periods, 8 % more for each m2 of the most that the arm is spread on a line."""
