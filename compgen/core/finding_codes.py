@@ -199,7 +199,7 @@ class Code(StrEnum):
         "Log corners at CNT100, or curvature that changes, at full speed.", REFUSED)
     MOTION_NONE = ("motion.none", "identification", "The log shows the programmed path itself: no smoothing is seen.",
         "Log positions from behind the smoothing.", REFUSED)
-    MOTION_PARTS = ("motion.parts", "identification", "Two halves of the log disagree on the smoothing.",
+    MOTION_PARTS = ("motion.parts", "identification", "Halves of a log, or its places and its times, disagree.",
         "Log one run of one program, at one override.", REFUSED)
     MOTION_MISFIT = ("motion.misfit", "identification", "The fit foretells; it leaves too much to command against.",
         "Nothing; what it leaves is in its band.", WARNING)

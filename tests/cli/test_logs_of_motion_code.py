@@ -351,6 +351,17 @@ def test_what_corners_wait_at_cnt50_is_not_taken_for_an_override(tmp_path, overr
     assert reserve in result.stdout + result.stderr
 
 
+def test_a_run_whose_waits_are_not_told_from_its_override_is_refused(tmp_path):
+    """120 ms at each of sixty corners, at 60 % override: a mean of 90 ms leaves 8 um of 48, and takes half the time."""
+    waits = PERIOD * np.floor(52 * (1 - np.sqrt(0.5))) * ~np.array(SMOOTH[1:])
+    time, place = driven(CURVE, 200, SMOOTH, means=(0.216, 0.208), waits=waits, override=0.6)
+    write(tmp_path, time, place, program(CURVE, 200, SMOOTH, cnt=50))
+    result, motion = identify(tmp_path)
+    assert result.returncode == 1
+    assert not motion
+    assert "what its corners wait, and its override, are not told" in " ".join(result.stdout.split())
+
+
 def test_corners_below_cnt50_are_not_commanded_against(tmp_path):
     """No log of the motion code shows what they wait: how two means share their sum is not told right."""
     path, fine = [*SQUARE, *SQUARE[1:]], [*ROUND, *ROUND[1:]]

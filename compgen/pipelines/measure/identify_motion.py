@@ -6,6 +6,9 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import Any
 
+import numpy as np
+
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.finding_codes import Code, Level
@@ -15,7 +18,7 @@ from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.beginnings import identify_runs
 from compgen.identification.motion.identify import IdentifiedMotion, timed_windows
 from compgen.identification.motion.speeds import shown_speeds
-from compgen.identification.motion.windows import Window
+from compgen.identification.motion.windows import Window, fitted
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
 from compgen.robot.motion import SAME_OVERRIDE
 from compgen.robot.robot import Robot
@@ -23,6 +26,7 @@ from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.executed.position_log import PositionLog
 
+LASTING = 1.5  # times as long as the motion that is fitted to it: no run that it explains, slowed down or not
 LEAST_CNT = 0.5  # n / 100 of CNT n in the logs by which its wait is known (docs/motion.md)
 
 
@@ -58,7 +62,9 @@ def identify_motion(
     robot, tool = situation.robot, run.course.tool
     identified = identify_runs(windows, robot, tool, run.deviation.noise, progress)
     speeds = shown_speeds(run.course, windows, robot, tool, identified.motion)
-    return run, replace(identified, speeds=speeds, findings=(*_unlike_a_job(run, windows), *identified.findings))
+    passed = [fitted(window, robot, tool, identified.motion)[1] for window in windows]
+    findings = (*_unlike_a_job(run, windows), *_another_time([w.shown for w in windows], passed), *identified.findings)
+    return run, replace(identified, speeds=speeds, findings=findings)
 
 
 def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Finding]:
@@ -73,6 +79,22 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
     for what in unlike:
         message = f"{what}: it foretells, and is not commanded against; log a run at 100 % with corners at CNT100"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
+
+
+def _another_time(shown: Sequence[Array], passed: Sequence[Array]) -> Iterator[Finding]:
+    """That runs last otherwise than the motion that is fitted: what its corners wait is none of its smoothing.
+
+    Args:
+        shown: Log's clock at the rows of each window [s].
+        passed: When the motion is there [s].
+    """
+    lasts, takes = (sum(float(np.ptp(times)) for times in of) for of in (shown, passed))
+    if not 1 / LASTING < lasts / takes < LASTING:
+        message = (
+            f"it lasted {lasts:.1f} s where this motion takes {takes:.1f}: what its corners wait, and its override, "
+            "are not told; log a run at 100 % override with corners at CNT100"
+        )
+        yield Finding(Level.REFUSED, Code.MOTION_PARTS, message)
 
 
 def _left_of_bends(identified: IdentifiedMotion) -> dict[str, float]:
