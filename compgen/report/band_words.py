@@ -104,7 +104,7 @@ def largest_unknown(record: dict[str, Any]) -> str:
 
 
 def next_words(record: dict[str, Any]) -> str:
-    """What to measure next: ``one hot length: -13 um (cgen generate ...); ...``; empty where nothing takes much off."""
+    """What to measure next: ``more poses: -13 um (cgen plan-poses ...); ...``; empty where nothing takes much off."""
     if not record["next"]:
         return ""
     named = "; ".join(_step_words(step) for step in record["next"])
@@ -114,7 +114,8 @@ def next_words(record: dict[str, Any]) -> str:
 
 
 def _step_words(step: dict[str, Any]) -> str:
-    return f"{step['what']}: -{rounded(step['takes_um'])} um ({step['command']})"
+    own = "then, with your own values, " if "=" in step["command"] else ""  # those that stand there are examples
+    return f"{step['what']}: -{rounded(step['takes_um'])} um ({own}{step['command']})"
 
 
 def _larger_than_band(record: dict[str, Any]) -> list[str]:

@@ -72,10 +72,11 @@ def test_the_sentences_say_what_is_left_what_is_not_sure_and_what_nobody_measure
         "Largest error 107.1 um before. After: 2.1 um left by calculation. Uncertainty of the robot data: 41 um "
         "(95 %), from cte 20, temperature law 13. Not measured on your robot: play (55 to 175 um); without a figure: "
         "the controller's motion.",
-        "Measure next, to make these 41 um smaller: one hot length: -19 um (cgen generate PATH --set "
+        "Measure next, to make these 41 um smaller: one hot length: -19 um (then, with your own values, cgen generate "
+        "PATH --set "
         "robot.thermal.cte_um_m_K=12 --set 'robot.thermal.uncertainty.cte_um_m_K=[11.5,12.5]' --set "
-        "'robot.thermal.uncertainty.growth_percent.d4=[-9,9]'); a temperature log of the day: -6.5 um (cgen generate "
-        "PATH --set log.file=log.csv); "
+        "'robot.thermal.uncertainty.growth_percent.d4=[-9,9]'); a temperature log of the day: -6.5 um (then, with your "
+        "own values, cgen generate PATH --set log.file=log.csv); "
         "all of these leave 0.0 um of the band; larger than the band, so first: play",
     ]
     assert gain_words(summary_of(band_record(BAND, UNKNOWN))) == (
@@ -91,7 +92,7 @@ def test_a_screen_names_the_largest_and_counts_the_rest():
         "robot: b (0 to 700 um), d (0 to 55 um), c (0 to 30 um), 2 more of up to 9.0 um, 1 without a figure: " in words
     )
     assert words.splitlines()[1].startswith(
-        "Measure next: first what is larger than these 41 um. Then, to make them smaller: one hot length: -19 um (cgen "
+        "Measure next: first what is larger than these 41 um. Then, to make them smaller: one hot length: -19 um (then"
     )
     assert "log.file" not in words
     few = not_known_words(band_record(BAND, UNKNOWN), verbose=False)

@@ -50,7 +50,7 @@ def test_an_hour_counts():
 def test_the_words_name_command_and_what_is_larger_than_the_band():
     record = {"p95_um": 44.0, "next": next_steps(44.0, SPIRAL), "unknown": []}
     words = next_words(record)
-    assert words.startswith("one hot length: -13 um (cgen generate PATH --set robot.thermal.cte_um_m_K=12 --set '")
+    assert words.startswith("one hot length: -13 um (then, with your own values, cgen generate PATH --set robot.")
     assert words.endswith("all of these leave 19 um of the band")
     record["unknown"] = [{"what": "play", "size_um": [55, 175]}, {"what": "spindle", "size_um": [2, 5]}]
     assert next_words(record).endswith("; larger than the band, so first: play")
