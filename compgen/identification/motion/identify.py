@@ -134,7 +134,7 @@ def identify(
         kinds: To be tried: none, and another; default all whose times are alike on every line.
     """
     _, whole = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
-    kept = keeps_law(windows, robot, tool, first_fit(windows, robot, tool, *kinds[1:]).motion)
+    kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool, *kinds[1:]))
     kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]
     fitted = block % HELD_OUT != HELD_OUT - 1
@@ -190,24 +190,26 @@ def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
     tool, windows = run.course.tool, windows_of(run, robot)
     if not windows:
         return windows
-    motion = first_fit(windows, robot, tool).motion
+    motion = first_motion(windows, robot, tool)
+    left = rms(residuals(windows, robot, tool, motion))
     for _ in range(RETIMINGS):
         run = retimed(run, windows, robot, tool, motion)
-        timed, before = windows_of(run, robot), rms(residuals(windows, robot, tool, motion))
-        motion = first_fit(timed, robot, tool).motion
-        if rms(residuals(timed, robot, tool, motion)) > RETIMED * before:
+        timed, before = windows_of(run, robot), left
+        motion = first_motion(timed, robot, tool)
+        left = rms(residuals(timed, robot, tool, motion))
+        if left > RETIMED * before:
             break
         windows = timed
     return windows
 
 
-def first_fit(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind = FIRST) -> KindFit:
+def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind = FIRST) -> ControllerMotion:
     """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time."""
     block = np.concatenate([w.block for w in windows])
     clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
     clear = clear if clear.any() else np.ones_like(clear)
     left, shares = partial(residuals, windows, robot, tool), _shares(windows, kind)
-    return fit_kind(kind, left, clear, block, shares=shares)
+    return fit_kind(kind, left, clear, block, shares=shares).motion
 
 
 def _shares(windows: Sequence[Window], kind: Kind) -> Sequence[float]:

@@ -20,7 +20,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.identification.motion.fit import Kind, Residuals, fit_kind
-from compgen.identification.motion.identify import FIRST, first_fit, timed_windows
+from compgen.identification.motion.identify import FIRST, first_motion, timed_windows
 from compgen.identification.motion.windows import residuals, windows_of
 from compgen.robot.robot import Robot
 from compgen.verification.executed.clock_fit import chords
@@ -62,9 +62,10 @@ def stray_corner(run: ExecutedRun, robot: Robot) -> Finding | None:
     except InputError:  # too short a run to say
         return None
     tool, noise = run.course.tool, NOISES * run.deviation.noise
-    if not windows or norm(residuals(windows, robot, tool, first_fit(windows, robot, tool).motion)[:, :3]).max() <= (
-        OFF_BEND + noise
-    ):
+    if not windows:
+        return None
+    first = first_motion(windows, robot, tool)
+    if norm(residuals(windows, robot, tool, first)[:, :3]).max() <= OFF_BEND + noise:
         return None
     windows = timed_windows(run, robot)
     arc = np.concatenate([w.row_arc for w in windows])
