@@ -46,8 +46,8 @@ def spent(cache: Path, poses: int, rounds: int) -> dict[str, float]:
 
 def _seconds(cache: Path, call: tuple[str, ...], rounds: int) -> float:
     verdicts = (0, 1)  # no is an answer, too; a refusal is none
-    found = [whole.spent(cache, "-m", "compgen", *call, "-q", answers=verdicts)[0] for _ in range(rounds)]
-    return statistics.median(found[1:] or found)
+    seconds = [whole.spent(cache, "-m", "compgen", *call, "-q", answers=verdicts)[0] for _ in range(rounds)]
+    return statistics.median(seconds[1:] or seconds)
 
 
 def measured_poses(poses: int) -> str:

@@ -205,7 +205,6 @@ def rows_of(log: Path) -> Array:
 def expected_motion() -> str:
     """The table of the shipped file that says what runs of the sister arm differ by, by how they begin."""
     text = (Path(__file__).parents[1] / "robots" / f"{SHIPPED}.toml").read_text()
-    # X, f"{SHIPPED}.toml").read_text()
     return text[text.index("\n[expected_motion]\n") :].lstrip().partition("\n\n")[0] + "\n"
 
 
