@@ -26,8 +26,9 @@ from scipy.linalg import qr
 from compgen.core.arrays import Array
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
+from compgen.error_model.rigid_share import rigid_share
 from compgen.identification.fit import Fit
-from compgen.identification.measurements import PLACE, WORLD, Measurements
+from compgen.identification.measurements import PLACE, WORLD, Measurements, blank_rows
 from compgen.identification.model import ArmModel
 
 KNOWN = 0.5  # share of a parameter's prior variance that the data must take away, to call it identified
@@ -36,6 +37,7 @@ UNSEEN = 0.1
 GEOMETRY = ("joint_zeros", "link_offsets")
 PART = 0.3  # share of the largest, from which a parameter is part of a direction
 NAMED = 4  # directions
+POSTURES = 200  # drawn at random, the same every time
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -130,6 +132,27 @@ def largest_moves(model: ArmModel, fitted: Fit) -> Array:
     basis = np.linalg.qr(A[:, K:])[0]
     left = columns - basis @ (basis.T @ columns)
     return np.asarray(np.linalg.norm(left.reshape(-1, 3, K), axis=1).max(axis=0))
+
+
+def taught_sigma(model: ArmModel, fitted: Fit, nodes: int, limits: Array) -> float:
+    """How well a cold flange is known in a frame that it has taught itself: rms of a coordinate's sigma [m].
+
+        sigma^2 = mean tr(D C D') / 3,    D = dP/dp less the rigid motion of all POSTURES (``rigid_share``)
+
+    with C the posterior covariance of the active parameters. A frame taught nearer to the part leaves less.
+
+    Args:
+        model: The arm.
+        fitted: Its fit.
+        nodes: How many nodes the heat model has.
+        limits: Between which the joint angles are drawn, (6, 2) [rad].
+    """
+    theta = np.random.default_rng(0).uniform(*limits.T, (POSTURES, 6))
+    rows = blank_rows(theta, np.arange(POSTURES), [""] * POSTURES, nodes)
+    place, _, dP, _ = model.derivatives(model.jacobian_function(fitted.active), rows, fitted.p)
+    column, frame, K = dP * model.prior[fitted.active], rigid_share(place), dP.shape[2]
+    root = np.linalg.cholesky(fitted.posterior.covariance[:K, :K])
+    return float(np.sqrt(((frame.left(column, frame.motion(column), place) @ root) ** 2).sum(axis=2).mean()))
 
 
 def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> Iterator[Finding]:

@@ -25,7 +25,12 @@ from compgen.identification.fit_limits import (
     with_uncertain_scales,
 )
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.identifiability import Identifiability, assess_identifiability, unobservable
+from compgen.identification.identifiability import (
+    Identifiability,
+    assess_identifiability,
+    taught_sigma,
+    unobservable,
+)
 from compgen.identification.log_readings import log_findings
 from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
 from compgen.identification.measurements import WORLD, Measurements
@@ -41,7 +46,7 @@ from compgen.identification.reversals import (
 )
 from compgen.identification.shared_setup import with_shared_setups
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
-from compgen.identification.verdict import FittedCandidate, left_findings, verdict_findings
+from compgen.identification.verdict import FittedCandidate, known_here_only, left_findings, verdict_findings
 from compgen.job.tables import FitLimits
 from compgen.robot.robot import Robot
 
@@ -61,6 +66,7 @@ class Identification:
     findings: tuple[Finding, ...]
     known: tuple[UncertainSource, ...]  # sources with fitted values and sigmas
     box: Array  # (6, 2) [rad] theta that the poses cover
+    taught_sigma: tuple[float, float]  # [m] of a coordinate, frame taught: with theta in that box, and with any
     lost_motion: LostMotion | None = None  # what reversal runs told
     limits: FitLimits = field(default_factory=FitLimits)  # what the fit leaves beside its parameters' covariance
 
@@ -156,8 +162,13 @@ def identify(
     identifiability = assess_identifiability(model, data, selected.fit)
     chosen = [source for source in sources if is_fitted(source, selected)]
     limits = assess_fit_limits(model, data, selected.fit, temperatures=temperatures)
+    box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
+    here, anywhere = (
+        taught_sigma(model, selected.fit, nodes, r) for r in (box, np.column_stack([robot.lower, robot.upper]))
+    )
     findings = [
         *verdict_findings(robot, model, data, candidates[0], selected, identifiability, moved),
+        *known_here_only(here, anywhere),
         *_left(data, selected, limits, chosen),
         *lost_motion_findings(robot, lost_motion, chosen),
         *unobservable(model, data, selected.fit),
@@ -167,7 +178,6 @@ def identify(
         *(_unwritten_warmth(nodes) if states else ()),
     ]
     identified = fitted_sources(known, sources, model, selected.fit, temperatures=temperatures)
-    box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
         robot=robot,
         model=model,
@@ -178,6 +188,7 @@ def identify(
         findings=tuple(findings),
         known=identified,
         box=box,
+        taught_sigma=(here, anywhere),
         lost_motion=lost_motion,
         limits=limits,
     )

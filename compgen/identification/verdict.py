@@ -30,6 +30,7 @@ FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
 NAMED = 20  # rows set aside that are named one by one
 FOREIGN = 5 * MM  # [m] from the file's length: that of another robot
+ELSEWHERE = 3.0  # times better known where it was measured: the rest was not
 BEYOND = 1.5  # times what instrument and repeatability explain
 MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
 
@@ -110,6 +111,23 @@ def left_findings(
         f"{explained / UM:.0f}: the arm does what the model has not{sag}"
     )
     return [Finding(Level.WARNING, Code.LEFT, message)]
+
+
+def known_here_only(here: float, anywhere: float) -> list[Finding]:
+    """What is said where an arm is known at joint angles as measured, and hardly at others.
+
+    Args:
+        here: Sigma of a coordinate there, its frame taught [m].
+        anywhere: Likewise with any joint angles.
+    """
+    if anywhere <= ELSEWHERE * here:
+        return []
+    message = (
+        f"joint angles beyond those measured are known to +- {2 * anywhere / UM:.0f} um only (95 %, where the frame is "
+        f"taught), those measured to +- {2 * here / UM:.0f}: measure poses over all the robot's use, as "
+        "'cgen plan-poses' says, or stay inside"
+    )
+    return [Finding(Level.WARNING, Code.NARROW, message)]
 
 
 def _frames_told_apart(

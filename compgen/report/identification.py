@@ -54,6 +54,7 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
         "reflectors": list(data.reflectors),
         "noise_um": _um(best.fit.noise),
         "held_out_um": _held_out(best.cross_validation),
+        "known_um": {k: _um(2 * s) for k, s in zip(("measured", "anywhere"), identification.taught_sigma, strict=True)},
         "fit": fit_limits_record(identification.limits),
         "ladder": [
             {
@@ -142,7 +143,11 @@ def limits_sentence(summary: dict[str, Any]) -> str:
     parts.append(
         f"{blocks} blocks foretold in time scale the band by {scale:.2f}" if blocks else "nothing was foretold"
     )
-    return f"beside the parameters: {'; '.join(parts)}"
+    known = summary["known_um"]
+    return (
+        f"in a frame that it teaches, the flange is known to +- {known['measured']:.0f} um (95 %) with joint angles as "
+        f"measured, +- {known['anywhere']:.0f} um with any; beside the parameters: {'; '.join(parts)}"
+    )
 
 
 def validation_summary(validation: Validation) -> dict[str, Any]:

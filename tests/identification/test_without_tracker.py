@@ -15,9 +15,9 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import fit
-from compgen.identification.identifiability import unobservable, unseen_directions
+from compgen.identification.identifiability import taught_sigma, unobservable, unseen_directions
 from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
-from compgen.identification.measurements import DISTANCE, TOUCH
+from compgen.identification.measurements import DISTANCE, TOUCH, blank_rows
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.robot_file import load_arm
@@ -467,3 +467,47 @@ def test_touches_that_never_tilt_the_probe_are_refused(arm, tmp_path):
     assert findings["frames"]["level"] == "refused"
     assert "spheres or sockets" in findings["frames"]["message"]
     assert made.returncode == 1
+
+
+def shape_left(moved, place):
+    """Moves (M, 3) of places less the best shift and small turn of all, by least squares."""
+    x, y, z = (place - place.mean(axis=0)).T
+    turns = [np.stack(c, axis=1) for c in ((0 * x, -z, y), (z, 0 * x, -x), (-y, x, 0 * x))]
+    D = np.column_stack([*(np.tile(e, len(place)) for e in np.eye(3)), *(t.ravel() for t in turns)])
+    return moved - (D @ np.linalg.lstsq(D, moved.ravel(), rcond=None)[0]).reshape(-1, 3)
+
+
+def test_how_well_the_flange_is_known_is_what_drawn_arms_of_the_posterior_differ_by(arm, centres, tmp_path):
+    data = read(arm, tmp_path, touches=text(TOUCH_HEAD, centres))
+    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False, facts=arm.facts)
+    model = build_model(arm.robot, [s for s in parts if s.original.NAME in ("joint_zeros", "link_offsets")], 0)
+    fitted = fit(model, data, np.ones(len(model.parameters), dtype=bool))
+    limits = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
+    rng = np.random.default_rng(41)
+    theta = rng.uniform(limits[:, 0], limits[:, 1], (300, 6))
+    rows = blank_rows(theta, np.arange(300), [""] * 300, 0)
+    place, _ = model.pose(rows, fitted.p)
+    K = len(fitted.p)
+    drawn = rng.multivariate_normal(np.zeros(K), fitted.posterior.covariance[:K, :K], 200) * model.prior
+    left = [shape_left(model.pose(rows, fitted.p + p)[0] - place, place) for p in drawn]
+    assert taught_sigma(model, fitted, 0, limits) == pytest.approx(np.sqrt(np.mean(np.square(left))), rel=0.1)
+
+
+def test_two_spheres_alone_are_said_to_tell_little_of_the_rest(arm, tmp_path):
+    """And an arm measured everywhere has no such warning."""
+    said = {}
+    for count, places in (("two", SPHERES[:2]), ("five", SPHERES)):
+        rows = touch_rows(arm, np.random.default_rng(42), 60 if count == "two" else 150, places=places)
+        (tmp_path / "touches.csv").write_text(text(TOUCH_HEAD, rows))
+        (tmp_path / "artefact.toml").write_text(artefact(places=places))
+        made = run(
+            "identify", "m710ic50", "--touches", tmp_path / "touches.csv", "-o", tmp_path / f"{count}.toml", "--json"
+        )
+        assert made.returncode == 0, made.stderr
+        said[count] = json.loads(made.stdout)
+    here, anywhere = (said["two"]["known_um"][k] for k in ("measured", "anywhere"))
+    assert anywhere > 3 * here
+    warned = [f for f in said["two"]["findings"] if f["code"] == "narrow" and "beyond those measured" in f["message"]]
+    assert [f["level"] for f in warned] == ["warning"]
+    assert f"+- {anywhere:.0f} um only" in warned[0]["message"]
+    assert said["five"]["known_um"]["measured"] < here
