@@ -27,7 +27,7 @@ def station_directions(
         return NO_DIRECTION, NO_DIRECTION
     station, fraction = path_samples(driven, np.arange(1, SUBDIVISIONS) / SUBDIVISIONS)
     tcp = interpolate_poses(driven, station, fraction)
-    theta, _ = commanded_joints(robot, driven, station, fraction, tcp)
+    theta = commanded_joints(robot, driven, station, fraction, tcp)
     states = [direction_states(memory, theta[some], tcp.position[some]) for some in chains(driven, station)]
     if not states:
         return NO_DIRECTION, NO_DIRECTION

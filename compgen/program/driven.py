@@ -6,6 +6,8 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.pose import Pose
+from compgen.robot.inverse_kinematics import BranchSolution, solve_tools
+from compgen.robot.robot import Robot
 from compgen.thermal import JointMotion
 
 NONE = -1
@@ -23,6 +25,10 @@ class Positions:
     tool: IntArray  # (K,) in ``tools``
     tools: Pose  # TCP in the flange; the last, which NONE picks, is the flange itself
     first: IntArray  # (K,) first row of the same position: it stands for the others where numbers are written
+
+    def solve(self, robot: Robot, tcp: Pose, rows: IntArray) -> BranchSolution:
+        """Joints that bring the TCP to n poses, by the tools and in the postures of rows, (n,)."""
+        return solve_tools(robot, tcp, self.tools, self.tool[rows], self.posture[rows])
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -29,7 +29,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import DEG, MM
 from compgen.program.driven import NONE, DrivenProgram
-from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
+from compgen.robot.inverse_kinematics import BranchSolution
 from compgen.robot.joint_path import nearest_turns, wrist_centre
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
@@ -123,16 +123,18 @@ def measure_reach(robot: Robot, driven: DrivenProgram) -> DrivenProgram:
     moved, _ = _largest_moves(robot, driven, ways)
     with np.errstate(invalid="ignore"):
         clear = np.minimum(driven.at.margin[start], driven.at.margin[end]) > moved
-    inside = np.arange(1, REACH_SUBDIVISIONS) / REACH_SUBDIVISIONS
-    kind = np.column_stack([driven.at.tool[end], driven.at.posture[end]])
-    for tool, posture in np.unique(kind[~clear], axis=0).tolist():
-        rows = ways[~clear & (kind == [tool, posture]).all(axis=1)]
-        for some in np.array_split(rows, len(rows) // REACH_BLOCK + 1):
-            station, fraction = np.repeat(some, len(inside)), np.tile(inside, len(some))
-            tcp = interpolate_poses(driven, station, fraction)
-            margin = solve_flange(robot, flange_from_tool(tcp, driven.at.tools[tool]), ALL_POSTURES[posture]).margin
-            beyond[some] = np.maximum(-margin.reshape(-1, len(inside)).min(axis=1), 0.0)
+    doubtful = ways[~clear]
+    for some in np.array_split(doubtful, len(doubtful) // REACH_BLOCK + 1):
+        margin = _solve_inside(robot, driven, some, REACH_SUBDIVISIONS).margin.reshape(-1, REACH_SUBDIVISIONS - 1)
+        beyond[some] = np.maximum(-margin.min(axis=1), 0.0)
     return replace(driven, beyond=beyond)
+
+
+def _solve_inside(robot: Robot, driven: DrivenProgram, ways: IntArray, pieces: int) -> BranchSolution:
+    """The arm between the ends of ways, each cut into equal pieces, way by way."""
+    inside = np.arange(1, pieces) / pieces
+    station, fraction = np.repeat(ways, len(inside)), np.tile(inside, len(ways))
+    return driven.at.solve(robot, interpolate_poses(driven, station, fraction), driven.pose[station])
 
 
 def _largest_moves(robot: Robot, driven: DrivenProgram, ways: IntArray) -> tuple[Array, Array]:
@@ -189,25 +191,13 @@ def _on_arcs(places: Array, driven: DrivenProgram, station: IntArray, fraction: 
     return np.asarray(arcs.at((begin + fraction * (end - begin))[:, None])[:, 0])
 
 
-def commanded_joints(
-    robot: Robot,
-    driven: DrivenProgram,
-    station: IntArray,
-    fraction: Array,
-    tcp: Pose,
-) -> tuple[Array, Pose]:
-    """Joints (M, 6) [rad] that the controller commands for M poses on the way, and the flange there."""
-    pose = driven.pose[station]
+def commanded_joints(robot: Robot, driven: DrivenProgram, station: IntArray, fraction: Array, tcp: Pose) -> Array:
+    """Joints (M, 6) [rad] that the controller commands for M poses on the way."""
+    pose, way = driven.pose[station], fraction < 1
     theta = driven.at.theta[pose]
-    position, rotation = np.empty((len(station), 3)), np.empty((len(station), 3, 3))
-    kinds = np.column_stack([driven.at.tool[pose], driven.at.posture[pose]])
-    for tool, posture in np.unique(kinds, axis=0).tolist():
-        rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        flange, way = flange_from_tool(tcp[rows], driven.at.tools[tool]), fraction[rows] < 1
-        position[rows], rotation[rows] = flange.position, flange.rotation
-        solved = solve_flange(robot, flange[way], ALL_POSTURES[posture]).theta
-        theta[rows[way]] = nearest_turns(solved, theta[rows[way]])
-    return theta, Pose(frozen(position), frozen(rotation))
+    solved = driven.at.solve(robot, tcp[way], pose[way]).theta
+    theta[way] = nearest_turns(solved, theta[way])
+    return theta
 
 
 def singular_ways(robot: Robot, driven: DrivenProgram) -> list[tuple[int, str]]:
@@ -223,7 +213,8 @@ def singular_ways(robot: Robot, driven: DrivenProgram) -> list[tuple[int, str]]:
     passed: list[tuple[int, str]] = []
     for first in range(0, len(ways), BLOCK):
         some = slice(first, first + BLOCK)
-        nearest = _nearest(robot, driven, ways[some])
+        inside = _distances(robot, *_solve_inside(robot, driven, ways[some], SINGULAR_SUBDIVISIONS))
+        nearest = inside.reshape(-1, SINGULAR_SUBDIVISIONS - 1, 3).min(axis=1)
         dips = (nearest < allowed) & (nearest < at_ends[some])
         dips &= nearest[:, 1:2] >= 0  # that a way leaves the reach is told elsewhere
         rows = np.flatnonzero(dips.any(axis=1)).tolist()
@@ -245,19 +236,6 @@ def _may_pass(robot: Robot, driven: DrivenProgram, ways: IntArray, at_ends: Arra
         swing = turn / 2 + 1.5 * moved * (1 / shoulder + 3 / np.maximum(elbow, 0.0))
     clear = (moved < 0.2 * np.minimum(shoulder, elbow)) & (wrist - allowed[2] > swing)
     return np.asarray(~(clear & (shoulder - allowed[0] > moved) & (elbow - allowed[1] > moved)))
-
-
-def _nearest(robot: Robot, driven: DrivenProgram, ways: IntArray) -> Array:
-    """The least distances between the ends of ways, (n, 3)."""
-    inside = np.arange(1, SINGULAR_SUBDIVISIONS) / SINGULAR_SUBDIVISIONS
-    station, fraction = np.repeat(ways, len(inside)), np.tile(inside, len(ways))
-    tcp, pose = interpolate_poses(driven, station, fraction), driven.pose[station]
-    distances = np.empty((len(station), 3))
-    for tool, posture in np.unique(np.column_stack([driven.at.tool, driven.at.posture])[pose], axis=0).tolist():
-        rows = np.flatnonzero((driven.at.tool[pose] == tool) & (driven.at.posture[pose] == posture))
-        theta, margin = solve_flange(robot, flange_from_tool(tcp[rows], driven.at.tools[tool]), ALL_POSTURES[posture])
-        distances[rows] = _distances(robot, theta, margin)
-    return np.asarray(distances.reshape(len(ways), -1, 3).min(axis=1))
 
 
 def _words(nearest: Array, dips: BoolArray) -> str:

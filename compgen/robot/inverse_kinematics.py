@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
@@ -135,6 +135,24 @@ def solve_tool(robot: Robot, pose: Pose, tool: Pose, posture: Posture) -> Branch
     """
     theta, margin = evaluate(_build_solve_tool(robot, posture), pose.position, pose.rotation_rows, _row(tool))
     return BranchSolution(theta, margin[:, 0])
+
+
+def solve_tools(robot: Robot, tcp: Pose, tools: Pose, tool: IntArray, posture: IntArray) -> BranchSolution:
+    """DH joint angles of N TCP poses, each of a tool of its own and on a branch of its own.
+
+    Args:
+        robot: Arm of the class above.
+        tcp: In World, N of them.
+        tools: TCP in the flange.
+        tool: Rows of ``tools``, (N,).
+        posture: The branches, as indices of ``ALL_POSTURES``, (N,).
+    """
+    theta, margin = np.empty((len(tool), 6)), np.empty(len(tool))
+    kinds = np.column_stack([tool, posture])
+    for t, p in np.unique(kinds, axis=0).tolist():
+        rows = np.flatnonzero((kinds == [t, p]).all(axis=1))
+        theta[rows], margin[rows] = solve_flange(robot, flange_from_tool(tcp[rows], tools[t]), ALL_POSTURES[p])
+    return BranchSolution(theta, margin)
 
 
 @kept_with("robot")

@@ -75,9 +75,10 @@ def fly(
     time, rise = heat[0][0], np.asarray(sum(weight * rise for (weight, _), (_, rise) in zip(starts, heat, strict=True)))
     tcp = interpolate_poses(driven, station, fraction)
     pose = driven.pose[station]
-    theta, flange = commanded_joints(twin.robot, driven, station, fraction, tcp)
-    twin.confirm_inverse(theta, flange, driven.at.number[pose] - 1, lambda share: progress(share / 2))
+    theta = commanded_joints(twin.robot, driven, station, fraction, tcp)
     tools = driven.at.tools[driven.at.tool[pose]]
+    flange = tcp @ tools.inverse()
+    twin.confirm_inverse(theta, flange, driven.at.number[pose] - 1, lambda share: progress(share / 2))
     # an arm that remembers its direction knows it from where a chain of sure neighbours begins
     pieces = [slice(0, len(theta))] if not twin.remembers_direction else chains(driven, station)
     parts = [tcp[:0]]

@@ -10,7 +10,7 @@ World is the arm's own. Where an extended axis carries the arm (``ArmBases``), i
 frames are told in it: T_uframe = T_base^-1 T_cell_uframe.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +28,7 @@ from compgen.program.driven import NONE, Positions
 from compgen.program.extended_axes import NAMES, ExtendedAxis
 from compgen.program.frames import Frames
 from compgen.program.pose_table import pose_of
-from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_from_tool, solve_flange
+from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tools
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns, posture_indices
@@ -49,40 +49,18 @@ class ArmBases:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Poses:
-    """K rows, one for group 1 of each position."""
+class Poses(Positions):
+    """K rows, one for group 1 of each position, P[n] of which n is the number."""
 
     row: IntArray  # (K,) in the program's table of positions
-    number: IntArray  # (K,) n of P[n]
     line: IntArray  # (K,)
-    tcp: Pose  # K of them, in the arm's World
-    theta: Array  # (K, 6) [rad]
-    margin: Array  # (K,) [m] inside reach; NaN in joint form
-    posture: IntArray  # (K,) in ``ALL_POSTURES``, NONE when not known
     joint_form: BoolArray  # (K,)
-    tool: IntArray  # (K,) in ``tools``, NONE when not known
-    tools: Pose  # TCP in the flange; the last, which NONE picks, is the flange itself
     base: IntArray  # (K,) in ``bases``, NONE when not known
     bases: Pose  # user frames in the arm's World; the last is World itself
     placement: IntArray  # (K,) in ``placements.table``
     placements: Placements
     placed: Mapping[tuple[int, int], int]  # row of a position's number and a placement that is not plain
-    first: IntArray  # (K,) first row of the same position: it stands for the others where numbers are written
     arm_bases: ArmBases  # the arm's World in the cell's
-
-    @property
-    def positions(self) -> Positions:
-        """What any program has of them."""
-        return Positions(
-            number=self.number,
-            tcp=self.tcp,
-            theta=self.theta,
-            margin=self.margin,
-            posture=self.posture,
-            tool=self.tool,
-            tools=self.tools,
-            first=self.first,
-        )
 
     @property
     def extended(self) -> BoolArray:
@@ -133,14 +111,13 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     if len(cartesian):
         tcp = placed_poses(value[cartesian, :6], bases[base[cartesian]], placements.table, placement[cartesian])
         position[cartesian], rotation[cartesian] = tcp.position, tcp.rotation
-        configs, which = _configs([p.config[i] or "" for i in row[cartesian]])
-        for k, (named, turns) in enumerate(configs):
-            rows = cartesian[which == k]
-            if named is None:
-                continue
-            posture[rows] = ALL_POSTURES.index(named)
-            if robot is not None:
-                theta[rows], margin[rows] = _in_configuration(robot, tcp[which == k], tool[rows], tools, named, turns)
+        posture[cartesian], turns = _configs([p.config[i] or "" for i in row[cartesian]])
+        named = posture[cartesian] != NONE
+        rows = cartesian[named]
+        if robot is not None:
+            solved = solve_tools(robot, tcp[named], tools, tool[rows], posture[rows])
+            turned = apply_turns(robot, solved.theta, turns[named])
+            theta[rows], margin[rows] = np.where(solved.margin[:, None] >= 0, turned, np.nan), solved.margin
     _, begins, same = np.unique(row, return_index=True, return_inverse=True)
     return Poses(
         row=row,
@@ -161,20 +138,6 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
         first=begins[same.ravel()],
         arm_bases=arm_bases,
     )
-
-
-def _in_configuration(
-    robot: Robot, tcp: Pose, tool: IntArray, tools: Pose, posture: Posture, turns: Sequence[int]
-) -> tuple[Array, Array]:
-    """Joints of n poses of tools as CONFIG says, (n, 6) [rad], NaN beyond the reach; and the margin to it, (n,) [m]."""
-    theta, margin = np.empty((len(tool), 6)), np.empty(len(tool))
-    for t in np.unique(tool):
-        some = np.flatnonzero(tool == t)
-        solved, reach = solve_flange(robot, flange_from_tool(tcp[some], tools[t]), posture)
-        turned = apply_turns(robot, solved, np.tile(turns, (len(some), 1)))
-        theta[some] = np.where(reach[:, None] >= 0, turned, np.nan)
-        margin[some] = reach
-    return theta, margin
 
 
 def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArray, dict[tuple[int, int], int]]:
@@ -244,10 +207,13 @@ def _numbered(numbers: IntArray, known: dict[int, Pose]) -> tuple[IntArray, tupl
     return np.where(np.array(names)[at] == numbers, at, NONE), tuple(known[n] for n in names)
 
 
-def _configs(texts: list[str]) -> tuple[list[tuple[Posture | None, tuple[int, ...]]], IntArray]:
-    """The different CONFIGs, and which each position has."""
+def _configs(texts: list[str]) -> tuple[IntArray, IntArray]:
+    """Postures that CONFIGs name, (n,) in ``ALL_POSTURES``, NONE for no posture; and turns, (n, 3)."""
     index = {text: k for k, text in enumerate(dict.fromkeys(texts))}
-    return [parse_config(text) for text in index], np.array([index[text] for text in texts], dtype=np.int64)
+    which = [index[text] for text in texts]
+    named, turns = zip(*map(parse_config, index), strict=True)
+    postures = [NONE if posture is None else ALL_POSTURES.index(posture) for posture in named]
+    return np.array(postures)[which], np.array(turns)[which]
 
 
 def read_arm_bases(program: LsProgram, row: IntArray, extended: Mapping[str, ExtendedAxis]) -> ArmBases:

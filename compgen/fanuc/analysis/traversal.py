@@ -63,7 +63,7 @@ def read_traversal(
     origin = _known_origins(station_origins(program, motion, motionless, poses.placements.shifted), known)
     carried = _carried(poses, pose, origin)
     return DrivenProgram(
-        at=poses.positions,
+        at=poses,
         motion=motion,
         pose=pose,
         joint=letter == "J",

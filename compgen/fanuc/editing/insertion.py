@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.pose import Pose
 from compgen.core.units import MM
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.watermark import CORRECTED
@@ -18,9 +17,7 @@ from compgen.fanuc.listing.listing import LsProgram, edited
 from compgen.fanuc.motion_options import TIMED_BEFORE_END, options_on_parts
 from compgen.fanuc.vocabulary import SPEED_OF_WHOLE_MOTION
 from compgen.program.driven import DrivenProgram
-from compgen.program.ways import interpolate_poses
-from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
-from compgen.robot.joint_path import nearest_turns
+from compgen.program.ways import commanded_joints, interpolate_poses
 from compgen.robot.robot import Robot
 
 
@@ -92,7 +89,7 @@ def insert_points(
     extended = edited(program, edits)
     new_poses = read(extended)
     rows = np.flatnonzero(new_poses.number >= first)
-    theta = _joints_between(robot, poses, drive, station, tcp)
+    theta = commanded_joints(robot, drive, station, fraction, tcp)
     nudge = np.zeros((len(rows), 3), dtype=np.int64)
     new = NewPoses(rows=rows, tcp=tcp, theta=theta, nudge=nudge, marked=nudge[:, 0] > 0)
     return edited(extended, number_edits(extended, new_poses, robot, new))
@@ -137,18 +134,6 @@ def _append_positions(program: LsProgram, copies: Sequence[tuple[int, int]], edi
         texts.append(re.sub(rb"P\[[ \t]*\d+", b"P[%d" % number, program.source[start:end], count=1))
     last = int(p.block[:, 1].max())
     edits[last, last] = b"".join(eol + text for text in texts)
-
-
-def _joints_between(robot: Robot, poses: Poses, drive: DrivenProgram, station: IntArray, tcp: Pose) -> Array:
-    """Joints of n poses on straight ways, on the posture and near the turns of their ends, (n, 6) [rad]."""
-    pose = drive.pose[station]
-    theta = np.empty((len(station), 6))
-    kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
-    for tool, posture in np.unique(kinds, axis=0).tolist():
-        rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        solved = solve_flange(robot, flange_from_tool(tcp[rows], poses.tools[tool]), ALL_POSTURES[posture]).theta
-        theta[rows] = nearest_turns(solved, poses.theta[pose[rows]])
-    return theta
 
 
 def marking_remark(version: str) -> str:

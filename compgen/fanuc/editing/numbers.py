@@ -15,7 +15,6 @@ from compgen.fanuc.analysis.watermark import decimals_of
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.program.configuration import CONFIG
 from compgen.program.driven import NONE
-from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
@@ -199,17 +198,13 @@ def _config_edits(
     edits: Edits = {}
     base = poses.bases[poses.base[rows]]
     tcp = placed_poses(numbers, base, poses.placements.table, poses.placement[rows])
-    for tool, posture in np.unique(np.column_stack([poses.tool, poses.posture])[rows], axis=0).tolist():
-        group = np.flatnonzero((poses.tool[rows] == tool) & (poses.posture[rows] == posture))
-        joints = solve_flange(robot, flange_from_tool(tcp[group], poses.tools[tool]), ALL_POSTURES[posture]).theta
-        digits = turn_digits(robot, nearest_turns(joints, theta[group])).tolist()
-        for n, wanted in zip(group.tolist(), digits, strict=False):
-            i = int(poses.row[rows[n]])
-            text = program.positions.config[i] or ""
-            config = CONFIG.match(text)
-            if config and [int(t or 0) for t in config.groups()[3:]] != wanted and config[4] is not None:
-                start = int(program.positions.config_span[i, 0])
-                for column, digit in zip((4, 5, 6), wanted, strict=False):
-                    if int(config[column]) != digit:
-                        edits[start + config.start(column), start + config.end(column)] = str(digit).encode("ascii")
+    digits = turn_digits(robot, nearest_turns(poses.solve(robot, tcp, rows).theta, theta)).tolist()
+    for i, wanted in zip(poses.row[rows].tolist(), digits, strict=True):
+        text = program.positions.config[i] or ""
+        config = CONFIG.match(text)
+        if config and [int(t or 0) for t in config.groups()[3:]] != wanted and config[4] is not None:
+            start = int(program.positions.config_span[i, 0])
+            for column, digit in zip((4, 5, 6), wanted, strict=False):
+                if int(config[column]) != digit:
+                    edits[start + config.start(column), start + config.end(column)] = str(digit).encode("ascii")
     return edits

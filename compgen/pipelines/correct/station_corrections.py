@@ -20,7 +20,7 @@ from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.job.job import Cell
 from compgen.program.directions import station_directions
 from compgen.program.driven import DrivenProgram, Positions
-from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
+from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.turns import postures_of, turn_digits
 from compgen.thermal import Duty, rises_during, state_after
@@ -286,12 +286,4 @@ def explained_turns(moved: Array, turned: Array) -> Array:
 
 def solved_after(cell: Cell, poses: Positions, pose: IntArray, correction: Array) -> tuple[Array, Array]:
     """Joints of corrected positions, (n,) rows of poses, in their postures (n, 6) [rad]; the reach left (n,) [m]."""
-    theta, margin = np.empty((len(pose), 6)), np.empty(len(pose))
-    commanded = poses.tcp[pose].moved(correction)
-    kinds = np.column_stack([poses.tool, poses.posture])[pose]
-    for tool, posture in np.unique(kinds, axis=0).tolist():
-        rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        flange = flange_from_tool(commanded[rows], poses.tools[tool])
-        solved = solve_flange(cell.robot, flange, ALL_POSTURES[posture])
-        theta[rows], margin[rows] = solved.theta, solved.margin
-    return theta, margin
+    return poses.solve(cell.robot, poses.tcp[pose].moved(correction), pose)
