@@ -91,7 +91,7 @@ def read_toml_text(source: Path, folder: str, mend: str = "") -> TomlText:
         raise InputError(f"{source}: a FANUC program, and a TOML file is wanted; cgen correct and cgen inspect take it")
     try:
         content = read_regular(source, MOST_TABLE_BYTES)
-        return TomlText(tomllib.loads(content.decode("utf-8-sig")), content)
+        text = content.decode("utf-8-sig")
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
         near = near_file(source, folder)
@@ -99,13 +99,25 @@ def read_toml_text(source: Path, folder: str, mend: str = "") -> TomlText:
         raise InputError(f"{source}: no such file; {mend}") from None
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; give a TOML file") from None
-    except OSError as failure:
-        raise InputError(f"{source}: cannot be read: {failure.strerror}; give a TOML file") from None
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or failure
+        raise InputError(f"{source}: cannot be read: {reason}; give a TOML file") from None
+    other = "give a TOML file; one of a path names points, APT or G-code by [path] pattern and file"
+    mend = "see paths/ for examples" if source.suffix.lower() == ".toml" else other
+    return TomlText(parse_toml(text, str(source), mend), content)
+
+
+def parse_toml(text: str, source: str, mend: str = "") -> dict[str, Any]:
+    """The tables of a text; ``mend`` is what the refusal says at its end.
+
+    Raises:
+        InputError: It is not TOML.
+    """
+    try:
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as failure:
         reason = str(failure).partition("; use sys.")[0]  # a number of thousands of digits
-        other = "give a TOML file; one of a path names points, APT or G-code by [path] pattern and file"
-        mend = "see paths/ for examples" if source.suffix.lower() == ".toml" else other
-        raise InputError(f"{source}: not TOML: {reason}; {mend}") from None
+        raise InputError(f"{source}: not TOML: {reason}{mend and f'; {mend}'}") from None
 
 
 def override(data: dict[str, Any], assignment: str, option: str) -> None:

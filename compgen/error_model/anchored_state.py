@@ -6,7 +6,6 @@ with one covariance. A thermal model with more modes than rises has its modal st
 ``state.toml`` gives values and standard deviations with their units, and the correlations row by row to the diagonal.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -19,7 +18,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array, nine_digits, owns
 from compgen.core.exceptions import InputError
-from compgen.core.toml import Number, Table, check, read_toml_text
+from compgen.core.toml import Number, Table, check, parse_toml, read_toml_text
 from compgen.core.units import MDEG, UM
 from compgen.error_model.posterior import correlation_matrix, correlation_rows
 
@@ -123,11 +122,7 @@ def parse_state(content: bytes, source: str) -> AnchoredState:
     Raises:
         InputError: Anything wrong in it, naming the key.
     """
-    try:
-        tables = tomllib.loads(content.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as failure:
-        raise InputError(f"{source}: not TOML: {failure}; {_MEND}") from None
-    file = check(StateFile, tables, source)
+    file = check(StateFile, parse_toml(content.decode("utf-8-sig"), source, _MEND), source)
     warmth, base, drifting = file.rise, file.base, file.drifting or ()
     for key in ("K", "sigma_K"):
         count = len(getattr(warmth, key))

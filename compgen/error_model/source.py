@@ -131,11 +131,12 @@ class Source(Protocol):
 
 
 class DeclaredSource:
-    """What sources have in common: by default no facts, and nothing to derive, since the table says it all."""
+    """What sources have in common: by default no facts, nothing to derive, since the table says it all, nor to fit."""
 
     __slots__ = ()
 
     FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = None
     BUDGET: ClassVar[str] = "geometry"
     ARRAYS: ClassVar[Shapes] = MappingProxyType({})  # shapes of what is no parameter
 
@@ -147,6 +148,10 @@ class DeclaredSource:
     def derive(table: Any, arm: ArmFacts, key: str) -> dict[str, Any]:
         """Nothing."""
         return {}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """None."""
+        return []
 
 
 @dataclass(frozen=True, eq=False, slots=True)

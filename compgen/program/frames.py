@@ -12,7 +12,6 @@ also says what extended axes carry (``extended_axes``), and names the file of a 
 """
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,7 +21,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
 from compgen.core.pose import IDENTITY, POSE_KEYS, Pose
-from compgen.core.toml import check, read_toml
+from compgen.core.toml import check, parse_toml, read_toml
 from compgen.planning.tables import FrameFile, FrameTable, TaughtTable
 from compgen.program.extended_axes import ExtendedAxis, extended_axes
 from compgen.program.pose_table import pose_of, pose_values, printed_coordinates, read_controller_table, unnamed
@@ -79,10 +78,7 @@ def place_of(frame: FrameTable) -> Pose:
 
 
 def _from_toml(text: str, path: str) -> Frames:
-    try:
-        data = tomllib.loads(text.removeprefix(_BYTE_ORDER_MARK))
-    except (ValueError, RecursionError) as failure:
-        raise InputError(f"{path}: not TOML: {str(failure).partition('; use sys.')[0]}") from None
+    data = parse_toml(text.removeprefix(_BYTE_ORDER_MARK), path)
     for key in data:
         if key not in ("uframe", "utool", "extended"):
             raise InputError(f"{path}: {key:.40}: unknown key; give [uframe.N], [utool.N] and [extended.E1]")

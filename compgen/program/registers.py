@@ -11,10 +11,10 @@ not known.
 """
 
 import re
-import tomllib
 from dataclasses import dataclass
 
 from compgen.core.exceptions import InputError
+from compgen.core.toml import parse_toml
 from compgen.program.pose_table import pose_values, printed_coordinates, read_controller_table, unnamed
 
 CARTESIAN, JOINT, EITHER = "cartesian", "joint", ""  # forms of a register; EITHER where a program leaves it open
@@ -42,10 +42,7 @@ def load_registers(path: str) -> dict[int, Register]:
 
 
 def _from_toml(text: str, path: str) -> dict[int, Register]:
-    try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as failure:
-        raise InputError(f"{path}: not TOML: {failure}") from None
+    data = parse_toml(text, path)
     for key in data:
         if key != "pr" or not isinstance(data[key], dict):
             raise InputError(f"{path}: {key:.40}: unknown key; give [pr.N] with x_mm to r_deg")

@@ -11,13 +11,13 @@ from typing import Any, ClassVar
 
 from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.expressions import column, rotation_expr
-from compgen.error_model.source import DeclaredSource, Entry, Fitting, Parameter, State, Visibility
+from compgen.error_model.source import DeclaredSource, Parameter, State
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BaseFrame(DeclaredSource):
-    """Displacement of the arm in World."""
+    """Displacement of the arm in World; in identification the frame of the instrument takes its place."""
 
     position: Any  # (3,) [m] World
     rotation: Any  # (3,) [rad] rotation vector, World
@@ -36,11 +36,6 @@ class BaseFrame(DeclaredSource):
             meaning="of the arm in World, rotation vector",
         ),
     )
-    FITTING: ClassVar[Fitting | None] = None
-
-    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
-        """None: the frame of the instrument takes its place."""
-        return []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain on its real base."""
@@ -49,7 +44,7 @@ class BaseFrame(DeclaredSource):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ToolFrame(DeclaredSource):
-    """Displacement of the tool in the flange."""
+    """Displacement of the tool in the flange; in identification the places of the reflectors take its place."""
 
     position: Any  # (3,) [m] flange
     rotation: Any  # (3,) [rad] rotation vector, flange
@@ -73,11 +68,6 @@ class ToolFrame(DeclaredSource):
             meaning="of the tool in the flange, rotation vector",
         ),
     )
-    FITTING: ClassVar[Fitting | None] = None
-
-    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
-        """None: the places of the reflectors take its place."""
-        return []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its real tool."""

@@ -27,13 +27,10 @@ from compgen.error_model.schema import MapTable
 from compgen.error_model.source import (
     ArmFacts,
     DeclaredSource,
-    Entry,
-    Fitting,
     Parameter,
     ReversalWidths,
     Shapes,
     State,
-    Visibility,
 )
 from compgen.robot.kinematics import Chain, is_zero
 
@@ -68,7 +65,6 @@ class AxisMap(DeclaredSource):
             meaning="deviation moving to smaller coordinates",
         ),
     )
-    FITTING: ClassVar[Fitting | None] = None
     BUDGET: ClassVar[str] = "measured map"
     ARRAYS: ClassVar[Shapes] = {"station": ("S",), "place": (3,)}
 
@@ -96,10 +92,6 @@ class AxisMap(DeclaredSource):
     def with_widths(self, factor: Array) -> "AxisMap":
         """Unchanged: its width is the TCP's."""
         return self
-
-    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
-        """None: poses that are measured with reflectors say nothing of lines that are measured with a tool."""
-        return []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its TCP moved."""
