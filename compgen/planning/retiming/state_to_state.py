@@ -11,7 +11,6 @@ so that they are relative: length and jerk are 1, whatever the block.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
@@ -25,26 +24,6 @@ STRETCHES = 7  # of constant jerk in a block
 AGREEMENT = 1e-9  # relative: how exactly a block's end and its limits are met
 ROUNDING = 1e-12  # relative: what is left of a speed or an acceleration that has come down to zero
 REPORTED = 10_000  # blocks between two calls of progress
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Stretches:
-    """Constant jerk in seven stretches of each of B blocks; some of them last no time."""
-
-    duration: Array  # (B, 7) [s]
-    j: Array  # (B, 7) [m/s3]
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class _Pieces:
-    """P stretches that last, in order."""
-
-    duration: Array  # (P,) [s]
-    s0: Array  # (P,) [m]
-    v0: Array  # (P,) [m/s]
-    a0: Array  # (P,) [m/s2]
-    j: Array  # (P,) [m/s3]
-    block: IntArray  # (P,) which block each is of
 
 
 def drive_blocks(blocks: Blocks, progress: Callable[[float], None] = lambda share: None) -> Phases:
@@ -61,21 +40,13 @@ def drive_blocks(blocks: Blocks, progress: Callable[[float], None] = lambda shar
     changes = (blocks.v0 != blocks.v) | (blocks.v1 != blocks.v)
     changing, steady = np.flatnonzero(changes), np.flatnonzero(~changes)
     part, held = blocks.at(changing), blocks.at(steady)
-    driven = _integrate(part, _ask_ruckig(part, progress))
-    # in order of the blocks, each with its phases in order
-    owner = np.concatenate([changing[driven.block], steady])
-    order = np.argsort(owner, kind="stable")
+    of_changes, changed = _integrate(part, *_ask_ruckig(part, progress))
     none = np.zeros(len(steady))
-    duration, s0, v0, a0, j = (
-        np.concatenate(pair)[order]
-        for pair in (
-            (driven.duration, held.length / held.v),
-            (driven.s0, held.start),
-            (driven.v0, held.v),
-            (driven.a0, none),
-            (driven.j, none),
-        )
-    )
+    of_steady = np.column_stack([held.length / held.v, held.start, held.v, none, none])
+    # in order of the blocks, each with its phases in order
+    owner = np.concatenate([changing[changed], steady])
+    order = np.argsort(owner, kind="stable")
+    duration, s0, v0, a0, j = np.concatenate([of_changes, of_steady])[order].T
     return Phases(
         start=np.concatenate([[0.0], np.cumsum(duration)[:-1]]),
         duration=duration,
@@ -95,8 +66,10 @@ def check_room(b: Blocks) -> None:
         raise _impossible(b, n, f"{b.length[n]:.3g} m do not hold the change from {b.v0[n]:.3g} to {b.v1[n]:.3g} m/s")
 
 
-def _ask_ruckig(b: Blocks, progress: Callable[[float], None]) -> _Stretches:
-    """ruckig's answer for each block.
+def _ask_ruckig(b: Blocks, progress: Callable[[float], None]) -> tuple[Array, Array]:
+    """ruckig's answer for each block: seven stretches, their durations [s] and jerks [m/s3], (B, 7) each.
+
+    Some of them last no time.
 
     Raises:
         ImpossibleError: It refuses one, or wants to brake before it begins.
@@ -127,16 +100,15 @@ def _ask_ruckig(b: Blocks, progress: Callable[[float], None]) -> _Stretches:
         if n % REPORTED == 0:
             progress(n / B)
     answers = np.array(profiles).reshape(B, 2, STRETCHES)
-    return _Stretches(answers[:, 0] * time[:, None], answers[:, 1] * b.j[:, None])
+    return answers[:, 0] * time[:, None], answers[:, 1] * b.j[:, None]
 
 
-def _integrate(b: Blocks, stretches: _Stretches) -> _Pieces:
-    """The stretches that last, one after the other, and the state at the start of each.
+def _integrate(b: Blocks, duration: Array, jerk: Array) -> tuple[Array, IntArray]:
+    """The P stretches that last, one after the other: duration, s, v and a at its start, and j; and its block, (P,).
 
     Raises:
         ImpossibleError: In a block they lead backwards, beyond a limit, or to another end than the block's.
     """
-    duration, jerk = stretches.duration, stretches.j
     states = np.empty((*duration.shape, 3))  # s, v, a at the start of each
     s, v, a = np.zeros_like(b.v), b.v0, np.zeros_like(b.v)
     lowest, highest, hardest = v, v, a
@@ -163,8 +135,8 @@ def _integrate(b: Blocks, stretches: _Stretches) -> _Pieces:
             raise _impossible(b, int(np.argmin(holds)), fault)
     states[:, :, 0] += b.start[:, None]
     keep = np.flatnonzero(duration.ravel() > 0)
-    s0, v0, a0 = states.reshape(-1, 3)[keep].T
-    return _Pieces(duration=duration.ravel()[keep], s0=s0, v0=v0, a0=a0, j=jerk.ravel()[keep], block=keep // STRETCHES)
+    columns = np.column_stack([duration.ravel(), states.reshape(-1, 3), jerk.ravel()])
+    return columns[keep], keep // STRETCHES
 
 
 def _impossible(b: Blocks, n: int, reason: str) -> ImpossibleError:
