@@ -19,6 +19,7 @@ from compgen.program.pages import (
     MEMORY_REMARK,
     Capacity,
     ProgramSize,
+    estimated_memory,
 )
 from compgen.robot.robot import Robot
 
@@ -121,8 +122,7 @@ def head_line_count(nodes: int, *, payload: bool = False) -> int:
 
 def canonical_size(positions: int, remarks: int) -> ProgramSize:
     """Size of a canonical program in one file."""
-    memory = MEMORY_PROGRAM + positions * (MEMORY_POSITION + MEMORY_MOTION)
-    return ProgramSize(positions + remarks + FRAME_LINES, positions, float(memory))
+    return ProgramSize(positions + remarks + FRAME_LINES, positions, estimated_memory(positions))
 
 
 def joint_rates(robot: Robot, arc: Array, theta: Array) -> Array:

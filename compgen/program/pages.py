@@ -64,9 +64,9 @@ class ProgramSize:
         return lines and positions and self.memory <= capacity.memory
 
 
-def estimated_memory(program: Program) -> float:
-    """Bytes of a program of compgen's own."""
-    return MEMORY_PROGRAM + len(program.position) * (MEMORY_POSITION + MEMORY_MOTION)
+def estimated_memory(positions: int) -> float:
+    """Bytes of a program of compgen's own, each of whose positions has one motion."""
+    return float(MEMORY_PROGRAM + positions * (MEMORY_POSITION + MEMORY_MOTION))
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -233,7 +233,7 @@ def _program(corrected: Corrected) -> dict[str, Any]:
         "positions": len(program.position),
         "arcs": int(program.via.sum()),
         "bytes": sum(len(content) for name, content in delivered.files if name.endswith(".LS")),
-        "memory_kB": estimated_memory(program) / KB,
+        "memory_kB": estimated_memory(len(program.position)) / KB,
         "largest_feed_error": feed_error,
         "largest_time_error_s": time_error,
         "sha256": {name: sha256(text).hexdigest() for name, text in delivered.files if name.endswith(".LS")},

@@ -14,6 +14,7 @@ from compgen.core.arrays import BoolArray, IntArray
 from compgen.fanuc.analysis.control_flow import Flow
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.listing.positions import position_rows
 from compgen.fanuc.vocabulary import ASSIGNED_NUMBER, CALL, MODAL_STATEMENTS, REGISTER, REGISTER_WRITTEN, ModalStatement
 
 
@@ -101,17 +102,11 @@ def _known_until(
 def _frames_of_motions(program: LsProgram, flow: Flow) -> dict[str, tuple[IntArray, IntArray]]:
     """Units that are motions to a position of the file in a frame that it names, and that frame."""
     p = program.positions
-    first = p.group <= 1
-    order = np.argsort(p.number[first], kind="stable")
-    number = p.number[first][order]
-    unit, mention = flow.mention_unit, flow.mention
-    if not len(number) or not len(mention):
-        return {}
-    at = np.clip(np.searchsorted(number, mention), 0, len(number) - 1)
-    known = (number[at] == mention) & (flow.motion[unit] != NO_NUMBER)
+    row = position_rows(flow.mention, p.number[p.first_group])
+    known = (row != NO_NUMBER) & (flow.motion[flow.mention_unit] != NO_NUMBER)
+    unit, row = flow.mention_unit[known], p.first_group[row[known]]
     frames = {}
     for name, column in (("UFRAME_NUM", p.uframe), ("UTOOL_NUM", p.utool)):
-        value = column[first][order][at]
-        named = known & (value != NO_NUMBER)
-        frames[name] = (unit[named], value[named])
+        named = column[row] != NO_NUMBER
+        frames[name] = (unit[named], column[row][named])
     return frames

@@ -22,7 +22,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis.placements import Placements, placed_poses
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, J1, NO_NUMBER
-from compgen.fanuc.listing.positions import units
+from compgen.fanuc.listing.positions import position_rows, units
 from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, Positions
 from compgen.program.extended_axes import NAMES, ExtendedAxis
@@ -203,8 +203,7 @@ def require_frames(program: LsProgram, poses: Poses) -> None:
 def _numbered(numbers: IntArray, known: dict[int, Pose]) -> tuple[IntArray, tuple[Pose, ...]]:
     """Which entry of a table each number is, and the table; NONE where it is not known."""
     names = sorted(known)
-    at = np.minimum(np.searchsorted(names, numbers), len(names) - 1)
-    return np.where(np.array(names)[at] == numbers, at, NONE), tuple(known[n] for n in names)
+    return position_rows(numbers, np.array(names)), tuple(known[n] for n in names)
 
 
 def _configs(texts: list[str]) -> tuple[IntArray, IntArray]:

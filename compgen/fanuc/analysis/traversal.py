@@ -19,7 +19,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis.flow_graph import station_origins
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.listing.listing import LsProgram, other_statements
-from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.listing.positions import position_rows
 from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, UNTIMED, WAIT
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.extended_axes import SAME_VALUE
@@ -151,16 +151,6 @@ def pose_rows(poses: Poses, number: IntArray, motion: IntArray) -> IntArray:
     for s in np.flatnonzero(np.isin(motion, list(placement))).tolist() if placement else []:
         rows[s] = poses.placed.get((int(number[s]), placement[int(motion[s])]), NONE)
     return rows
-
-
-def position_rows(number: IntArray, defined: IntArray) -> IntArray:
-    """Row that holds each number; NONE for numbers that are not there."""
-    if not len(defined):
-        return np.full(len(number), NONE)
-    order = np.argsort(defined, kind="stable")
-    at = np.minimum(np.searchsorted(defined[order], number), len(defined) - 1)
-    row = order[at]
-    return np.where((defined[row] == number) & (number != NO_NUMBER), row, NONE)
 
 
 def _lengths(position: Array, circular: BoolArray, last: BoolArray) -> Array:

@@ -24,9 +24,9 @@ from compgen.core.arrays import BoolArray, IntArray
 from compgen.fanuc.analysis.correctable import LONGEST_NUMBER, longest_numbers, read_scope
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.program_context import ProgramContext
-from compgen.fanuc.analysis.traversal import position_rows, read_traversal
+from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.fanuc.listing.positions import decimal_places
+from compgen.fanuc.listing.positions import decimal_places, position_rows
 from compgen.program.driven import DrivenProgram
 from compgen.program.frames import default_frames
 from compgen.robot.robot import Robot

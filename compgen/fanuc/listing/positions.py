@@ -63,6 +63,16 @@ class Positions:
         return rows[:, None], np.where(self.joint_form[rows], J1, 0)[:, None] + np.arange(6)
 
 
+def position_rows(number: IntArray, defined: IntArray) -> IntArray:
+    """Row that holds each number; NO_NUMBER for numbers that are not there."""
+    if not len(defined):
+        return np.full(len(number), NO_NUMBER)
+    order = np.argsort(defined, kind="stable")
+    at = np.minimum(np.searchsorted(defined[order], number), len(defined) - 1)
+    row = order[at]
+    return np.where((defined[row] == number) & (number != NO_NUMBER), row, NO_NUMBER)
+
+
 @dataclass(frozen=True, slots=True)
 class _BlockTemplate:
     """What the parser read in one position: others of its template mean the same, save for their fields."""

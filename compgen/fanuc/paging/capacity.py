@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
@@ -24,18 +24,21 @@ class UnitSizes:
 
 
 def unit_sizes(program: LsProgram, flow: Flow) -> UnitSizes:
-    """Lines and estimated memory of each unit.
-
-    Fitted to real exports: 400 bytes a program, 35 a single-group position, 28 a motion. Any other unit counts
-    as long as its text, an upper estimate.
-    """
+    """Lines and estimated memory of each unit."""
     if not len(flow.line):
         return UnitSizes(np.zeros(0, dtype=np.int64), np.zeros(0))
     last = max(1, line_ends(program.data, *flow.span[-1].tolist()))
     text = np.diff(flow.span, axis=1)[:, 0].astype(float)
-    motion = MEMORY_MOTION + np.maximum(text - USUAL_MOTION, 0.0)
-    memory = np.where(flow.motion != NO_NUMBER, motion, text)
-    return UnitSizes(np.append(np.diff(flow.line), last), np.asarray(memory))
+    return UnitSizes(np.append(np.diff(flow.line), last), units_memory(text, flow.motion != NO_NUMBER))
+
+
+def units_memory(text: Array, is_motion: BoolArray) -> Array:
+    """Estimated memory of units [bytes], from the lengths of their texts [bytes], (S,).
+
+    Fitted to real exports: 400 bytes a program, 35 a single-group position, 28 a motion. Any other unit counts
+    as long as its text, an upper estimate.
+    """
+    return np.asarray(np.where(is_motion, MEMORY_MOTION + np.maximum(text - USUAL_MOTION, 0.0), text))
 
 
 def program_size(program: LsProgram) -> ProgramSize:

@@ -18,7 +18,8 @@ from compgen.core.evaluation import map_blocks
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
-from compgen.fanuc.listing.positions import Positions
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.listing.positions import Positions, position_rows
 from compgen.fanuc.listing.templates import find_places
 from compgen.fanuc.motion_options import ACC_OR_NOTHING, ends_elsewhere
 from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
@@ -185,10 +186,9 @@ def _target_spans(program: LsProgram, number: IntArray) -> IntArray:
     span = np.zeros((len(number), 2), dtype=np.int64)
     if not len(p.number) or not len(number):
         return span
-    order = np.argsort(p.number, kind="stable")
-    row = np.clip(np.searchsorted(p.number[order], number), 0, len(order) - 1)
-    known = p.number[order][row] == number
-    block = p.block[order[row[known]]]
+    row = position_rows(number, p.number)
+    known = row != NO_NUMBER
+    block = p.block[row[known]]
     view = np.frombuffer(program.data, dtype=np.uint8)
     first, last = int(block[:, 0].min(initial=len(view))), int(block[:, 1].max(initial=0))
     brace = find_places(view, first, last, lambda part: part[:-1] == ord("{")) + 1

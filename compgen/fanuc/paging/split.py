@@ -27,7 +27,7 @@ from compgen.fanuc.listing.languages import in_german, is_german
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.paging.capacity import USUAL_MOTION
+from compgen.fanuc.paging.capacity import units_memory
 from compgen.fanuc.paging.plan import PageRange, allocate_pages, page_positions, plan_pages
 from compgen.fanuc.vocabulary import SPEED_NEEDS_LENGTH
 from compgen.program.page_stops import FRAME_LINES
@@ -40,6 +40,7 @@ from compgen.program.pages import (
     Page,
     PagedProgram,
     ProgramSize,
+    estimated_memory,
     excerpt,
 )
 from compgen.program.program import Program
@@ -224,14 +225,13 @@ def line_count(body: list[bytes]) -> int:
 
 
 def _memory(flow: Flow, page: PageRange, body: list[bytes], positions: int) -> float:
-    """Estimated memory of a page [bytes]; see ``capacity.unit_sizes``."""
+    """Estimated memory of a page [bytes]; see ``capacity.units_memory``."""
     added = len(body) - (page.last - page.first)
     is_motion = np.concatenate([np.zeros(added, dtype=bool), flow.motion[page.first : page.last] != NO_NUMBER])
     if page.entry != NO_NUMBER:
         is_motion[added - 1] = True
     length = np.array([len(text) for text in body], dtype=float)
-    memory = np.where(is_motion, MEMORY_MOTION + np.maximum(length - USUAL_MOTION, 0.0), length)
-    return MEMORY_PROGRAM + positions * MEMORY_POSITION + float(memory.sum())
+    return MEMORY_PROGRAM + positions * MEMORY_POSITION + float(units_memory(length, is_motion).sum())
 
 
 def _line_end(data: bytes) -> bytes:
@@ -264,11 +264,11 @@ def split_canonical(
     head_size, settings = _head_size(head), FRAME_LINES + (program.payload is not None)
 
     def ranges_within(page_capacity: Capacity) -> tuple[list[tuple[int, int]], list[float]]:
-        bare = MEMORY_PROGRAM + MEMORY_REMARK * head_lines + head_size
-        fits = int((page_capacity.memory - bare) // (MEMORY_POSITION + MEMORY_MOTION))
+        bare = MEMORY_REMARK * head_lines + head_size
+        fits = int((page_capacity.memory - bare - MEMORY_PROGRAM) // (MEMORY_POSITION + MEMORY_MOTION))
         max_lines = page_capacity.max_lines - head_lines - settings
         ranges = _page_ranges(program, min(max_lines, page_capacity.max_positions, fits))
-        return ranges, [bare + (last + 1 - first) * (MEMORY_POSITION + MEMORY_MOTION) for first, last in ranges]
+        return ranges, [bare + estimated_memory(last + 1 - first) for first, last in ranges]
 
     ranges, names, loads = allocate_pages(program.name, capacity, (), ranges_within)
     remarks = [tuple(lines) for lines in headings([first for first, _ in ranges])]
@@ -277,9 +277,8 @@ def split_canonical(
         first, last = ranges[k]
         data = compose(replace(excerpt(program, first, last), name=names[k], remarks=remarks[k]))
         count = last + 1 - first
-        memory = MEMORY_PROGRAM + count * (MEMORY_POSITION + MEMORY_MOTION) + float(_head_size(data))
         motions = (first + 1 if first else 0, last + 1)
-        size = ProgramSize(len(remarks[k]) + settings + count, count, memory)
+        size = ProgramSize(len(remarks[k]) + settings + count, count, estimated_memory(count) + _head_size(data))
         return Page(name=names[k], data=data, load=loads[k], motions=motions, size=size, notes=())
 
     pages = tuple(map_blocks(len(ranges), page, 1))
