@@ -13,7 +13,7 @@ and, for rotations, micrometres at the lever; joints are in microradians.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from compgen.compensation import interior_point
 from compgen.compensation.banded_matrix import transposed_times
 from compgen.compensation.constraints import Balls, Box, Changes, Constraint, Rows
 from compgen.compensation.interior_point import LocalProgram
-from compgen.compensation.problem import NEAR_EDGE, Joints, Optimum, Problem, Settings, Status
+from compgen.compensation.problem import NEAR_EDGE, ActiveLimits, Joints, Optimum, Problem, Settings, Status
 from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm
 from compgen.core.units import UM
@@ -132,15 +132,6 @@ def influence_length(settings: Settings) -> float:
     return float(DECAY_LENGTHS * np.hypot(first, np.sqrt(2) * second))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class LegalCorrection:
-    """A correction within its limits, where ``status`` is LIMITED."""
-
-    correction: Array  # (N, 6)
-    active_limits: tuple[tuple[int, str], ...]  # (waypoint from 1, name) of those that bind
-    status: Status
-
-
 def enforce_limits(
     problem: Problem,
     settings: Settings,
@@ -149,7 +140,7 @@ def enforce_limits(
     progress: Callable[[float], None] = lambda share: None,
     window: int = WINDOW,
     max_window: int = MAX_WINDOW,
-) -> LegalCorrection:
+) -> tuple[Array, ActiveLimits, Status]:
     """The best legal correction, solved again around the waypoints that break a limit.
 
     Args:
@@ -162,7 +153,7 @@ def enforce_limits(
         max_window: Where they cannot be parted without a limit binding across.
 
     Returns:
-        The correction, the limits that bind, and whether all is legal.
+        The correction, the limits that bind, and LIMITED where all is legal.
     """
     correction = correction.copy()
     influence = influence_length(settings)
@@ -175,8 +166,7 @@ def enforce_limits(
         solved = optimum.correction
         broken = find_violations(part, settings, solved)
         active = active_limits(part, settings, solved)
-        binding = broken.copy()
-        binding[np.array([n for n, _ in active], dtype=np.int64) - 1] = True
+        binding = broken | waypoints_of(active, len(broken))
         legal = optimum.converged and not broken.any()
         wide_enough = legal and not (neighbourhood(part.arc, binding, influence) & ~part_free).any()
         if wide_enough or distance > np.ptp(problem.arc):
@@ -186,7 +176,7 @@ def enforce_limits(
         distance = distance if legal else 2 * distance
     correction[rows] = solved
     status = Status.LIMITED if legal else Status.FAILED if optimum.converged else optimum.status
-    return LegalCorrection(correction, tuple((int(rows[n - 1]) + 1, name) for n, name in active), status)
+    return correction, tuple((int(rows[n - 1]) + 1, name) for n, name in active), status
 
 
 def _solve_windows(
@@ -229,8 +219,13 @@ def _solve_windows(
     return Optimum(correction, Status.CONVERGED)
 
 
-def active_limits(problem: Problem, settings: Settings, correction: Array) -> tuple[tuple[int, str], ...]:
-    """The limits that bind, as (waypoint from 1, name)."""
+def waypoints_of(active: ActiveLimits, count: int) -> BoolArray:
+    """At which of so many waypoints a limit binds, (N,)."""
+    return np.isin(np.arange(1, count + 1), [n for n, _ in active])
+
+
+def active_limits(problem: Problem, settings: Settings, correction: Array) -> ActiveLimits:
+    """The limits that bind."""
     theta, _ = problem.joints(correction)
     robot = problem.robot
     change = correction[1:] - correction[:-1]

@@ -15,12 +15,12 @@ that length of its beginning, the window before settled too much: both are solve
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from compgen.compensation.limits import active_limits, find_violations, influence_length
+from compgen.compensation.limits import active_limits, find_violations, influence_length, waypoints_of
 from compgen.compensation.problem import NEAR_EDGE, Joints, Optimum, Problem, Settings, Solution, Status
 from compgen.compensation.smoothness import MIN_SEGMENT, component_weights, waypoint_lengths
 from compgen.core import interrupts
@@ -55,17 +55,6 @@ OPTIONS: dict[str, Any] = {
 }
 
 
-class _Ended(NamedTuple):
-    """A window of which the optimum is known, or the one in which it could not be found."""
-
-    correction: Array  # (N, 6) of the whole program
-    optimum: Optimum
-    first: int  # row of the window's first waypoint
-    end: int
-    iterations: int  # of all windows
-    last_step: float
-
-
 def optimise(
     problem: Problem,
     settings: Settings,
@@ -83,30 +72,31 @@ def optimise(
     Returns:
         The correction; with a status that is not legal, ``unsolved`` names the waypoints it ended at.
     """
-    ended = _solve_windows(problem, settings, progress, window)
-    correction, status = ended.correction, ended.optimum.status
+    optimum, last_window = _solve_windows(problem, settings, progress, window)
+    correction, status = optimum.correction, optimum.status
     residual, theta, margin = problem.evaluate_residual(correction)
     active = active_limits(problem, settings, correction)
     if status is Status.CONVERGED and find_violations(problem, settings, correction, Joints(theta, margin)).any():
         status = Status.FAILED
     if status is Status.CONVERGED and active:
         status = Status.LIMITED
-    unsolved = None if ended.optimum.converged else (ended.first + 1, ended.end)
     progress(1.0)
     return Solution(
         correction=frozen(correction),
         theta=frozen(theta),
         residual=frozen(residual),
         status=status,
-        iterations=ended.iterations,
-        last_step=ended.last_step,
+        iterations=optimum.iterations,
+        last_step=optimum.last_step,
         active_limits=active,
-        unsolved=unsolved,
+        unsolved=None if optimum.converged else last_window,
     )
 
 
-def _solve_windows(problem: Problem, settings: Settings, progress: Callable[[float], None], window: int) -> _Ended:
-    """One window after the other, until the last or one without an optimum."""
+def _solve_windows(
+    problem: Problem, settings: Settings, progress: Callable[[float], None], window: int
+) -> tuple[Optimum, tuple[int, int]]:
+    """One window after the other, until the last or one without an optimum: its first and last waypoint, from 1."""
     N, arc = len(problem.arc), problem.arc
     overlap = OVERLAP * influence_length(settings)
     correction, iterations, last_step = np.zeros((N, 6)), 0, 0.0
@@ -123,7 +113,7 @@ def _solve_windows(problem: Problem, settings: Settings, progress: Callable[[flo
 
         optimum = solve(part, settings, correction[first:end], free, report)
         iterations, last_step = iterations + optimum.iterations, max(last_step, optimum.last_step)
-        binding = _binding(part, settings, optimum.correction)
+        binding = waypoints_of(active_limits(part, settings, optimum.correction), len(part.arc))
         near = np.searchsorted(part.arc, arc[begin] + overlap, "right")
         if begin > 0 and (not optimum.converged or binding[:near].any()):
             begins.pop()
@@ -133,22 +123,13 @@ def _solve_windows(problem: Problem, settings: Settings, progress: Callable[[flo
         settled = end if end == N else first + _settled_rows(part.arc, binding, overlap)
         if not optimum.converged or end == N:
             correction[begin:end] = optimum.correction[begin - first :]
-            return _Ended(
-                correction=correction, optimum=optimum, first=first, end=end, iterations=iterations, last_step=last_step
-            )
+            return Optimum(correction, optimum.status, iterations, last_step), (first + 1, end)
         if settled <= begin:
             size *= 2
             continue
         correction[begin:settled] = optimum.correction[begin - first : settled - first]
         begins.append(settled)
         size = window
-
-
-def _binding(part: Problem, settings: Settings, correction: Array) -> BoolArray:
-    """Waypoints at which a limit binds, (N,)."""
-    binding = np.zeros(len(part.arc), dtype=bool)
-    binding[np.array([n for n, _ in active_limits(part, settings, correction)], dtype=np.int64) - 1] = True
-    return binding
 
 
 def _settled_rows(arc: Array, binding: BoolArray, overlap: float) -> int:

@@ -147,9 +147,12 @@ class Status(Enum):
         return self in (Status.CONVERGED, Status.LIMITED)
 
 
+ActiveLimits = tuple[tuple[int, str], ...]  # waypoint, from 1, and name of each
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Optimum:
-    """What one solver says of one stretch."""
+    """What a solver says of a stretch, or of a whole program."""
 
     correction: Array  # (N, 6)
     status: Status
@@ -164,14 +167,10 @@ class Optimum:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 @owns(correction=("N", 6), theta=("N", 6), residual=("N", 6))
-class Solution:
+class Solution(Optimum):
     """The correction of a program and how it was found."""
 
-    correction: Array  # (N, 6)
     theta: Array  # (N, 6) [rad] joints of the commanded poses
     residual: Array  # (N, 6) predicted error that stays
-    status: Status
-    iterations: int
-    last_step: float  # [m] what a further iteration would change, about
-    active_limits: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
+    active_limits: ActiveLimits  # that bind
     unsolved: tuple[int, int] | None = None  # first and last waypoint, from 1, of a stretch without an optimum

@@ -8,13 +8,12 @@ longer moves says, without another solve, that the correction would not move eit
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from compgen.compensation.limits import MAX_WINDOW, WINDOW, enforce_limits, find_violations
-from compgen.compensation.problem import Joints, Problem, Residual, Settings, Solution, Status
+from compgen.compensation.problem import ActiveLimits, Joints, Problem, Residual, Settings, Solution, Status
 from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.core.arrays import Array, frozen
 
@@ -44,14 +43,15 @@ def optimise(
         The correction. Where a limit binds, ``status`` is LIMITED and ``active_limits`` names waypoints and limits.
     """
     correction, (residual, theta, margin), step, iterations = _unlimited(problem, settings, progress, step_tolerance)
-    active_limits: tuple[tuple[int, str], ...] = ()
+    active_limits: ActiveLimits = ()
     status = Status.CONVERGED if step <= step_tolerance else Status.UNSETTLED
     violating = find_violations(problem, settings, correction, Joints(theta, margin))
     if violating.any():
         unlimited = correction
-        legal = enforce_limits(problem, settings, unlimited, violating, progress, window, max_window)
-        correction, active_limits = legal.correction, legal.active_limits
-        status = legal.status if status is Status.CONVERGED else status
+        correction, active_limits, limited = enforce_limits(
+            problem, settings, unlimited, violating, progress, window, max_window
+        )
+        status = limited if status is Status.CONVERGED else status
         changed = np.flatnonzero((unlimited != correction).any(axis=1))
         residual[changed], theta[changed], _ = problem.window(changed).evaluate_residual(correction[changed])
     progress(1.0)
@@ -66,19 +66,14 @@ def optimise(
     )
 
 
-class _Unlimited(NamedTuple):
-    """The correction without limits."""
-
-    correction: Array  # (N, 6)
-    residual: Residual
-    step: float  # [m] the last one
-    iterations: int
-
-
 def _unlimited(
     problem: Problem, settings: Settings, progress: Callable[[float], None], step_tolerance: float
-) -> _Unlimited:
-    """The smooth correction that leaves no error, by the fixed point z <- smooth(z) - e(smooth(z))."""
+) -> tuple[Array, Residual, float, int]:
+    """The smooth correction that leaves no error, by the fixed point z <- smooth(z) - e(smooth(z)).
+
+    Returns:
+        The correction without limits (N, 6), its residual, the last step [m], and how many there were.
+    """
     smooth = _build_smoother(problem, settings)
     z = problem.pointwise_correction()
     for iterations in range(1, MAX_ITERATIONS + 1):
@@ -89,7 +84,7 @@ def _unlimited(
         step = _largest_component(z - before, settings.lever)
         if step <= step_tolerance or not np.isfinite(step):
             break
-    return _Unlimited(correction, residual, step, iterations)
+    return correction, residual, step, iterations
 
 
 def _largest_component(change: Array, lever: float) -> float:

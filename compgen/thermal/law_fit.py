@@ -25,7 +25,7 @@ from compgen.core.arrays import Array, IntArray, owns
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.log_prior import BLOCKS, DRAUGHT, EACH, NIGHT, UNMEASURED, Medians, medians_of
 from compgen.thermal.node_model import NodeModel
-from compgen.thermal.state_from_log import EARLIER, TemperatureLog, block_responses
+from compgen.thermal.state_from_log import TemperatureLog, block_responses
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 GAIN = 0.25  # of the logarithm of a node's rise
@@ -72,9 +72,8 @@ class _WarmUp:
         """What the measured air does (n,), what air and a warm beginning may add (n, 2), and work (n, WORKS) [K]."""
         time, at = self.log.time - self.log.time[0], self.medians.time - self.log.time[0]
         slow, fast = law.steady_rise("moving", np.array([law.box.feed[0], law.reference_feed]))
-        edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, max(time[-1], 1.0), BLOCKS + 1)])
         goals = np.array([fast, slow * fast.sum() / slow.sum() - fast])
-        blocks = block_responses(law.rate, goals, edges, at)[np.arange(len(at)), self.node]
+        blocks = block_responses(law.rate, goals, max(time[-1], 1.0), BLOCKS, at)[np.arange(len(at)), self.node]
         mean, slower = blocks[:, 2:].sum(axis=1).T
         decay = np.exp(-at * law.rate[self.node])
         response = Ambient(time, self.log.air).response(law.rate, 0.0, at)

@@ -28,7 +28,7 @@ from compgen.core.arrays import Array, owns
 from compgen.core.units import MINUTE
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.model import ArmHeat
-from compgen.thermal.state_from_log import EARLIER, TemperatureLog, block_responses
+from compgen.thermal.state_from_log import TemperatureLog, block_responses
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 STRETCHES = (6, 20)  # least and most of the log, of which the medians are judged
@@ -156,9 +156,9 @@ def _law(
     air = Ambient(time, log.air)
     initial = heat.ambient * log.air[0] * decay
     mean = (initial + heat.ambient * air.response(heat.rate, 0.0, grid)) @ out.T
-    edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, max(time[-1], 1.0), BLOCKS + 1)])
     goals = _work(heat, level)
-    responses = np.einsum("ks,tsbm->tkbm", out, block_responses(heat.rate, goals, edges, grid))
+    of_blocks = block_responses(heat.rate, goals, max(time[-1], 1.0), BLOCKS, grid)
+    responses = np.einsum("ks,tsbm->tkbm", out, of_blocks)
     mean = mean + responses[:, :, :, 0].sum(axis=2)
     night, draft = (NIGHT, DRAUGHT) if log.has_air else (UNMEASURED, UNMEASURED)
     parts = [night * balance, draft * draught, responses[..., 0].sum(axis=2)]

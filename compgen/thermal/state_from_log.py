@@ -79,9 +79,8 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
     grid = np.linspace(0.0, time[-1], min(SAMPLES, len(time)))
     goals, pattern = heat.heat_sources(loss)
     count = max(1, min(BLOCKS, len(grid) // 8))
-    edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, time[-1], count + 1)])
+    states = block_responses(heat.rate, goals, time[-1], count, grid)  # (T, S, B, m)
     count += 2
-    states = block_responses(heat.rate, goals, edges, grid)  # (T, S, B, m)
     air = Ambient(time, log.air)
     from_air = advance(heat.rate, heat.ambient * log.air[0], 0.0, grid)
     from_air += heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
@@ -108,8 +107,17 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
     return LogFit(trajectory[-1], log.time[0] + grid, trajectory @ heat.outputs.T)
 
 
-def block_responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:
-    """What one unit of each source in each block does to the modes, (T, S, B, m)."""
+def block_responses(rate: Array, goals: Array, length: float, count: int, grid: Array) -> Array:
+    """What one unit of each source in each block does to the modes, (T, S, B, m).
+
+    Args:
+        rate: Of the modes, (S,) [1/s].
+        goals: Of the sources, (m, S).
+        length: Of the log [s].
+        count: Blocks within it; two more are all that was before, and the hours just before it.
+        grid: Times from its beginning, (T,) [s].
+    """
+    edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, length, count + 1)])
     out = np.empty((len(grid), len(rate), len(edges) - 1, len(goals)))
     for b, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
         since, until = np.maximum(grid - begin, 0.0), np.maximum(grid - end, 0.0)
