@@ -28,13 +28,6 @@ EVEN = (3e-3, 3e-5, 3e-9)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)  # of lengths over -1 to 1
 
 
-class SpanLengths(NamedTuple):
-    """How long M spans are, and how their parameter begins and ends to run over that length."""
-
-    length: Array  # (M,) [m]
-    slope: Array  # (M, 2) of t over the share of the length, at both ends; NaN where the span is not even
-
-
 class PathPoses(NamedTuple):
     """M poses on the path, and which way it goes there."""
 
@@ -80,13 +73,13 @@ class ExactPath:
         """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
         return self._on_surface(path_functions().length, piece, np.column_stack([start, end]))[0][:, 0]
 
-    def length_and_slope(self, piece: IntArray, span: Array) -> SpanLengths:
-        """Arc lengths of spans and the slopes of t over them.
+    def length_and_slope(self, piece: IntArray, span: Array) -> tuple[Array, Array]:
+        """Arc lengths of spans (M,) [m], and slopes of t over the share of them at both ends, (M, 2).
 
-        Where a span is not even only Newton finds t; elsewhere a cubic is exact to 1e-13 of the length.
+        NaN where a span is not even: there only Newton finds t; elsewhere a cubic is exact to 1e-13 of the length.
         """
         length, slope = self._on_surface(path_functions().length_and_slope, piece, span)
-        return SpanLengths(length[:, 0], slope)
+        return length[:, 0], slope
 
     def chord(self, piece: IntArray, span: Array) -> Array:
         """Distance of the path from the line between a span's ends, the largest of five inner points, (M,) [m]."""

@@ -87,7 +87,7 @@ class ToolPath:
             stop=self.stop[rows],
             piece=piece,
             span=span,
-            slope=self.exact.length_and_slope(piece, span).slope,
+            slope=self.exact.length_and_slope(piece, span)[1],
             via=np.zeros(len(rows), dtype=bool) if via is None else via,
             balance=balance_of(self.exact, piece, span, self.stop[rows]) if lines else np.zeros((len(rows), 3)),
         )

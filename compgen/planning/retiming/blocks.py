@@ -116,7 +116,7 @@ def limit_blocks(
     # a joint that does not move limits nothing: cap by values no robot reaches
     A, J = np.minimum(A, 50.0), np.minimum(J, 2000.0)
     length = partition.end - partition.begin
-    speed = edge_speeds(BlockLimits(length, V, A, J), partition.first)
+    speed = edge_speeds(length, V, A, J, partition.first)
     return Blocks(start=partition.begin, length=length, v0=speed[:-1], v1=speed[1:], v=V, a=A, j=J)
 
 
@@ -176,16 +176,6 @@ def stop_ramps(blocks: Blocks, partition: Partition) -> BoolArray:
     return np.asarray((number <= until[partition.run]) | (number >= since[partition.run]))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class BlockLimits:
-    """What B blocks allow."""
-
-    length: Array  # (B,) [m]
-    v: Array  # (B,) [m/s]
-    a: Array  # (B,) [m/s2]
-    j: Array  # (B,) [m/s3]
-
-
 def change_duration(dv: Array, a: Array, j: Array) -> Array:
     """Time of a change of speed by dv >= 0 [m/s] within acceleration a and jerk j, (B,) [s]."""
     return np.where(dv > a * a / j, dv / a + a / j, 2 * np.sqrt(dv / j))
@@ -209,17 +199,19 @@ def reachable_speed(v0: Array, length: Array, a: Array, j: Array) -> Array:
     return np.maximum(v0, (v0 + np.where(reaches_a, (-p + np.sqrt(root)) / 2, j * x * x)) * FIT)
 
 
-def edge_speeds(limits: BlockLimits, first: IntArray) -> Array:
+def edge_speeds(length: Array, V: Array, A: Array, J: Array, first: IntArray) -> Array:
     """Speed at the start of each block, and zero at the end of the last, (B + 1,) [m/s].
 
     Zero at the stops, and every change possible within its block. A block's end follows from its start, so the blocks
     after one that changed are computed again, all at once.
 
     Args:
-        limits: Of the blocks.
+        length: Of the blocks, (B,) [m].
+        V: Speed that each allows, (B,) [m/s].
+        A: Acceleration, (B,) [m/s2].
+        J: Jerk, (B,) [m/s3].
         first: The first block after each stop, (R,).
     """
-    length, V, A, J = limits.length, limits.v, limits.a, limits.j
     B = len(V)
     is_first, is_last = np.zeros(B, dtype=bool), np.zeros(B, dtype=bool)
     is_first[first] = True
