@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from compgen.core.rotations import to_wpr
-from compgen.identification.motion.identify import timed_windows
+from compgen.identification.motion.timed_windows import timed_windows
 from compgen.identification.motion.windows import residuals
 from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.files.robot_file import load_robot
@@ -238,7 +238,7 @@ def foretold(place: Path, motion: ControllerMotion) -> tuple[float, float]:
     content = (place / "RUN.LS").read_bytes()
     log = read_position_log(place / "log.csv", J3.LINK2)
     run = judge_log(read_text(str(place / "RUN.LS"), content), around.course(content), log, around)
-    windows = timed_windows(run, robot)
+    windows = timed_windows(run, robot).windows
     course = run.course
     first = float(np.diff(course.counted_clock())[windows[0].run[0]])
     left = (residuals(windows, robot, course.tool, m)[:, :3] for m in (ControllerMotion(), motion.in_run(first)))

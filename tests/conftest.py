@@ -1,3 +1,4 @@
+import gc
 import itertools
 import os
 import signal
@@ -27,6 +28,12 @@ def pytest_configure(config):
     """Load all in a worker: property tests draw from what is loaded, and which worker runs what is chance."""
     if hasattr(config, "workerinput"):
         load_everything()
+
+
+def pytest_collection_finish():
+    """Tests and libraries stay to the end: the garbage collector need not look through them."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_terminal_summary(terminalreporter):

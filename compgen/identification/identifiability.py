@@ -147,7 +147,7 @@ def taught_sigma(model: ArmModel, fitted: Fit, nodes: int, limits: Array) -> flo
         nodes: How many nodes the heat model has.
         limits: Between which the joint angles are drawn, (6, 2) [rad].
     """
-    theta = np.random.default_rng(0).uniform(*limits.T, (POSTURES, 6))
+    theta = np.random.default_rng(0).uniform(limits[:, 0], limits[:, 1], (POSTURES, 6))
     rows = blank_rows(theta, np.arange(POSTURES), [""] * POSTURES, nodes)
     place, _, dP, _ = model.derivatives(model.jacobian_function(fitted.active), rows, fitted.p)
     column, frame, K = dP * model.prior[fitted.active], rigid_share(place), dP.shape[2]

@@ -10,7 +10,7 @@ from command_line import refused, run
 from shipped import ROOT
 
 from compgen.identification.motion.identify import identify as motion_of_log
-from compgen.identification.motion.identify import timed_windows
+from compgen.identification.motion.timed_windows import timed_windows
 from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
@@ -89,7 +89,7 @@ def test_one_constant_curvature_tells_only_the_sum_of_squares(folder, robot):
         read_position_log(folder / "log.csv"),
         around,
     )
-    known = motion_of_log(timed_windows(run, robot), robot, run.course.tool, run.deviation.noise)
+    known = motion_of_log(timed_windows(run, robot).windows, robot, run.course.tool, run.deviation.noise)
     assert known.verdict is MotionVerdict.FORETELLS
     low, high = known.sigma * 1e3
     assert low - 0.5 < np.sqrt((200**2 + 100**2) / 12) < high + 0.5

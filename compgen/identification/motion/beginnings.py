@@ -14,13 +14,12 @@ from compgen.core.arrays import rms
 from compgen.core.pose import Pose
 from compgen.identification.motion.fit import NOTHING
 from compgen.identification.motion.identify import (
-    FIRST,
     LEAST_BLOCKS,
-    RETIMED,
     IdentifiedMotion,
     identify,
     limit_of,
 )
+from compgen.identification.motion.timed_windows import FIRST, RETIMED
 from compgen.identification.motion.windows import Window, keeps_law, residuals
 from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot

@@ -11,7 +11,6 @@ leaves little of what it takes away.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -22,9 +21,7 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import MS, UM
 from compgen.identification.motion.fit import (
-    CLOSE,
     NOTHING,
-    STARTS,
     Kind,
     KindFit,
     Residuals,
@@ -36,10 +33,10 @@ from compgen.identification.motion.fit import (
     variance_of,
 )
 from compgen.identification.motion.speeds import SpeedStretch
-from compgen.identification.motion.windows import BEFORE_STOP, Window, keeps_law, residuals, retimed, windows_of
+from compgen.identification.motion.timed_windows import FIRST, first_motion, shares_of
+from compgen.identification.motion.windows import Window, keeps_law, residuals
 from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
-from compgen.verification.executed.judgement import ExecutedRun
 
 HELD_OUT = 3  # one of so many blocks
 #: of what it takes away, may be left on blocks held out to be commanded against: a mean and a lag leave an eighth
@@ -50,10 +47,7 @@ SAMPLED = 0.1e-6  # [m] rms that straight lines between samples of a smoothed mo
 FLOOR = 0.5e-6  # [m] beside: straight lines between samples of a smoothed motion
 APART = 1.1  # of what the plain program leaves of one half of a log: what the other half may leave of it
 MOST_SLOWED = 0.6  # of the rows: where more seem slowed down, the law is not this one, and none is left out
-RETIMINGS = 4  # rounds of taking statements to be as long as a log says
-RETIMED = 0.7  # of what is left before: what must be left at most for that to be believed
 LEAST_TIME = 2.0  # periods, below which one of two means is none
-FIRST = Kind("cartesian", "means", 2)  # by which it is seen where a motion is slowed down
 SAME = 0.02  # of the mean square: kinds that leave as much foretell as well
 SURE = 3.0  # standard errors, beyond which one kind foretells better
 UNSURE = 0.15  # of the mean square, beyond which it does too: few blocks may tell all
@@ -148,7 +142,7 @@ def identify(
     kinds = kinds or [NOTHING, *(Kind(s, f, n) for n in (1, 2) for s in spaces for f in ("means", "lags"))]  # type: ignore[arg-type]
     fits = []
     for k, kind in enumerate(kinds):
-        fits.append(fit_kind(kind, function, fitted, block, shares=_shares(windows, kind)))
+        fits.append(fit_kind(kind, function, fitted, block, shares=shares_of(windows, kind)))
         progress((k + 1) / (len(kinds) + 1))
     fits.sort(key=lambda fit: float(np.mean(fit.held_out)))
     alike = [fit for fit in fits if _as_well(fit, fits[0])]
@@ -179,43 +173,6 @@ def identify(
     )
     apart = _disagreement(plainest, function, block)
     return replace(identified, findings=_findings(identified, robot.controller.period, apart))
-
-
-def timed_windows(run: ExecutedRun, robot: Robot) -> list[Window]:
-    """The windows of a run, its statements as long as its log says where that explains the log a lot better.
-
-    Raises:
-        InputError: The log has no motion long enough at one override.
-    """
-    tool, windows = run.course.tool, windows_of(run, robot)
-    if not windows:
-        return windows
-    motion = first_motion(windows, robot, tool)
-    left = rms(residuals(windows, robot, tool, motion))
-    for _ in range(RETIMINGS):
-        run = retimed(run, windows, robot, tool, motion)
-        timed, before = windows_of(run, robot), left
-        motion = first_motion(timed, robot, tool)
-        left = rms(residuals(timed, robot, tool, motion))
-        if left > RETIMED * before:
-            break
-        windows = timed
-    return windows
-
-
-def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind = FIRST) -> ControllerMotion:
-    """Two Cartesian means fitted to all rows but those before stops, whose statement may have taken another time."""
-    block = np.concatenate([w.block for w in windows])
-    clear = np.concatenate([w.ramp < BEFORE_STOP for w in windows])
-    clear = clear if clear.any() else np.ones_like(clear)
-    left, shares = partial(residuals, windows, robot, tool), _shares(windows, kind)
-    return fit_kind(kind, left, clear, block, shares=shares).motion
-
-
-def _shares(windows: Sequence[Window], kind: Kind) -> Sequence[float]:
-    """From where the fit of a kind begins: close together of two means where CNT n waits by steps."""
-    waits = kind == FIRST and any(len(window.corner) for window in windows)
-    return CLOSE if waits or kind.reach_at is not None else STARTS
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:

@@ -18,10 +18,12 @@ from compgen.core.arrays import Array, BoolArray, IntArray, norm, rms
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
+from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.identification.motion.fit import Kind, Residuals, fit_kind
-from compgen.identification.motion.identify import FIRST, first_motion, timed_windows
-from compgen.identification.motion.windows import residuals, windows_of
+from compgen.identification.motion.timed_windows import FIRST, FittedWindows, fitted_windows, timed_windows
+from compgen.identification.motion.windows import residuals
+from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.verification.executed.clock_fit import chords
 from compgen.verification.executed.judgement import ExecutedRun
@@ -57,24 +59,24 @@ class _Stray:
 
 def stray_corner(run: ExecutedRun, robot: Robot) -> Finding | None:
     """Where a run passed elsewhere than its text and every motion that is tried; None where it did nowhere."""
+    tool, noise = run.course.tool, NOISES * run.deviation.noise
     try:
-        windows = windows_of(run, robot)
+        fitted = fitted_windows(run, robot)
     except InputError:  # too short a run to say
         return None
-    tool, noise = run.course.tool, NOISES * run.deviation.noise
-    if not windows:
+    if not fitted.windows or _left(fitted, robot, tool).max() <= OFF_BEND + noise:
         return None
-    first = first_motion(windows, robot, tool)
-    if norm(residuals(windows, robot, tool, first)[:, :3]).max() <= OFF_BEND + noise:
+    fitted = timed_windows(run, robot, fitted)
+    if _left(fitted, robot, tool).max() <= OFF_BEND + noise:
         return None
-    windows = timed_windows(run, robot)
+    windows = fitted.windows
     arc = np.concatenate([w.row_arc for w in windows])
     way, chord = chords(run.course, arc)
     _, block = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
     shown, off = np.concatenate([w.shown for w in windows]), norm(np.concatenate([w.off for w in windows]))
     rows, left = _Rows(block, way - chord < STRAIGHT, shown, off), partial(residuals, windows, robot, tool)
     kinds = KINDS if windows[0].theta is not None else KINDS[::2]
-    stray = _off_a_line(rows, left, kinds, noise) or _off_a_bend(rows, left, kinds, noise)
+    stray = _off_a_line(rows, left, kinds, noise) or _off_a_bend(rows, left, kinds, noise, fitted.motion)
     if stray is None:
         return None
     message = (
@@ -83,6 +85,11 @@ def stray_corner(run: ExecutedRun, robot: Robot) -> Finding | None:
         "give the program that ran"
     )
     return Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
+
+
+def _left(fitted: FittedWindows, robot: Robot, tool: Pose) -> Array:
+    """How far rows are off the fitted motion, (R,) [m]."""
+    return norm(residuals(fitted.windows, robot, tool, fitted.motion)[:, :3])
 
 
 def _off_a_line(rows: _Rows, left: Residuals, kinds: Sequence[Kind], noise: float) -> _Stray | None:
@@ -97,10 +104,11 @@ def _off_a_line(rows: _Rows, left: Residuals, kinds: Sequence[Kind], noise: floa
     return _Stray(float(size.max()), _row_of(rows, size)) if size.max() > OFF_LINE + noise else None
 
 
-def _off_a_bend(rows: _Rows, left: Residuals, kinds: Sequence[Kind], noise: float) -> _Stray | None:
-    """Where a run is off what the kind that explains its other bends best makes of one."""
-    everything = np.ones(len(rows.block), dtype=bool)
-    first = _per_block(rows, norm(left(fit_kind(FIRST, left, everything, rows.block).motion)[:, :3]))
+def _off_a_bend(
+    rows: _Rows, left: Residuals, kinds: Sequence[Kind], noise: float, motion: ControllerMotion
+) -> _Stray | None:
+    """Where a run is off what the kind that explains its other bends best makes of the one a motion leaves most of."""
+    first = _per_block(rows, norm(left(motion)[:, :3]))
     row, led = _row_of(rows, first), _per_block(rows, rows.off)
     others, worst = np.abs(rows.shown - rows.shown[row]) > BESIDE, rows.block[row]
     bends = np.unique(rows.block[others & ~rows.straight & (led[rows.block] > SEEN)])

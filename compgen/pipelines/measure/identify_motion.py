@@ -16,8 +16,9 @@ from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.beginnings import identify_runs
-from compgen.identification.motion.identify import IdentifiedMotion, timed_windows
+from compgen.identification.motion.identify import IdentifiedMotion
 from compgen.identification.motion.speeds import shown_speeds
+from compgen.identification.motion.timed_windows import timed_windows
 from compgen.identification.motion.windows import Window, fitted
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
 from compgen.robot.motion import SAME_OVERRIDE
@@ -56,7 +57,7 @@ def identify_motion(
         raise InputError(f"{log.table.source}: {wrong.message}")
     if any(f.code is Code.EXECUTED_PART for f in run.findings):
         raise InputError(f"{log.table.source}: it has a part of the program's path only; log a whole run of it")
-    windows = timed_windows(run, situation.robot)
+    windows = timed_windows(run, situation.robot).windows
     if not windows:
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
     robot, tool = situation.robot, run.course.tool
