@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, dot, frozen, norm, step_lengths
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, norm, step_lengths
 
 IN_LINE = 1e-9  # height of three points over their longest side, and of it: below only rounding tells their plane
 
@@ -34,6 +34,13 @@ class Arcs(NamedTuple):
         along, inwards = np.sin(angle), 2 * np.sin(angle / 2) ** 2
         offset = along[..., None] * self.tangent[:, None] + inwards[..., None] * self.normal[:, None]
         return np.asarray(self.start[:, None] + self.radius[:, None, None] * offset)
+
+    def on_halves(self, arc: IntArray, second: BoolArray, fraction: Array) -> Array:
+        """Places (K, 3) [m] on K halves of arcs, from a to b or the second from b to c, at fractions of each."""
+        begin = np.where(second, self.angle[arc, 0], 0.0)
+        end = self.angle[arc, second.astype(np.int64)]
+        on = Arcs(*(column[arc] for column in self))
+        return on.at((begin + fraction * (end - begin))[:, None])[:, 0]
 
     @property
     def lengths(self) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.compensation.arc_fit import DensePath, FittedMoves, fit_moves
-from compgen.core.arcs import Arcs, arcs_through
+from compgen.core.arcs import arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
@@ -100,11 +100,7 @@ def flown_at_waypoints(arc: Array, printed: Pose, moves: FittedMoves) -> Pose:
     of_segment = np.full(len(rows) - 1, -1)
     of_segment[middle - 1] = of_segment[middle] = np.arange(len(middle))
     on = np.flatnonzero(of_segment[segment] >= 0)
-    k, second = of_segment[segment[on]], via[segment[on]]
-    begin = np.where(second, arcs.angle[k, 0], 0.0)
-    end = arcs.angle[k, second.astype(np.int64)]
-    some = Arcs(*(field[k] for field in arcs))
-    position[on] = some.at((begin + fraction[on] * (end - begin))[:, None])[:, 0]
+    position[on] = arcs.on_halves(of_segment[segment[on]], via[segment[on]], fraction[on])
     rotation = interpolate_rotation(printed.rotation[first], printed.rotation[last], fraction)
     return Pose(frozen(position), frozen(rotation))
 

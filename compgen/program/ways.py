@@ -186,9 +186,7 @@ def _on_arcs(places: Array, driven: DrivenProgram, station: IntArray, fraction: 
     second = ~driven.via[station]
     via = station - second
     arcs = arcs_through(*(places[driven.pose[s]] for s in (driven.origin[via], via, via + 1)))
-    begin = np.where(second, arcs.angle[:, 0], 0.0)
-    end = np.where(second, arcs.angle[:, 1], arcs.angle[:, 0])
-    return np.asarray(arcs.at((begin + fraction * (end - begin))[:, None])[:, 0])
+    return arcs.on_halves(np.arange(len(via)), second, fraction)
 
 
 def commanded_joints(robot: Robot, driven: DrivenProgram, station: IntArray, fraction: Array, tcp: Pose) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arcs import Arcs, arcs_through
+from compgen.core.arcs import arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths, unit
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
@@ -149,8 +149,7 @@ def divided(position: Array, via: BoolArray) -> tuple[Array, Array]:
     half = np.repeat(np.arange(len(count)), count - 1)  # of each new node
     share = (np.arange(len(half)) - np.repeat(np.cumsum(count - 1) - (count - 1), count - 1) + 1) / count[half]
     arc, second = half // 2, half % 2
-    angle = np.where(second, arcs.angle[arc, 0], 0.0) + share * sweep.ravel()[half]
-    places = Arcs(*(values[arc] for values in arcs)).at(angle[:, None])[:, 0]
+    places = arcs.on_halves(arc, second == 1, share)
     number = np.concatenate([whole, middle[arc] - 1 + second + share])
     order = np.argsort(number, kind="stable")
     return number[order], np.concatenate([position, places])[order]
