@@ -1,5 +1,6 @@
 """A state and what speaks for it, as data and as a page: verdict, path before and after, rises, touches, hypotheses."""
 
+from collections.abc import Iterator
 from math import exp
 from typing import Any
 
@@ -52,7 +53,7 @@ def anchor_record(anchored: Anchored) -> dict[str, Any]:
             {"what": m.what, "shift_um": _listed(m.shift / UM), "sigma_um": _listed(m.sigma / UM), "sure": m.is_sure}
             for m in anchored.moved
         ],
-        "touches": _touches(anchored),
+        "touches": list(_touches(anchored)),
         "touch_next": [
             {"target": n.target, "along": n.axis, "leaves_rms_um": round(n.rms / UM, 2)} for n in anchored.touch_next
         ],
@@ -87,18 +88,16 @@ def _state(anchored: Anchored) -> dict[str, Any]:
     }
 
 
-def _touches(anchored: Anchored) -> list[dict[str, Any]]:
+def _touches(anchored: Anchored) -> Iterator[dict[str, Any]]:
     """How far each touch is off the forecast, and of those that are used how far off what the others say."""
     seen, left = anchored.seen, anchored.left
     first = {touch: k for k, touch in reversed(list(enumerate(left.touch.tolist())))}  # coordinate of each touch
-    rows = []
     for n, (label, target) in enumerate(zip(seen.touches.label, seen.touches.target.tolist(), strict=True)):
         off, k = _listed(seen.y[seen.touch == n] / UM), first.get(n)
         row = {"at": label, "target": anchored.artefact.targets[target], "used": k is not None, "from_forecast_um": off}
         if k is not None:
             row |= {"left_out_um": round(float(left.error[k] / UM), 2), "E_n": round(float(left.E_n[k]), 3)}
-        rows.append(row)
-    return rows
+        yield row
 
 
 def _hypothesis(judged: Judged, anchored: Anchored) -> dict[str, Any]:

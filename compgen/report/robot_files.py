@@ -1,6 +1,6 @@
 """An arm as files: its sheet as a record and as a picture at pendant zero, and for other software as URDF or JSON."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
@@ -114,14 +114,13 @@ def _view(way: Array, places: Array, axes: tuple[int, int], scale: float, left: 
         parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius}" class="{kind}"/>')
         u, v = (place[list(axes)] / MM).tolist()
         words[f"{x:.0f},{y:.0f}"] = (x, y, f"{u:.0f}, {v:.0f}")
-    return "\n".join(parts + _beside(list(words.values())[::-1], left))
+    return "\n".join([*parts, *_beside(list(words.values())[::-1], left)])
 
 
-def _beside(words: list[tuple[float, float, str]], left: float) -> list[str]:
+def _beside(words: list[tuple[float, float, str]], left: float) -> Iterator[str]:
     """Words beside their places, each where it neither meets another nor leaves its view; ``left`` is the view's."""
     taken: list[tuple[float, float]] = []  # left and top of words, each as long as the longest
     length, height = LETTER * max(len(text) for _, _, text in words), 12.0
-    parts = []
     for x, y, text in words:
         own = LETTER * len(text)
         corners = [
@@ -131,8 +130,7 @@ def _beside(words: list[tuple[float, float, str]], left: float) -> list[str]:
         free = [(a, b) for a, b in inside if all(abs(a - c) >= length or abs(b - d) >= height for c, d in taken)]
         a, b = (free or corners)[0]
         taken.append((a, b))
-        parts.append(f'<text x="{a:.1f}" y="{b + 10:.1f}" font-size="11">{text}</text>')
-    return parts
+        yield f'<text x="{a:.1f}" y="{b + 10:.1f}" font-size="11">{text}</text>'
 
 
 def _rounded(values: Array) -> list[float]:

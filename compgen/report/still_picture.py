@@ -4,7 +4,7 @@ The same view, the same colours and the same ranges as plotly's figure beside it
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape, unescape
 
 import numpy as np
@@ -116,7 +116,7 @@ def _colour_bar(titles: Sequence[str], largest: float, colours: Sequence[str]) -
     return parts
 
 
-def _box(view: View, pixels: Pixels) -> list[str]:
+def _box(view: View, pixels: Pixels) -> Iterator[str]:
     """The floor and the far edges of the box, its three axes with numbers, and their names."""
     corner = np.array([view.low, view.high])
     near = (view.eye > 0).astype(int)  # which side of each axis is nearer to the eye
@@ -124,14 +124,14 @@ def _box(view: View, pixels: Pixels) -> list[str]:
     roof = floor + np.array([0.0, 0.0, view.size[2]])
     outline, top = pixels(floor), pixels(roof)
     grey = 'stroke="currentColor" stroke-opacity="0.35" fill="none"'
-    parts = [f'<path d="{_line(np.vstack([outline, outline[:1]]))}" {grey}/>']
+    yield f'<path d="{_line(np.vstack([outline, outline[:1]]))}" {grey}/>'
     hidden = np.array([corner[1 - near[0], 0], corner[1 - near[1], 1]])
     for foot, head, place in zip(outline, top, floor, strict=True):
         if (place[:2] == hidden).any():
-            parts.append(f'<path d="{_line(np.array([foot, head]))}" {grey}/>')
+            yield f'<path d="{_line(np.array([foot, head]))}" {grey}/>'
     back = [k for k in np.argsort(-(floor @ view.eye)) if (floor[k, :2] == hidden).any()]
     order = sorted(back, key=lambda k: top[k, 0])
-    parts.append(f'<path d="{_line(top[order])}" {grey}/>')
+    yield f'<path d="{_line(top[order])}" {grey}/>'
     left = floor[np.argmin(outline[:, 0])]
     middle = pixels((view.low + view.high)[None] / 2)[0]
     for k in range(3):
@@ -139,11 +139,10 @@ def _box(view: View, pixels: Pixels) -> list[str]:
         start[k] = view.low[k]
         end = start.copy()
         end[k] = view.high[k]
-        parts += _axis(view, start, end, k, pixels, middle)
-    return parts
+        yield from _axis(view, start, end, k, pixels, middle)
 
 
-def _axis(view: View, start: Array, end: Array, k: int, pixels: Pixels, middle: Array) -> list[str]:
+def _axis(view: View, start: Array, end: Array, k: int, pixels: Pixels, middle: Array) -> Iterator[str]:
     name, short = "XYZ"[k], bool(view.short[k])
     ends = pixels(np.array([start, end]))
     length = float(np.linalg.norm(ends[1] - ends[0]))
@@ -152,7 +151,7 @@ def _axis(view: View, start: Array, end: Array, k: int, pixels: Pixels, middle: 
     if outward @ (ends.mean(axis=0) - middle) < 0:
         outward = -outward
     anchor = "middle" if abs(outward[0]) < 0.3 else "start" if outward[0] > 0 else "end"
-    parts = [f'<path d="{_line(ends)}" stroke="currentColor" fill="none"/>']
+    yield f'<path d="{_line(ends)}" stroke="currentColor" fill="none"/>'
     numbers = [middle_tick(start[k], end[k])] if short else ticks(start[k], end[k], max(1, int(length / 42)))
     for value in numbers:
         place = start.copy()
@@ -160,18 +159,17 @@ def _axis(view: View, start: Array, end: Array, k: int, pixels: Pixels, middle: 
         x, y = pixels(place[None])[0]
         words = f"{name} {value:g} mm" if short else f"{value:g}"
         (dx, dy), (tx, ty) = 4 * outward, 7 * outward
-        parts.append(f'<path d="M{x:.1f} {y:.1f}l{dx:.1f} {dy:.1f}" stroke="currentColor"/>')
-        parts.append(f'<text x="{x + tx:.1f}" y="{y + ty + 4:.1f}" text-anchor="{anchor}">{words}</text>')
+        yield f'<path d="M{x:.1f} {y:.1f}l{dx:.1f} {dy:.1f}" stroke="currentColor"/>'
+        yield f'<text x="{x + tx:.1f}" y="{y + ty + 4:.1f}" text-anchor="{anchor}">{words}</text>'
     if short:
-        return parts
+        return
     x, y = ends.mean(axis=0) + (30 if k < 2 else 26) * outward
     if k == 2:
         x, y, anchor = ends[1, 0], ends[1, 1] - 7, "middle"
-    parts.append(f'<text x="{x:.1f}" y="{y + 4:.1f}" text-anchor="{anchor}" font-weight="600">{name} [mm]</text>')
-    return parts
+    yield f'<text x="{x:.1f}" y="{y + 4:.1f}" text-anchor="{anchor}" font-weight="600">{name} [mm]</text>'
 
 
-def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> list[str]:
+def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> Iterator[str]:
     """Lines of one colour each: that of the largest value on the piece."""
     drawn: BoolArray = np.isfinite(flat[:, 0])
     step = np.where(drawn[1:] & drawn[:-1], np.linalg.norm(np.diff(flat, axis=0), axis=1), 0.0)
@@ -180,7 +178,6 @@ def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> list[str]:
     highest = np.zeros(PIECES, dtype=int)
     np.maximum.at(highest, piece[drawn], level[drawn])
     colour = highest[piece]
-    parts = []
     starts = np.flatnonzero(np.concatenate([[True], (np.diff(colour) != 0) | (drawn[1:] != drawn[:-1])]))
     last = np.append(starts[1:], len(flat))
     last -= ~np.append(drawn, False)[last]  # up to the next piece
@@ -190,11 +187,10 @@ def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> list[str]:
         points = flat[first:end]
         shade = colours[colour[first]]
         if len(points) == 1:
-            parts.append(f'<circle cx="{points[0, 0]:.1f}" cy="{points[0, 1]:.1f}" r="3" fill="{shade}"/>')
+            yield f'<circle cx="{points[0, 0]:.1f}" cy="{points[0, 1]:.1f}" r="3" fill="{shade}"/>'
         else:
             line = _line(points[keep[first:end]])
-            parts.append(f'<path d="{line}" stroke="{shade}" stroke-width="2.2" stroke-linecap="round" fill="none"/>')
-    return parts
+            yield f'<path d="{line}" stroke="{shade}" stroke-width="2.2" stroke-linecap="round" fill="none"/>'
 
 
 def _simplified(points: Array, first: IntArray, last: IntArray) -> BoolArray:

@@ -1,6 +1,6 @@
 """Figures of a study: the error over the values of a key, and over two keys as a map."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -189,22 +189,18 @@ def _line(
     return [trace("scatter", x, y, mode=mode, name=name, legendgroup=name, line=line, marker=marker, **look)]
 
 
-def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> list[Trace]:
+def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> Iterator[Trace]:
     """Scenarios that failed, on the axis, and those outside their bounds, ringed."""
-    marks = []
     outside = [row for row in grid.done if not row.get("inside", True) and f"{side}_on_part_max_um" in row]
     if outside:
         ring = {"symbol": "circle-open", "size": 14, "color": LIMIT, "line": {"width": 2}}
         xy = [_label(grid, row, key) for row in outside], [row[f"{side}_on_part_max_um"] for row in outside]
         text = [row.get("reason", "") for row in outside]
-        marks.append(
-            trace("scatter", *xy, mode="markers", marker=ring, name="outside bounds", text=text, meta=MARK, **place)
-        )
+        yield trace("scatter", *xy, mode="markers", marker=ring, name="outside bounds", text=text, meta=MARK, **place)
     if grid.failed:
         x = [_label(grid, row, key) for row in grid.failed]
         reasons = [str(row["reason"]) for row in grid.failed]
-        marks.append({**_crosses(x, [0] * len(x), reasons), **place})
-    return marks
+        yield {**_crosses(x, [0] * len(x), reasons), **place}
 
 
 def _crosses(x: list[Any], y: list[Any], reasons: list[str]) -> Trace:

@@ -5,7 +5,7 @@ The files of a study by their names; who wants them on a disk writes them.
 The first is the record that tells whose the others are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import PurePath
 from typing import Any
 
@@ -55,7 +55,7 @@ def study_html(title: str, outcome: StudyOutcome, *, options: PageOptions = PLAI
     if study is not None and study.scenarios:
         sentences.insert(0, headline(study, rows))
         grid = grid_of(study.keys, rows)
-        figures = _figures(grid, study, _limit(study, base, outcome.max_um))
+        figures = list(_figures(grid, study, _limit(study, base, outcome.max_um)))
         shown = {"grid": grid, "figures": figures, **_scenarios(study, grid, rows)}
         inputs = (inputs or Inputs()).with_rows(("varied", _varied(grid)))
     return page(
@@ -72,23 +72,21 @@ def study_html(title: str, outcome: StudyOutcome, *, options: PageOptions = PLAI
     )
 
 
-def _figures(grid: Grid, study: Study, limit: Limit | None) -> list[tuple[str, Figure, str, str]]:
+def _figures(grid: Grid, study: Study, limit: Limit | None) -> Iterator[tuple[str, Figure, str, str]]:
     """Title, figure, id and note: of each key that varies, and of a map over the first two for each side."""
     if not grid.done:
-        return []
-    figures = []
+        return
     for n, key in enumerate(study.keys):
         if key in grid.varied or len(study.keys) == 1:
             drawn, held = curves(grid, key, limit)
-            figures.append((f"Largest error against {words_of(key)}", drawn, f"vary{n}", held))
+            yield f"Largest error against {words_of(key)}", drawn, f"vary{n}", held
     if len(grid.varied) >= 2:
         y, x = sorted(grid.varied[:2], key=lambda key: len(grid.values(key)))  # the longer one along the page
         for side in grid.sides:
             is_judged = side == grid.sides[-1] and limit is not None and (side == "after" or limit.is_asked)
             drawn, held = error_map(grid, x, y, side, limit if is_judged else None)
             heading = f"Largest error {side}, over {words_of(x)} and {words_of(y)}"
-            figures.append((heading, drawn, f"map_{side}", held))
-    return figures
+            yield heading, drawn, f"map_{side}", held
 
 
 def _limit(study: Study, base: Job | None, max_um: float | None) -> Limit | None:

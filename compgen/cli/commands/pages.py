@@ -1,6 +1,7 @@
 """The command that parts a program that exists into pages."""
 
 import os
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -68,13 +69,11 @@ def _put(folder: Path, files: dict[str, bytes], manifest: str, run: Run) -> None
     publish(folder, files, {}, own_names, manifest, run)
 
 
-def _lines(paged: "PagedProgram") -> list[str]:
+def _lines(paged: "PagedProgram") -> Iterator[str]:
     """Each page, its load and what it relies on."""
-    lines = []
     for page in paged.pages:
-        lines.append(f"  {page.name}: load {page.load}, {_size_text(page.size)}")
-        lines += [f"    relies on the page before: {note}" for note in page.notes]
-    return lines
+        yield f"  {page.name}: load {page.load}, {_size_text(page.size)}"
+        yield from [f"    relies on the page before: {note}" for note in page.notes]
 
 
 def _size_text(size: "ProgramSize") -> str:

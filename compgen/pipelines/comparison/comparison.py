@@ -6,7 +6,7 @@ that a table shows.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import floor, log10
 from typing import Any
@@ -227,13 +227,11 @@ def _changed_inputs(a: Output, b: Output) -> tuple[Pair, ...] | None:
     return tuple(pair for pair in _pairs(*flat) if pair.a != pair.b)
 
 
-def _notes(a: Output, b: Output, inputs: tuple[Pair, ...] | None) -> list[str]:
-    notes = []
+def _notes(a: Output, b: Output, inputs: tuple[Pair, ...] | None) -> Iterator[str]:
     if a.version != b.version:
-        notes.append(f"A is of compgen {a.version}, B of {b.version}: numbers may differ for that alone")
+        yield f"A is of compgen {a.version}, B of {b.version}: numbers may differ for that alone"
     if a.subject != b.subject:
-        notes.append(f"A is of {a.subject}, B of {b.subject}")
+        yield f"A is of {a.subject}, B of {b.subject}"
     if inputs is None:
         older = a if not a.record.get("inputs") else b
-        notes.append(f"{older.name}: its report has no inputs, so that what changed in them is not known; run it anew")
-    return notes
+        yield f"{older.name}: its report has no inputs, so that what changed in them is not known; run it anew"

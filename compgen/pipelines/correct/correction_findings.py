@@ -1,6 +1,6 @@
 """Findings on a correction: what the user must know of it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -63,42 +63,38 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
     )
 
 
-def _robot_findings(result: Correction) -> list[Finding]:
+def _robot_findings(result: Correction) -> Iterator[Finding]:
     """What speaks against the program being this robot's."""
     plan, robot = result.plan, result.cell.robot
-    findings = []
     none = unattainable(plan.program, plan.poses, plan.drive, robot)
     if none.positions:
         count = f"{len(none.positions)} of {none.driven} positions that it drives to"
         message = f"{robot.name} cannot take {count} ({_first_of([f'P[{n}]' for n in none.positions])})"
         message += ": is it another robot's program? say which with --robot, or other frames with --frames"
         level = Level.OUTSIDE if 2 * len(none.positions) >= none.driven else Level.WARNING
-        findings.append(Finding(level, Code.ROBOT_UNATTAINABLE, message))
+        yield Finding(level, Code.ROBOT_UNATTAINABLE, message)
     others = other_models(plan.program, robot)
     if others:
         message = f"its remarks name {', '.join(others)[:60]}, it is corrected for {robot.name}"
-        findings.append(Finding(Level.WARNING, Code.ROBOT_NAMED, f"{message}: is that the robot that runs it?"))
+        yield Finding(Level.WARNING, Code.ROBOT_NAMED, f"{message}: is that the robot that runs it?")
     groups = sorted(set(plan.program.positions.group[plan.program.positions.group > 1].tolist()))
     if groups:
         message = f"positions hold group {', '.join(map(str, groups))} as well: group 1 is taken for {robot.name}"
-        findings.append(Finding(Level.NOTE, Code.ROBOT_GROUPS, message))
-    return findings
+        yield Finding(Level.NOTE, Code.ROBOT_GROUPS, message)
 
 
-def _placement_findings(result: Correction) -> list[Finding]:
+def _placement_findings(result: Correction) -> Iterator[Finding]:
     """What is taken for where the arm stands, and for the form of registers."""
     poses = result.plan.poses
     rows = result.plan.drive.pose[result.plan.free]
-    findings = []
     if len(rows) and (bases := np.unique(poses.arm_bases.base[rows][poses.arm_bases.base[rows] > 0])).size:
         message = f"an extended axis carries the arm: {len(bases)} places of its base are taken from the frames table"
         message += "; errors told in World, maps among them, are taken to move along with it"
-        findings.append(Finding(Level.NOTE, Code.ROBOT_CARRIED, message))
+        yield Finding(Level.NOTE, Code.ROBOT_CARRIED, message)
     if poses.placements.assumed:
         names = _first_of([f"PR[{n}]" for n in poses.placements.assumed])
         message = f"{names}: taken for Cartesian, for the program writes six numbers and does not say in which form"
-        findings.append(Finding(Level.NOTE, Code.REGISTERS_FORM, message))
-    return findings
+        yield Finding(Level.NOTE, Code.REGISTERS_FORM, message)
 
 
 def _bound_findings(result: Correction) -> list[Finding]:
@@ -142,14 +138,14 @@ def _missing_bound(result: Correction) -> list[Finding]:
     return [Finding(Level.OUTSIDE, Code.BOUNDS_NONE, message)]
 
 
-def _source_findings(result: Correction) -> list[Finding]:
+def _source_findings(result: Correction) -> Iterator[Finding]:
     """Where the program leaves the range of the measured errors, or starts from an unknown state."""
     plan, cell = result.plan, result.cell
     rows = plan.drive.pose[plan.free]
     if not len(rows):
-        return []
+        return
     poses = plan.poses
-    findings = [
+    yield from [
         *map_findings(cell.sources, poses.tcp.position[rows]),
         *joint_box_findings(cell.robot, cell.joint_box, poses.theta[rows]),
     ]
@@ -168,52 +164,46 @@ def _source_findings(result: Correction) -> list[Finding]:
         directions=motion,
         contact=plan.free[begin],
     )
-    findings += unknown_start_findings(cell.robot, cell.sources, model, start)
+    yield from unknown_start_findings(cell.robot, cell.sources, model, start)
     if others and reversal_widths(cell.sources) is not None:
         lines = sorted({_line_of(result, int(part[plan.free[part]][0])) for part in others})
         message = (
             f"{_lines(lines)}: from where the robot comes is not sure: the side that joints come from is as unknown"
         )
-        findings.append(Finding(Level.NOTE, Code.SOURCES_ORDER, f"{message} there as where the program begins"))
-    return findings
+        yield Finding(Level.NOTE, Code.SOURCES_ORDER, f"{message} there as where the program begins")
 
 
-def _scope_findings(result: Correction) -> list[Finding]:
-    findings = []
+def _scope_findings(result: Correction) -> Iterator[Finding]:
     unsafe = result.plan.scope.unsafe
     if unsafe:
         lines = sorted({u.line for u in unsafe})
         message = (
             f"{len(unsafe)} statements or positions stay as they are, or put the correction in doubt: {_lines(lines)}"
         )
-        findings.append(
-            Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
-        )
+        yield Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
     contradicted = contradictions(result.plan.program, result.plan.drive, result.around.called.motionless)
     if contradicted:
         lines = sorted({u.line for u in contradicted})
         first = contradicted[0]
         message = f"the program contradicts itself at {_lines(lines)}; first: {first.text}: {first.reason}"
-        findings.append(Finding(Level.WARNING, Code.PROGRAM_CONTRADICTION, message))
+        yield Finding(Level.WARNING, Code.PROGRAM_CONTRADICTION, message)
     if missing := sorted(result.around.called.missing):
         message = f"called programs not beside it are taken to write no user frame and no tool: {_first_of(missing)}"
         message += "; put their .LS there, or make sure that none does"
-        findings.append(Finding(Level.WARNING, Code.PROGRAM_CALLED, message))
+        yield Finding(Level.WARNING, Code.PROGRAM_CALLED, message)
     reasons: dict[str, list[int]] = {}
     for station, reason in result.plan.stations.held:
         reasons.setdefault(reason, []).append(_line_of(result, station))
     for reason, lines in reasons.items():
-        findings.append(Finding(Level.WARNING, Code.CORRECTION_HELD, f"{_lines(lines)} left as it is: {reason}"))
+        yield Finding(Level.WARNING, Code.CORRECTION_HELD, f"{_lines(lines)} left as it is: {reason}")
     limits: dict[str, list[int]] = {}
     for station, limit in result.plan.stations.limited:
         limits.setdefault(limit, []).append(_line_of(result, station))
     for limit, lines in limits.items():
-        findings.append(Finding(Level.WARNING, Code.CORRECTION_LIMITED, f"{limit} binds at {_lines(lines)}"))
-    return findings
+        yield Finding(Level.WARNING, Code.CORRECTION_LIMITED, f"{limit} binds at {_lines(lines)}")
 
 
-def _shared_findings(result: Correction) -> list[Finding]:
-    findings = []
+def _shared_findings(result: Correction) -> Iterator[Finding]:
     poses, shared = result.plan.poses, result.shared
     spread = np.flatnonzero(shared.changed & (shared.spread > SAME_POSITION))
     if len(spread):
@@ -221,37 +211,32 @@ def _shared_findings(result: Correction) -> list[Finding]:
         message = (
             f"{names} used more than once with corrections up to {shared.spread.max() / UM:.1f} um from their mean"
         )
-        findings.append(
-            Finding(Level.WARNING, Code.CORRECTION_SHARED, f"{message}, which is written; --split parts them")
-        )
+        yield Finding(Level.WARNING, Code.CORRECTION_SHARED, f"{message}, which is written; --split parts them")
     mixed = np.flatnonzero(shared.mixed)
     if len(mixed):
         names = _positions(poses.number[mixed].tolist())
         message = f"{names} also used where nothing may change: left as it is; --split parts them"
-        findings.append(Finding(Level.WARNING, Code.CORRECTION_MIXED, message))
-    return findings
+        yield Finding(Level.WARNING, Code.CORRECTION_MIXED, message)
 
 
-def _served_findings(result: Correction) -> list[Finding]:
+def _served_findings(result: Correction) -> Iterator[Finding]:
     """What one file leaves over the starts that it serves."""
     if result.served is None:
-        return []
+        return
     mean, (start, worst) = result.served.at_mean.largest, result.served.worst
-    findings = [spread_finding(result.served.ensemble, mean, f"{worst.largest / UM:.2f}", start)]
+    yield spread_finding(result.served.ensemble, mean, f"{worst.largest / UM:.2f}", start)
     if mean > 0 and worst.largest / mean >= WIDE:
         message = (
             f"a file for each start alone would be about {worst.largest / mean:.1f} times better: --before with the "
             "standing makes one"
         )
-        findings.append(Finding(Level.WARNING, Code.AVERAGE_WIDE, message))
-    return findings
+        yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
 
 
-def _line_findings(result: Correction, deviation: Array) -> list[Finding]:
-    findings = []
+def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
     if deviation.max(initial=0.0) > MAX_DEVIATION:
         message = f"straight lines between corrected ends stray by up to {deviation.max() / UM:.1f} um midway"
-        findings.append(Finding(Level.NOTE, Code.CORRECTION_STRAIGHT, f"{message}; --insert UM puts points into them"))
+        yield Finding(Level.NOTE, Code.CORRECTION_STRAIGHT, f"{message}; --insert UM puts points into them")
     drive = result.plan.drive
     with np.errstate(invalid="ignore", divide="ignore"):
         speed = drive.length / drive.duration
@@ -263,14 +248,12 @@ def _line_findings(result: Correction, deviation: Array) -> list[Finding]:
         )
     if short.any():
         message = f"{int(short.sum())} straight lines are shorter than speed x the interpolation period"
-        findings.append(Finding(Level.NOTE, Code.TIMING_SHORT, f"{message}: the robot will be slower there"))
-    return findings
+        yield Finding(Level.NOTE, Code.TIMING_SHORT, f"{message}: the robot will be slower there")
 
 
-def _way_findings(result: Correction) -> list[Finding]:
+def _way_findings(result: Correction) -> Iterator[Finding]:
     """Ways of which only the ends are judged: they leave the reach, or the robot may come from elsewhere."""
     drive, robot = result.plan.drive, result.cell.robot.name
-    findings = []
     for stations, level, words in (
         (np.flatnonzero(drive.beyond > 0), Level.WARNING, "the straight way there leaves the reach of"),
         (result.new_beyond, Level.OUTSIDE, "corrected, the straight way there would leave the reach of"),
@@ -278,39 +261,34 @@ def _way_findings(result: Correction) -> list[Finding]:
         if len(stations):
             lines = sorted({_line_of(result, s) for s in stations.tolist()})
             message = f"{_lines(lines)}: {words} {robot} between its ends: only the ends are judged"
-            findings.append(Finding(level, Code.CORRECTION_REACH, message))
+            yield Finding(level, Code.CORRECTION_REACH, message)
     unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
     unsure = unsure[unsure > 0]
     if len(unsure):
         lines = sorted({_line_of(result, s) for s in unsure.tolist()})
         message = f"{_lines(lines)}: from where the robot comes is not sure (a jump, a call, a macro, an unknown place)"
-        findings.append(Finding(Level.NOTE, Code.CORRECTION_ORDER, f"{message}: the end is judged, not the way there"))
+        yield Finding(Level.NOTE, Code.CORRECTION_ORDER, f"{message}: the end is judged, not the way there")
     letters = np.array(result.plan.program.motions.letter)[drive.motion]
     curved = np.flatnonzero(result.plan.free & np.isin(letters, ARC_LETTERS))
     if len(curved):
         lines = sorted({_line_of(result, s) for s in curved.tolist()})
         message = f"{_lines(lines)}: a chain of A or S: its ends are judged, not the curve between them"
-        findings.append(Finding(Level.NOTE, Code.CORRECTION_ORDER, message))
-    return findings
+        yield Finding(Level.NOTE, Code.CORRECTION_ORDER, message)
 
 
-def _text_findings(result: Correction) -> list[Finding]:
-    findings = []
+def _text_findings(result: Correction) -> Iterator[Finding]:
     decimals = _decimal_places(result)
     if decimals.min(initial=3) < 3:
         message = f"positions are written with {decimals.min()} decimals: rounding alone moves them by up to"
-        findings.append(
-            Finding(Level.NOTE, Code.TEXT_DECIMALS, f"{message} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um")
-        )
+        yield Finding(Level.NOTE, Code.TEXT_DECIMALS, f"{message} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um")
     joint = result.plan.poses.joint_form & result.shared.changed
     if joint.any():
         message = f"{int(joint.sum())} corrected positions are in joint form, whose digits say a place less exactly"
-        findings.append(Finding(Level.NOTE, Code.TEXT_JOINT_FORM, message))
+        yield Finding(Level.NOTE, Code.TEXT_JOINT_FORM, message)
     if result.changed and result.mark is Mark.NONE:
         message = "its positions cannot carry compgen's mark: keep the provenance file beside the program"
         message += ", or let a remark carry it with --mark remark"
-        findings.append(Finding(Level.NOTE, Code.CORRECTION_MARK, message))
-    return findings
+        yield Finding(Level.NOTE, Code.CORRECTION_MARK, message)
 
 
 def _frame_findings(result: Correction) -> Sequence[Finding]:
@@ -326,48 +304,44 @@ def _frame_findings(result: Correction) -> Sequence[Finding]:
     return (Finding(Level.NOTE, Code.FRAME_TAUGHT, message),)
 
 
-def _heat_findings(result: Correction) -> list[Finding]:
+def _heat_findings(result: Correction) -> Iterator[Finding]:
     drive, stations, heat = result.plan.drive, result.plan.stations, result.cell.heat
-    findings = list(result.cell.input_findings)
+    yield from result.cell.input_findings
     if not result.before and result.cell.heat.start is None:
-        findings.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no --before: the cell starts cold"))
+        yield Finding(Level.NOTE, Code.THERMAL_COLD, "no --before: the cell starts cold")
     run = drive.duration > 0
     if run.any() and np.nansum(drive.length) > 0:
         feed = float(np.nansum(drive.length[run]) / drive.duration[run].sum())
         messages = extrapolations(heat, result.before, round(feed, 4), float(stations.time[-1]), stations.rise)
-        findings += [Finding(Level.WARNING, Code.THERMAL_BOX, message) for message in messages]
-    return findings
+        yield from [Finding(Level.WARNING, Code.THERMAL_BOX, message) for message in messages]
 
 
-def _timing_findings(result: Correction) -> list[Finding]:
+def _timing_findings(result: Correction) -> Iterator[Finding]:
     drive = result.plan.drive
-    findings = []
     if drive.untimed:
         message = (
             f"{_lines(drive.untimed)}: how fast or how long is only known at run time "
             "(a register, a wait, an override): an assumed time warms the model"
         )
-        findings.append(Finding(Level.NOTE, Code.TIMING_ASSUMED, message))
+        yield Finding(Level.NOTE, Code.TIMING_ASSUMED, message)
     if drive.flow:
         message = f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed"
-        findings.append(Finding(Level.NOTE, Code.TIMING_ORDER, message))
-    return findings
+        yield Finding(Level.NOTE, Code.TIMING_ORDER, message)
 
 
-def _controller_findings(result: Correction) -> list[Finding]:
+def _controller_findings(result: Correction) -> Iterator[Finding]:
     controller = result.cell.robot.controller
-    findings = motion_command_findings(result)
+    yield from motion_command_findings(result)
     if controller.compensation == "signature":
         message = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
-        findings.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, message))
+        yield Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, message)
     size = program_size(result.plan.program)
     message = f"{size.lines} lines, {size.positions} positions, about {size.memory / KB:.0f} kB on the controller"
     if not size.within(controller_capacity(result.cell.robot)):
         message = f"{message}: more than it holds in one file, it cannot be loaded; cgen pages parts it"
-        findings.append(Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message))
+        yield Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)
     elif result.added:
-        findings.append(Finding(Level.NOTE, Code.CONTROLLER_SIZE, f"{result.added} positions are new: {message}"))
-    return findings
+        yield Finding(Level.NOTE, Code.CONTROLLER_SIZE, f"{result.added} positions are new: {message}")
 
 
 def _decimal_places(result: Correction) -> IntArray:

@@ -12,7 +12,7 @@ at every position and between two. A run that breaks it, gains little, or takes 
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -234,10 +234,9 @@ def commanded_program(
     return shared, replace(drive, at=replace(drive.at, tcp=off))
 
 
-def motion_command_findings(result: Correction) -> list[Finding]:
+def motion_command_findings(result: Correction) -> Iterator[Finding]:
     """What the controller's motion does, and what is commanded against it."""
     command, motion, bound = result.command, result.cell.robot.motion, result.options.bound
-    findings = []
     if command is not None and command.runs and motion is not None:
         beyond = bound is not None and command.left.largest > bound
         stations = [command.runs[0][0], command.runs[-1][1]]
@@ -249,10 +248,9 @@ def motion_command_findings(result: Correction) -> list[Finding]:
             f"{after} after, beside the error after correction"
         )
         level = Level.WARNING if beyond else Level.NOTE
-        findings.append(Finding(level, Code.MOTION_PREDISTORTED, message))
+        yield Finding(level, Code.MOTION_PREDISTORTED, message)
     if command is not None and command.kept:
         message = f"{len(command.kept)} runs with bends are not commanded against {WHAT}; the first: {command.kept[0]}"
-        findings.append(Finding(Level.NOTE, Code.MOTION_KNOWN, message))
+        yield Finding(Level.NOTE, Code.MOTION_KNOWN, message)
     if result.motion is None or command is None or not command.runs or result.motion.largest > 0:
-        findings += motion_of_a_listing(result.cell.robot, result.motion, Bounds(max=bound))
-    return findings
+        yield from motion_of_a_listing(result.cell.robot, result.motion, Bounds(max=bound))

@@ -1,6 +1,6 @@
 """One offset for a program that exists, flown by the twin: registers add to its numbers, a user frame moves them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -115,13 +115,12 @@ def _left(full: Correction, errors: PoseErrors) -> Left:
     return Left(rms(size, length), percentile99(size, length), float(size.max()), float(errors.angle[judged].max()))
 
 
-def _not_shifted(full: Correction) -> list[Finding]:
+def _not_shifted(full: Correction) -> Iterator[Finding]:
     """What an offset does not move, or moves already."""
-    poses, findings = full.plan.poses, list[Finding]()
+    poses = full.plan.poses
     if joints := int(poses.joint_form.sum()):
         message = f"{joints} positions in joint form: no offset and no user frame moves them"
-        findings.append(Finding(Level.WARNING, Code.OFFSETS_JOINT_FORM, message))
+        yield Finding(Level.WARNING, Code.OFFSETS_JOINT_FORM, message)
     if poses.placements.of_motion:
         message = "some motions have an Offset or a frame of their own already: add the register's numbers to theirs"
-        findings.append(Finding(Level.WARNING, Code.OFFSETS_DOUBLED, message))
-    return findings
+        yield Finding(Level.WARNING, Code.OFFSETS_DOUBLED, message)

@@ -5,7 +5,7 @@ follow each other closer than the smoothing period, the whole run is optimised a
 workpiece stays smooth. A correction beyond the clamp or a joint limit is not taken: the station is held.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -101,7 +101,7 @@ def correct_stations(
         )
     motion, midway = station_directions(cell.robot, cell.sources, drive)
     correction, theta, limited = _correct_free(cell, drive, free, rise, motion, settings, progress)
-    illegal = _illegal_corrections(cell, drive.at, correction, theta, drive.pose, free, settings)
+    illegal = list(_illegal_corrections(cell, drive.at, correction, theta, drive.pose, free, settings))
     for station, _ in illegal:
         correction[station] = 0.0
         theta[station] = drive.at.theta[drive.pose[station]]
@@ -238,9 +238,8 @@ def dense_runs(drive: DrivenProgram, free: BoolArray, period: float) -> list[tup
 
 def _illegal_corrections(
     cell: Cell, poses: Positions, correction: Array, theta: Array, pose: IntArray, free: BoolArray, settings: Settings
-) -> list[tuple[int, str]]:
+) -> Iterator[tuple[int, str]]:
     """Stations whose correction is not legal, and why."""
-    illegal = []
     robot = cell.robot
     rows = np.flatnonzero(free)
     c, q, planned = correction[rows], theta[rows], poses.theta[pose[rows]]
@@ -257,26 +256,25 @@ def _illegal_corrections(
     _, margin = solved_after(cell, poses, pose[rows], np.nan_to_num(c))
     for k, station in enumerate(rows.tolist()):
         if np.isnan(c[k]).any():
-            illegal.append((station, "no legal correction was found for its run of lines"))
+            yield station, "no legal correction was found for its run of lines"
         elif clamped[k]:
-            illegal.append((station, "its correction is beyond the clamp: the error model cannot be trusted there"))
+            yield station, "its correction is beyond the clamp: the error model cannot be trusted there"
         elif margin[k] < 0:
-            illegal.append((station, "its correction would lead out of reach"))
+            yield station, "its correction would lead out of reach"
         elif (over[k] > 1e-9).any():
             i = int(np.argmax(over[k]))
-            illegal.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
+            yield station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"
         elif hits_itself[k]:
-            illegal.append((station, "its correction would drive J2 and J3 where the arm hits itself (interference)"))
+            yield station, "its correction would drive J2 and J3 where the arm hits itself (interference)"
         elif swing[k]:
             i = int(np.argmax(turn[k]))
             words = f"joint {robot.joint_names[i]} by {turn[k, i] / DEG:.2f} deg, more than it explains"
-            illegal.append((station, f"its correction would turn {words}: a singularity is near"))
+            yield station, f"its correction would turn {words}: a singularity is near"
         elif letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
-            illegal.append((station, "its correction would change the posture letters of CONFIG"))
+            yield station, "its correction would change the posture letters of CONFIG"
         elif turned[k]:
             words = "its correction would pass +-180 deg, and motions place its position in several ways"
-            illegal.append((station, words))
-    return illegal
+            yield station, words
 
 
 def explained_turns(moved: Array, turned: Array) -> Array:

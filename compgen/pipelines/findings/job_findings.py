@@ -122,18 +122,15 @@ def failed(solution: Solution) -> str:
     )
 
 
-def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
+def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> Iterator[Finding]:
     """Joint limits passed, and speeds that are not the wanted one."""
-    findings = []
     if trajectory.utilisation.max() > 1:
         kind, joint = np.unravel_index(int(np.argmax(trajectory.utilisation)), trajectory.utilisation.shape)
-        findings.append(
-            Finding(
-                Level.OUTSIDE,
-                Code.TIMING_LIMIT,
-                f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
-                f"{100 * trajectory.utilisation.max():.0f} % of its limit; lower process.feed_mm_s",
-            )
+        yield Finding(
+            Level.OUTSIDE,
+            Code.TIMING_LIMIT,
+            f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
+            f"{100 * trajectory.utilisation.max():.0f} % of its limit; lower process.feed_mm_s",
         )
     gaps = np.diff(path.arc)
     slow = float(gaps[trajectory.speed < feed * path.pace * (1 - 1e-9)].sum() / path.arc[-1])
@@ -146,20 +143,19 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             else ("joint limits bind there")
         )
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
-        findings.append(Finding(Level.NOTE, Code.TIMING_BELOW_FEED, message))
+        yield Finding(Level.NOTE, Code.TIMING_BELOW_FEED, message)
     if abs(feed - job.feed) > SAME_FEED * job.feed:
         message = (
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
-        findings.append(Finding(Level.NOTE, Code.TIMING_FEED, message))
+        yield Finding(Level.NOTE, Code.TIMING_FEED, message)
     error, late = feed_errors(trajectory.speed, program.speed, program.lengths())
     if error > FEED_ERROR:
         message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
             f"stretch by {late / MS:.0f} ms at most"
         )
-        findings.append(Finding(Level.NOTE, Code.TIMING_FEED_ERROR, message))
-    return findings
+        yield Finding(Level.NOTE, Code.TIMING_FEED_ERROR, message)
 
 
 def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding]:

@@ -1,7 +1,7 @@
 """What the measuring commands read and write: measurements, the instrument's frames, the identified robot file."""
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -142,7 +142,7 @@ def read_measurements(
     cold = [read_poses(f, arm.robot, nodes, force=lenient, timed=timed, frames_known=frames_known) for f in files.poses]
     warm = [read_poses(f, arm.robot, nodes, force=True, timed=True, frames_known=frames_known) for f in files.warm_up]
     distances = [read_distances(f, arm.robot, nodes, force=lenient, frames_known=frames_known) for f in files.distances]
-    touches = _read_touches(arm, files, lenient=lenient, frames_known=frames_known)
+    touches = list(_read_touches(arm, files, lenient=lenient, frames_known=frames_known))
     if files.log is not None:
         on_clock = [*(warm or cold), *(part for part in (*distances, *touches) if part.timed)]
         if not on_clock:
@@ -166,10 +166,10 @@ def read_measurements(
     return measurements, [*findings, *read_findings(measurements.notes)]
 
 
-def _read_touches(arm: Arm, files: MeasurementFiles, *, lenient: bool, frames_known: bool) -> list[Measurements]:
+def _read_touches(arm: Arm, files: MeasurementFiles, *, lenient: bool, frames_known: bool) -> Iterator[Measurements]:
     """The touches of each file, as rows."""
     if not files.touches:
-        return []
+        return
     uframes = (load_frames(files.frames) if files.frames else default_frames()).uframe
     artefacts = {source: read_artefact(source) for source in map(files.artefact_of, files.touches)}
     by_name = {Path(source).name: source for source in artefacts}
@@ -179,12 +179,10 @@ def _read_touches(arm: Arm, files: MeasurementFiles, *, lenient: bool, frames_kn
             f"--touches: {other} and {by_name[Path(other).name]}: two artefacts of one name; rename one, as the robot "
             "file tells their spheres apart by it"
         )
-    parts = []
     for file in files.touches:
         artefact = artefacts[files.artefact_of(file)]
         rows = read_touches(file, arm.robot, artefact, uframes)
-        parts.append(touch_rows(rows, artefact, arm.robot, len(arm.nodes), force=lenient, frames_known=frames_known))
-    return parts
+        yield touch_rows(rows, artefact, arm.robot, len(arm.nodes), force=lenient, frames_known=frames_known)
 
 
 def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:

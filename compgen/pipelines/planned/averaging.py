@@ -10,7 +10,7 @@ stays beyond that file's own residual is how far each start's rises lie from the
 twin with its own heat at every corner of the ensemble, in its middle, and where the error model foretells the most.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -238,11 +238,11 @@ def _files_needed(moved: Array, tolerance: float) -> int:
     return count
 
 
-def averaging_findings(averaged: Averaged) -> list[Finding]:
+def averaging_findings(averaged: Averaged) -> Iterator[Finding]:
     """The spread over the starts, whether several files would be much better, and whether the twin saw the same."""
     worst = averaged.worst_flown
     over = f"{averaged.rms / UM:.2f} rms and {worst.total.max / UM:.2f}"
-    findings = [spread_finding(averaged.ensemble, averaged.at_mean.max, over, worst.start)]
+    yield spread_finding(averaged.ensemble, averaged.at_mean.max, over, worst.start)
     remade = averaged.remade
     if remade and worst.total.max / remade >= WIDE and averaged.added.max() > averaged.tolerance:
         message = (
@@ -250,14 +250,13 @@ def averaging_findings(averaged: Averaged) -> list[Finding]:
             f"instead of {worst.total.max / UM:.2f}; {averaged.files} files keep each start within "
             f"{averaged.tolerance / UM:g} um of its own (compensation.start_drift_um)"
         )
-        findings.append(Finding(Level.WARNING, Code.AVERAGE_WIDE, message))
+        yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
     if averaged.disagreement > max(APART * averaged.spread, SAME):
         message = (
             f"over the starts the twin differs from the error model by {averaged.disagreement / UM:.2f} um rms, the "
             f"starts from their mean by {averaged.spread / UM:.2f}: trust what was flown, not what lies between"
         )
-        findings.append(Finding(Level.WARNING, Code.AVERAGE_MODEL, message))
-    return findings
+        yield Finding(Level.WARNING, Code.AVERAGE_MODEL, message)
 
 
 def spread_finding(ensemble: Ensemble, at_mean: float, over: str, worst: Start) -> Finding:

@@ -1,6 +1,6 @@
 """The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -98,14 +98,14 @@ def _fly_uncorrected(planned: Planned, date: str) -> tuple[Deviation, WrittenMot
     return deviation_of(path, prepared), written
 
 
-def _plan_findings(planned: Planned) -> list[Finding]:
+def _plan_findings(planned: Planned) -> Iterator[Finding]:
     """What is known of a plan before anything is flown: where models leave what was measured, and what files say."""
     job, path, theta, rise = planned.job, planned.path, planned.theta, planned.rise
     time, places = planned.time, path.target.position
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
     driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=planned.motion, contact=path.contact)
     hot = extrapolations(job.cell.heat, job.duties_before(), job.feed, time[-1], rise)
-    notes = [
+    yield from [
         *(Finding(Level.WARNING, Code.THERMAL_BOX, text) for text in hot),
         *map_findings(job.sources, places[on_part], on_part),
         *joint_box_findings(job.robot, job.cell.joint_box, theta[on_part]),
@@ -116,11 +116,10 @@ def _plan_findings(planned: Planned) -> list[Finding]:
         *dry_run_findings(job, path),
     ]
     if not job.history.before and job.heat.start is None:
-        notes.append(Finding(Level.NOTE, Code.THERMAL_COLD, "no [[before]]: the cell starts cold"))
+        yield Finding(Level.NOTE, Code.THERMAL_COLD, "no [[before]]: the cell starts cold")
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
-        notes.append(Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, text))
-    return notes
+        yield Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, text)
 
 
 def generate(
@@ -218,11 +217,11 @@ def _verdict(
     prepared: PreparedProgram,
     limited: Sequence[Finding],
     of_form: Sequence[Finding],
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Everything that is found of a corrected program; given what its limits and the other heat model say."""
     job, path, controller = planned.job, planned.path, planned.job.robot.controller
     text, written, trajectory = corrected.program, corrected.written, corrected.trajectory
-    verdict = [
+    yield from [
         *judge(corrected.deviation, job.bounds),
         *own_file_findings(job, path, corrected.deviation),
         *(corrected.draws.findings() if corrected.draws is not None else []),
@@ -243,10 +242,7 @@ def _verdict(
     ]
     if corrected.mid_spatial > MAX_RIPPLE:
         puts = f"the correction puts {corrected.mid_spatial / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
-        verdict.append(
-            Finding(Level.WARNING, Code.COMPENSATION_MID_SPATIAL, f"{puts}; raise compensation.curvature_period_mm")
-        )
-    return verdict
+        yield Finding(Level.WARNING, Code.COMPENSATION_MID_SPATIAL, f"{puts}; raise compensation.curvature_period_mm")
 
 
 def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Problem, Solution, list[Finding]]:

@@ -4,7 +4,7 @@ The uncorrected program is flown by the twin with every position moved as the co
 same program as it is, and the corrected one. Of a program that exists ``pipelines.correct.program_offsets`` flies it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -107,20 +107,18 @@ def typed_frame(numbers: Array) -> Pose:
     return Pose(numbers[:3] * MM, from_wpr(*(numbers[3:] * DEG)[:, None])[0])
 
 
-def _offset_findings(uframe: int, ways: tuple[Offset, ...]) -> list[Finding]:
+def _offset_findings(uframe: int, ways: tuple[Offset, ...]) -> Iterator[Finding]:
     """What an operator must know before typing in."""
-    findings = []
     if uframe == 0:
         message = (
             "the positions are in World (UFRAME 0), which takes no numbers: for the user frame teach them in a frame "
             "of their own, or use the position register"
         )
-        findings.append(Finding(Level.NOTE, Code.OFFSETS_WORLD, message))
+        yield Finding(Level.NOTE, Code.OFFSETS_WORLD, message)
     useless = [way.kind for way in ways[1:-1] if way.left.rms > USELESS * ways[0].left.rms]
     if useless:
         message = f"{', '.join(useless)}: leaves no less than nothing does: what errs is not one shift"
-        findings.append(Finding(Level.WARNING, Code.OFFSETS_USELESS, message))
-    return findings
+        yield Finding(Level.WARNING, Code.OFFSETS_USELESS, message)
 
 
 def offsets_of_job(job: Job, progress: Progress) -> Offsets:

@@ -1,6 +1,6 @@
 """What can be moved on a living page: the sliders of a path's day, and which are missing there and why."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -41,7 +41,7 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
     """
     files, programs = read_job_files(path_file, robot, overrides), programs_of(job.plan, job.cell)
     path = check(PathFile, files.path_data, path_file)
-    stages = _stages(path, programs, job)
+    stages = list(_stages(path, programs, job))
     parts = (_before(path, stages), _air(path, job), _start(path, job), _cte(files.robot_text.tables))
     return Day(
         stages=tuple(stages),
@@ -55,28 +55,27 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
     )
 
 
-def _stages(path: PathFile, programs: Programs, job: Job) -> list[Stage]:
+def _stages(path: PathFile, programs: Programs, job: Job) -> Iterator[Stage]:
     """The entries of [[before]]; what an anchored state stands for, which no slider moves."""
     heat, has_law = job.heat, job.heat.law is not None
     if path.state is not None:
-        return [
+        yield from [
             Stage(
                 Step(key="", state=duty.state, feed=duty.feed, duration=duty.duration, share=duty.share),
                 goal=None if has_law else heat.steady_state(duty),
             )
             for duty in job.history.before
         ]
-    stages = []
+        return
     for step in steps_of(path.before, "before", job.source, job.feed):
         if step.state != "moving":
-            stages.append(Stage(step, goal=None if has_law else _goal(step, programs, job)))
+            yield Stage(step, goal=None if has_law else _goal(step, programs, job))
             continue
         own = replace(step, feed=step.feed or programs.plan(step.program).process.feed)
         repeats = own.repeat is not None
         run_time = float(programs.motion(own.program, own.feed).time[-1]) if repeats else 0.0
         stops = _stops(own, programs, job) if repeats or not has_law else None
-        stages.append(Stage(own, run_time=run_time, stops=stops))
-    return stages
+        yield Stage(own, run_time=run_time, stops=stops)
 
 
 def _goal(step: Step, programs: Programs, job: Job) -> Array:
