@@ -47,7 +47,6 @@ def offsets(
     """
     from compgen.cli.screen.progress_bar import show_progress
     from compgen.pipelines.planned.offsets import offsets_of_job
-    from compgen.report.offset_record import offsets_record
 
     with show_progress(quiet=screen.is_silent) as progress:
         if path.lower().endswith(".ls"):
@@ -60,7 +59,7 @@ def offsets(
         else:
             _refuse_options_of_programs(tables, before)
             result = offsets_of_job(job.load_with_log(path, log, reference), progress)
-    record = offsets_record(result)
+    record = result.record()
     best = min((way for way in record["ways"] if way["type_in"] is not None), key=lambda way: way["leaves"]["max_um"])
     errors = opt.beyond_bound(f"the best offset ({best['kind']}) leaves {{}}", best["leaves"]["max_um"] * UM, max_um)
     return Outcome(record=record, show=partial(_show, record, verbose=screen.verbose), errors=errors)

@@ -17,9 +17,10 @@ from compgen.job.job import Cell
 from compgen.pipelines.correct.correct import correct
 from compgen.pipelines.correct.result import Correction, Options
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.planned.offsets import FRAME, FlownErrors, Left, Offsets, search_offsets, typed_frame
+from compgen.pipelines.planned.offsets import FRAME, FlownErrors, Left, Offsets, search_offsets
 from compgen.program.driven import NONE
 from compgen.program.frames import Frames
+from compgen.program.pose_table import pose_of
 from compgen.program.registers import Register
 from compgen.program.ways import interpolate_poses
 from compgen.thermal import Duty
@@ -98,7 +99,7 @@ def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array)
     """The errors of the program with an offset, at the samples of its proof."""
     program, around, cell = full.plan.program, full.around, full.cell
     if kind == FRAME:
-        table = replace(around.frames, uframe={**around.frames.uframe, number: typed_frame(numbers)})
+        table = replace(around.frames, uframe={**around.frames.uframe, number: pose_of(numbers.tolist())})
         around = replace(around, frames=table)
     else:
         value = np.array(program.positions.value)

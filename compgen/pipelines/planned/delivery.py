@@ -17,7 +17,7 @@ from compgen.core.version import __version__
 from compgen.fanuc.paging.join_check import check_manifest, interpret_pages
 from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
-from compgen.pipelines.planned.program_text import COMMON_REMARKS, start_remarks
+from compgen.pipelines.planned.program_text import COMMON_REMARKS, rise_remarks, start_remarks
 from compgen.program.digits import as_written
 from compgen.program.page_stops import PageStops, canonical_size, controller_capacity, head_line_count
 from compgen.program.pages import MANIFEST_SUFFIX, JoinError, Page, PagedProgram, excerpt, manifest_json
@@ -167,10 +167,9 @@ def page_facts(job: Job, start: PageStart) -> dict[str, object]:
 
 def page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart, *, anew: bool = False) -> list[str]:
     """Remarks at the head of a page, k from 0; ``anew`` where it replaces another of that name."""
-    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise, strict=True)]
     when = f"anew, {start.time:.0f} s" if anew else f"after {start.time:.0f} s"
-    remarks = [*program.remarks[:COMMON_REMARKS], f"page {k + 1} of {count}, {when}"]
-    remarks += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
+    page = f"page {k + 1} of {count}, {when}"
+    remarks = [*program.remarks[:COMMON_REMARKS], page, *rise_remarks(job, start.rise)]
     wait = "start within" if k == 0 else "wait before it at most"
     if k == 0 and job.ensemble is not None:
         return _ascii(line[:REMARK_LENGTH] for line in [*remarks, start_remarks(job, start.window)[0]])

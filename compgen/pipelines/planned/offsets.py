@@ -6,24 +6,27 @@ same program as it is, and the corrected one. Of a program that exists ``pipelin
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from compgen.compensation.rigid_offset import best_frame, register_shift, register_turn
 from compgen.core import stages
 from compgen.core.arrays import Array
+from compgen.core.commands import Command
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.pose import IDENTITY, Pose
+from compgen.core.pose import IDENTITY, POSE_KEYS, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.stages import Progress
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.program.digits import pose_numbers
+from compgen.program.pose_table import pose_of
 from compgen.program.program import Program
 from compgen.verification.deviation import Deviation
 
@@ -53,6 +56,19 @@ class Offset:
     numbers: Array | None  # X Y Z [mm], W P R [deg]; None: nothing is typed
     left: Left
 
+    def record(self) -> dict[str, Any]:
+        """The way in plain types."""
+        return {
+            "kind": self.kind,
+            "type_in": None if self.numbers is None else dict(zip(POSE_KEYS, self.numbers.tolist(), strict=True)),
+            "leaves": {
+                "rms_um": self.left.rms / UM,
+                "p99_um": self.left.p99 / UM,
+                "max_um": self.left.largest / UM,
+                "turn_mdeg": self.left.turn / MDEG,
+            },
+        }
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Offsets:
@@ -63,6 +79,17 @@ class Offsets:
     frame: Array  # X Y Z [mm], W P R [deg] of it as it is
     ways: tuple[Offset, ...]  # nothing, the three offsets, the correction
     findings: tuple[Finding, ...]
+
+    def record(self) -> dict[str, Any]:
+        """Everything that ``cgen offsets`` says, in plain types."""
+        return {
+            "command": Command.OFFSETS,
+            "name": self.name,
+            "uframe": self.uframe,
+            "uframe_is": dict(zip(POSE_KEYS, self.frame.tolist(), strict=True)),
+            "ways": [way.record() for way in self.ways],
+            "findings": [f.record() for f in self.findings],
+        }
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -100,11 +127,6 @@ def search_offsets(
     ways = (Offset(NOTHING, None, nothing), *offsets, Offset(FULL, None, full))
     now = pose_numbers(flown.frame.position[None], flown.frame.rotation[None])[0]
     return Offsets(flown.name, flown.uframe, now, ways, (*findings, *_offset_findings(flown.uframe, ways)))
-
-
-def typed_frame(numbers: Array) -> Pose:
-    """A user frame as it is typed in, X Y Z [mm], W P R [deg]."""
-    return Pose(numbers[:3] * MM, from_wpr(*(numbers[3:] * DEG)[:, None])[0])
 
 
 def _offset_findings(uframe: int, ways: tuple[Offset, ...]) -> Iterator[Finding]:
@@ -158,7 +180,7 @@ def moved(program: Program, uframe: Pose, kind: str, numbers: Array) -> Program:
         numbers: That are typed in.
     """
     if kind == FRAME:
-        pose = uframe.inverse() @ typed_frame(numbers) @ Pose(program.position, program.rotation)
+        pose = uframe.inverse() @ pose_of(numbers.tolist()) @ Pose(program.position, program.rotation)
         return replace(program, position=pose.position, rotation=pose.rotation)
     printed = pose_numbers(program.position, program.rotation, program.decimals) + numbers
     return replace(program, position=printed[:, :3] * MM, rotation=from_wpr(*(printed[:, 3:] * DEG).T))

@@ -20,8 +20,8 @@ from compgen.pipelines.planned.delivery import (
     size_findings,
 )
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.planned.program_text import compose_program
-from compgen.program.program import REMARK_LENGTH, Program, program_name
+from compgen.pipelines.planned.program_text import compose_program, rise_remarks
+from compgen.program.program import Program, program_name
 
 PLAN = "_PLAN"  # behind the name of a program that is not corrected
 COMMENT = "compgen PLANNED"
@@ -63,7 +63,8 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
     def headings(first: Sequence[int]) -> list[list[str]]:
         times = planned.trajectory.time[list(first)].tolist()
         pages = [f"page {k + 1} of {len(first)}, after {time:.0f} s" for k, time in enumerate(times)]
-        return [[*program.remarks, page, *_rises(planned, row)] for page, row in zip(pages, first, strict=True)]
+        rises = [rise_remarks(job, planned.rise[row]) for row in first]
+        return [[*program.remarks, page, *rise] for page, rise in zip(pages, rises, strict=True)]
 
     paged = part_program(job, program, headings, program.remarks)
     head = {
@@ -74,9 +75,3 @@ def _deliver_pages(planned: Planned, program: Program) -> Delivery:
         "robot": job.robot.name,
     }
     return deliver_parted(job, program, paged, head)
-
-
-def _rises(planned: Planned, row: int) -> list[str]:
-    names, rises = planned.job.heat.names, planned.rise[row]
-    state = [f"{name} {rise:.1f}" for name, rise in zip(names, rises, strict=True)]
-    return [f"rise K {' '.join(state[i : i + 2])}"[:REMARK_LENGTH] for i in range(0, len(state), 2)]

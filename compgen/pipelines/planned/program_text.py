@@ -87,14 +87,18 @@ def _remarks(job: Job, start_window: float | None) -> tuple[str, ...]:
     remarks += [f"robot file {job.cell.robot_file_hash[:16]}", override_remark(job)]
     if start_window is None:
         return (*remarks, NOT_CORRECTED)
-    rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise(), strict=True)]
-    pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
-    remarks += [f"rise K {' '.join(pair)}"[:REMARK_LENGTH] for pair in pairs]
+    remarks += rise_remarks(job, job.start_rise())
     remarks += start_remarks(job, start_window)
     remarks += motion_remarks(job)
     if (state := job.cell.state) is not None:
         remarks.append(f"state {state.digest[:8]} holds {int(state.window)} s"[:REMARK_LENGTH])
     return tuple(remarks)
+
+
+def rise_remarks(job: Job, rise: Array) -> list[str]:
+    """How warm a job's robot is, (K,) [K], two nodes a line."""
+    rises = [f"{name} {k:.1f}" for name, k in zip(job.heat.names, rise, strict=True)]
+    return [f"rise K {' '.join(rises[i : i + 2])}"[:REMARK_LENGTH] for i in range(0, len(rises), 2)]
 
 
 def override_remark(job: Job) -> str:

@@ -7,12 +7,8 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-import numpy as np
-
 from compgen.core.exceptions import InputError
-from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr
-from compgen.core.units import DEG, HOUR, MM
+from compgen.core.units import HOUR, MM
 from compgen.error_model.anchored_state import parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
@@ -22,6 +18,7 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.extended_axes import ExtendedAxis
 from compgen.program.frames import Frames, default_frames
+from compgen.program.pose_table import pose_of
 from compgen.program.registers import CARTESIAN, JOINT, Register
 from compgen.thermal import Duty
 
@@ -62,7 +59,7 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         given, frames = made["options"], made["frames"]
         before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
         options = _options(given, max_um)
-        kinds = {kind: {int(n): _pose(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
+        kinds = {kind: {int(n): pose_of(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
         extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}
         registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
         corrected_sum = str(made["corrected_sha256"])
@@ -112,18 +109,13 @@ def _options(given: Mapping[str, Any], max_um: float | None) -> Options:
     )
 
 
-def _pose(row: list[float]) -> Pose:
-    x, y, z, w, p, r = row
-    return Pose(np.array([x, y, z]) * MM, from_wpr(*(np.array([a * DEG]) for a in (w, p, r)))[0])
-
-
 def with_state_text(plain: Cell, text: str, where: str) -> Cell:
     """A cell as the text of a state has it; ``where`` the text stands, for messages."""
     return cell_with_state(plain, parse_state(text.encode(), where), where)
 
 
 def _axis(record: Mapping[str, Any]) -> ExtendedAxis:
-    return ExtendedAxis(record["kind"], record["unit"], tuple((row[0], _pose(row[1:])) for row in record["base"]))
+    return ExtendedAxis(record["kind"], record["unit"], tuple((row[0], pose_of(row[1:])) for row in record["base"]))
 
 
 def _register(values: Sequence[float | None]) -> Register:
