@@ -1,6 +1,6 @@
 """The command that writes the rest of a job in pages anew, for what the robot is now."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -191,22 +191,21 @@ def _program_anew(
 
 
 def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
+    """Print the pages, why, and what became of them."""
+    from compgen.pipelines.resume.corrected_rest import words_of
     from compgen.pipelines.resume.result import Resumed
 
-    if isinstance(resumed, Resumed):
-        show_resumed(resumed, folder, is_written=is_written, verbose=verbose)
-    else:
-        _show_corrected(resumed, folder, is_written=is_written, verbose=verbose)
-
-
-def _show_corrected(resumed: "ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
-    from compgen.pipelines.resume.corrected_rest import words_of
-
     console = stdout_console()
-    print_table(console, f"{resumed.correction.name} from page {resumed.from_page} on", pages_table(resumed.pages))
-    lines = [*words_of(resumed), *finding_lines(resumed.findings, verbose=verbose)]
+    if isinstance(resumed, Resumed):
+        name, why = resumed.planned.job.name, _words_of_job(resumed, verbose=verbose)
+    else:
+        name, why = resumed.correction.name, words_of(resumed)
+    print_table(console, f"{name} from page {resumed.from_page} on", pages_table(resumed.pages))
+    lines = [*why, *finding_lines(resumed.findings, verbose=verbose)]
     if is_written:
-        lines.append(f"wrote {', '.join(resumed.replaced)} anew, {resumed.written.manifest_file} in {folder}")
+        count = len(resumed.replaced)
+        names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"
+        lines.append(f"wrote {names} anew, {resumed.written.manifest_file}, resume.html, resume.json in {folder}")
     elif not resumed.replaced:
         lines.append("nothing to do: the pages in the folder are these already")
     for line in lines:
@@ -272,37 +271,26 @@ def pages_table(pages: Sequence["PageResult"]) -> "Table":
     return table
 
 
-def show_resumed(resumed: "Resumed", folder: Path, *, is_written: bool, verbose: bool) -> None:
-    """Print the pages, why, and what became of them."""
+def _words_of_job(resumed: "Resumed", *, verbose: bool) -> Iterator[str]:
+    """What became of a planned job's pages, line by line."""
     from compgen.report.band_words import not_known_words, rounded
     from compgen.report.resume import band_of_resumed
 
-    console = stdout_console()
     planned, begun = resumed.planned, resumed.begun
-    print_table(console, f"{planned.job.name} from page {resumed.from_page} on", pages_table(resumed.pages))
     rises = ", ".join(
         f"{name} {now:.2f} ({now - then:+.2f})"
         for name, now, then in zip(
             planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist(), strict=True
         )
     )
-    lines = [f"because {begun.why}; rise [K], and against the plan: {rises}"]
+    yield f"because {begun.why}; rise [K], and against the plan: {rises}"
     if resumed.join is not None:
         join = resumed.join
         place = "on the part" if join.on_the_part else "off the part"
-        lines.append(
+        yield (
             f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
             f"{join.beyond / UM:.2f} beyond that; start within {limit_words(resumed.starts[0].window)}"
         )
     largest = resumed.deviation.on_part["total"].max / UM
-    lines.append(f"with the new pages: {rounded(largest)} um left by calculation")
-    lines.append(not_known_words(band_of_resumed(resumed), verbose=verbose))
-    lines += finding_lines(resumed.findings, verbose=verbose)
-    if is_written:
-        count = len(resumed.replaced)
-        names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"
-        lines.append(f"wrote {names} anew, {resumed.written.manifest_file}, resume.html, resume.json in {folder}")
-    elif not resumed.replaced:
-        lines.append("nothing to do: the pages in the folder are these already")
-    for line in lines:
-        console.print(line)
+    yield f"with the new pages: {rounded(largest)} um left by calculation"
+    yield not_known_words(band_of_resumed(resumed), verbose=verbose)

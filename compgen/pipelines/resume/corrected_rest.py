@@ -28,7 +28,7 @@ from compgen.pipelines.correct.program_pages import part_program
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.resume.beginning import Begin, Known, Logged
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
-from compgen.pipelines.resume.pages_anew import Rewriting, manifest_anew
+from compgen.pipelines.resume.pages_anew import with_manifest
 from compgen.pipelines.resume.result import Join, PagesAnew, Size, page_results, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.program.pages import Capacity
@@ -115,26 +115,17 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     before = _fly(new, old)
     results = page_results(written.pages[from_page - 1 :], _sizes(from_page, stations, new, before), files)
     join = _join(written.pages[from_page - 1].name, at, new, before, old) if at else None
-    rewriting = Rewriting(
-        from_page=from_page,
-        date=date,
-        begun=begun,
-        loaded=loaded,
-        done=done,
-        start={"start_state": started.tolist()},
-        join=join,
-    )
-    manifest = manifest_anew(written, files, results, rewriting)
-    return ResumedProgram(
+    resumed = ResumedProgram(
         written=written,
         from_page=from_page,
         correction=new,
-        files={**files, written.manifest_file: manifest},
+        files=files,
         pages=results,
         join=join,
         begun=begun,
         findings=new.findings,
     )
+    return with_manifest(resumed, date, {"loaded": loaded, "done": done}, {"start_state": started.tolist()})
 
 
 class _AsWritten(NamedTuple):

@@ -5,9 +5,9 @@ The manifest of pages that were written anew: the same pages by name, and what w
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from hashlib import sha256
-from typing import Any
+from typing import Any, TypeVar
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
@@ -17,11 +17,12 @@ from compgen.fanuc.paging.join_check import read_pages
 from compgen.job.job import Job
 from compgen.pipelines.planned.delivery import PageStart, page_remarks, require_equal
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.resume.beginning import Begun
-from compgen.pipelines.resume.result import Join, PageResult
+from compgen.pipelines.resume.result import PagesAnew
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.pages import JoinError, excerpt, join_programs, require_meeting, with_checksum
 from compgen.program.program import Program
+
+Anew = TypeVar("Anew", bound=PagesAnew)
 
 
 def read_written(written: WrittenJob, whole: Planned) -> list[Program]:
@@ -98,54 +99,40 @@ def prove_pages(before: Program | None, files: Mapping[str, bytes], program: Pro
     return rest
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rewriting:
-    """Which pages were written anew, when and why."""
-
-    from_page: int
-    date: str
-    begun: Begun
-    loaded: int  # the last page that the controller has, 0 where nobody says
-    done: int  # the last page that has run
-    start: Mapping[str, Any]  # how the robot begins, to go on from
-    join: Join | None
-
-
-def manifest_anew(
-    written: WrittenJob,
-    files: Mapping[str, bytes],
-    pages: Sequence[PageResult],
-    rewriting: Rewriting,
+def with_manifest(
+    anew: Anew,
+    date: str,
+    known_pages: Mapping[str, int],
+    start: Mapping[str, Any],
     facts: Mapping[str, Mapping[str, Any]] | None = None,
-) -> bytes:
-    """The manifest's text.
+) -> Anew:
+    """Pages that were written anew, with their manifest beside them, which says when and why.
 
     Args:
-        written: The pages so far.
-        files: The new ones, by name.
-        pages: What each of them comes to.
-        rewriting: Why they were written.
-        facts: What the manifest says of each beside its bytes, by the file's name.
+        anew: The pages, without it.
+        date: When.
+        known_pages: The last page that the controller has, and the last that has run; 0 where nobody says.
+        start: How the robot begins, to go on from.
+        facts: What the manifest says of each page beside its bytes, by the file's name.
     """
-    record: dict[str, Any] = json.loads(json.dumps(dict(written.record)))
+    record: dict[str, Any] = json.loads(json.dumps(dict(anew.written.record)))
     by_name = {str(entry["name"]): entry for entry in record["pages"]}
     replaced = []
-    for page in pages:
-        data, entry = files[page.file], by_name[page.name]
+    for page in anew.pages:
+        data, entry = anew.files[page.file], by_name[page.name]
         checksum = sha256(data).hexdigest()
         sums = {"old_sha256": entry["sha256"], "new_sha256": checksum}
         replaced.append({"name": page.name, **sums, "before": page.before.record(), "after": page.after.record()})
         entry.update(sha256=checksum, bytes=len(data), **(facts or {}).get(page.file, {}))
-    known_pages = {"loaded": rewriting.loaded, "done": rewriting.done}
     entry = {
-        "from_page": rewriting.from_page,
-        "date": rewriting.date,
-        "why": rewriting.begun.why,
-        **rewriting.begun.cause,
+        "from_page": anew.from_page,
+        "date": date,
+        "why": anew.begun.why,
+        **anew.begun.cause,
         **{key: page for key, page in known_pages.items() if page},
-        **rewriting.start,
-        "join": None if rewriting.join is None else rewriting.join.record(),
+        **start,
+        "join": None if anew.join is None else anew.join.record(),
         "pages": replaced,
     }
     record["resumed"] = [*record.get("resumed", []), entry]
-    return with_checksum(record)
+    return replace(anew, files={**anew.files, anew.written.manifest_file: with_checksum(record)})

@@ -10,7 +10,7 @@ The first part is what has drifted: the part demands it. The second is what the 
 where the join lies on the part.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -33,11 +33,10 @@ from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.pipelines.resume.beginning import Begin, Begun, known_state
 from compgen.pipelines.resume.pages_anew import (
-    Rewriting,
-    manifest_anew,
     prove_pages,
     read_written,
     steps_of,
+    with_manifest,
     write_pages,
 )
 from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_end
@@ -133,8 +132,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         *_warmth_findings(planned),
         *_moved_findings(begun),
     )
-    files = {**pages, written.manifest_file: _manifest(resumed, date, loaded, done)}
-    return replace(resumed, files=files, findings=findings)
+    return _with_manifest(replace(resumed, findings=findings), date, {"loaded": loaded, "done": done})
 
 
 def _text_findings(
@@ -147,27 +145,17 @@ def _text_findings(
     yield from job_findings.clocks_apart(trajectory, written)
 
 
-def _manifest(resumed: Resumed, date: str, loaded: int, done: int) -> bytes:
-    """The manifest with what was replaced, and how the robot began."""
-    planned, begun, pages = resumed.planned, resumed.begun, resumed.pages
-    job = planned.job
+def _with_manifest(resumed: Resumed, date: str, known_pages: Mapping[str, int]) -> Resumed:
+    """With the manifest, which says what was replaced, and how the robot began."""
+    planned, begun, job = resumed.planned, resumed.begun, resumed.planned.job
     start = {
         "first_waypoint": resumed.written.pages[resumed.from_page - 1].first,
         "clock_s": begun.clock,
         "state": begun.state.tolist(),
         "rise_K": {n: round(float(r), 4) for n, r in zip(job.heat.names, planned.rise[0], strict=True)},
     }
-    rewriting = Rewriting(
-        from_page=resumed.from_page,
-        date=date,
-        begun=begun,
-        loaded=loaded,
-        done=done,
-        start=start,
-        join=resumed.join,
-    )
-    facts = {page.file: page_facts(job, start) for page, start in zip(pages, resumed.starts, strict=True)}
-    return manifest_anew(resumed.written, resumed.files, pages, rewriting, facts)
+    facts = {page.file: page_facts(job, begins) for page, begins in zip(resumed.pages, resumed.starts, strict=True)}
+    return with_manifest(resumed, date, known_pages, start, facts)
 
 
 def _page_starts(
