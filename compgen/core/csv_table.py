@@ -233,7 +233,7 @@ def read_text(source: str) -> str:
         InputError: Not a regular file, too large, not UTF-8, zero bytes or bare carriage returns in it.
     """
     try:
-        text = read_named(source, "a CSV file", MAX_BYTES).decode("utf-8-sig")
+        text = read_named(source, "give a CSV file", MAX_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; save it as CSV with UTF-8") from None
     lines = text.replace("\r\n", "\n")

@@ -52,12 +52,12 @@ def read_regular(source: str | Path, most: int = MOST_BYTES) -> bytes:
     return content
 
 
-def read_named(source: str | Path, wanted: str, most: int = MOST_BYTES) -> bytes:
+def read_named(source: str | Path, mend: str, most: int = MOST_BYTES) -> bytes:
     """A file's bytes as ``read_regular`` has them, of a file that a user named.
 
     Args:
         source: Its name.
-        wanted: What it should be, for the message.
+        mend: What to do where it cannot be read, for the message.
         most: Bytes that its kind can have.
 
     Raises:
@@ -66,9 +66,9 @@ def read_named(source: str | Path, wanted: str, most: int = MOST_BYTES) -> bytes
     try:
         return read_regular(source, most)
     except OSError as failure:
-        raise InputError(f"{source}: cannot be read: {failure.strerror}; give {wanted}") from None
+        raise InputError(f"{source}: cannot be read: {failure.strerror}; {mend}") from None
     except ValueError:
-        raise InputError(f"{str(source)!r}: cannot be read: no file has such a name; give {wanted}") from None
+        raise InputError(f"{str(source)!r}: cannot be read: no file has such a name; {mend}") from None
 
 
 def near_file(file: Path, *folders: str) -> str | None:

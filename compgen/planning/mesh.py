@@ -225,7 +225,7 @@ def read_stl(source: str | Path) -> Array:
             no number or beyond 100 m, or no triangle.
     """
     name = str(source)
-    content = read_named(source, "an STL file", MOST_BYTES)
+    content = read_named(source, "give an STL file", MOST_BYTES)
     corners = _ascii(name, content) if _is_ascii(content) else _binary(name, content)
     bad = np.flatnonzero(~(np.abs(corners).max(axis=(1, 2), initial=0.0) <= LARGEST))
     if len(bad):

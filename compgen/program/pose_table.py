@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.files import MOST_TABLE_BYTES, read_named
 from compgen.core.pose import POSE_KEYS, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import brief_value
@@ -26,11 +26,7 @@ def read_controller_table(path: str, kind: str, backup: str) -> str:
     Raises:
         InputError: Not readable; names the file and the two kinds that are.
     """
-    try:
-        return read_regular(path, MOST_TABLE_BYTES).decode("latin-1")
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or str(failure)
-        raise InputError(f"{path}: cannot be read: {reason}; give a {kind} table (.toml or {backup})") from None
+    return read_named(path, f"give a {kind} table (.toml or {backup})", MOST_TABLE_BYTES).decode("latin-1")
 
 
 def unnamed(text: str) -> str:

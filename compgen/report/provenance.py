@@ -16,6 +16,7 @@ from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.job.tables import words_of_guarantee
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.program_file import planned_in
 from compgen.report.averaged import starts_record
 
 SCHEMA = 1
@@ -124,9 +125,7 @@ def restore_planned(content: bytes, corrected: bytes, file: str) -> bytes:
     """
     try:
         data = json.loads(content)
-        packed, planned_sum, corrected_sum = (
-            data[k] for k in ("planned_zlib_b85", "planned_sha256", "corrected_sha256")
-        )
+        *_, corrected_sum = (data[k] for k in ("planned_zlib_b85", "planned_sha256", "corrected_sha256"))
         if data["kind"] != KIND:
             raise KeyError("kind")
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -135,10 +134,7 @@ def restore_planned(content: bytes, corrected: bytes, file: str) -> bytes:
         raise InputError(
             f"{file}: it belongs to another program, or the program was edited since; give the one written"
         )
-    try:
-        planned = zlib.decompress(base64.b85decode(packed))
-    except (ValueError, TypeError, zlib.error):
-        planned = b""
-    if sha256(planned).hexdigest() != planned_sum:
+    planned = planned_in(data)
+    if planned is None:
         raise InputError(f"{file}: the planned program in it is damaged; take it from a backup")
     return planned

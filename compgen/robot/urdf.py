@@ -76,7 +76,7 @@ def read_urdf(source: str) -> UrdfArm:
 def _joints(source: str) -> list[UrdfJoint]:
     mend = "give a URDF file"
     try:
-        text = read_named(source, "a URDF file", MOST_TABLE_BYTES).decode()
+        text = read_named(source, "give a URDF file", MOST_TABLE_BYTES).decode()
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; {mend}") from None
     if "xacro:" in text:

@@ -272,7 +272,7 @@ def read_growing_log(
     Raises:
         InputError: Not a readable file, or a column of no sensor.
     """
-    data = read_named(source, "the log's CSV file", MOST) if data is None else data
+    data = read_named(source, "give the log's CSV file", MOST) if data is None else data
     rows = ended_rows(data)
     header = rows[0][1] if rows else []
     if rows and "time_s" not in header:

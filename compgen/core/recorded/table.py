@@ -147,7 +147,7 @@ def read_recorded(
     Raises:
         InputError: It cannot be read, leaves something open or contradicts itself.
     """
-    data = read_named(source, "a CSV file", MAX_BYTES) if data is None else data
+    data = read_named(source, "give a CSV file", MAX_BYTES) if data is None else data
     lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
     is_plain = not any(getattr(dialect, key) for key in DialectTable.model_fields)

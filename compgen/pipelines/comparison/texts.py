@@ -14,7 +14,7 @@ from compgen.core.arcs import Arcs, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, dot, step_lengths
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
-from compgen.core.files import PROVENANCE, read_regular
+from compgen.core.files import PROVENANCE, read_named, read_regular
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.pipelines.comparison.outputs import Output, naming_damage
@@ -142,10 +142,7 @@ def _corrected_file(folder: Path, checksum: str) -> list[str]:
 
 
 def _read(file: Path, checksum: str | None, report: str) -> bytes:
-    try:
-        content = read_regular(file)
-    except OSError as failure:
-        raise InputError(f"{file}: cannot be read: {failure.strerror}; put it back") from None
+    content = read_named(file, "put it back")
     if checksum is not None and sha256(content).hexdigest() != checksum:
         raise InputError(f"{file}: it is not the program that {report} is of: edited since; run its command anew")
     return content

@@ -3,8 +3,9 @@
 What the cell did before, in words or in a file of its own: for a program that exists already.
 """
 
-import json
+import base64
 import re
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from hashlib import sha256
@@ -13,6 +14,7 @@ from typing import Any
 
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, near_file, read_regular
+from compgen.core.json_text import read_record
 from compgen.core.toml import check, read_toml
 from compgen.core.units import HOUR, MINUTE
 from compgen.fanuc import loads
@@ -83,13 +85,19 @@ def provenance_beside(source: Path, content: bytes) -> Path | None:
     """The provenance file beside a program that says that it is a corrected one, or None."""
     checksum = sha256(content).hexdigest()
     for provenance in sorted(source.parent.glob(f"*{PROVENANCE}")):
-        try:
-            record = json.loads(read_regular(provenance))
-            if record["corrected_sha256"] == checksum != record["planned_sha256"]:
-                return provenance
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            continue
+        record = read_record(provenance)
+        if record.get("corrected_sha256") == checksum != record.get("planned_sha256", checksum):
+            return provenance
     return None
+
+
+def planned_in(record: Mapping[str, Any]) -> bytes | None:
+    """The planned program that a provenance record holds; None where it is damaged."""
+    try:
+        planned = zlib.decompress(base64.b85decode(record["planned_zlib_b85"]))
+    except (KeyError, ValueError, TypeError, zlib.error):
+        return None
+    return planned if sha256(planned).hexdigest() == record.get("planned_sha256") else None
 
 
 def refuse_corrected(source: Path, content: bytes) -> None:

@@ -1,12 +1,9 @@
 """How a log of a run is judged: the program's text with what lies beside it, the log followed along it, the verdict."""
 
-import base64
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE
@@ -14,6 +11,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.json_text import read_record
 from compgen.identification.motion.stray_corner import stray_corner
+from compgen.pipelines.correct.program_file import planned_in
 from compgen.pipelines.files.program_course import course_of_text, listing_of
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
@@ -55,7 +53,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
     for record_file in sorted(folder.glob(f"*{PROVENANCE}")):
         record = read_record(record_file)
         if record.get("corrected_sha256") == checksum:
-            planned = _planned(record)
+            planned = planned_in(record)
         elif record.get("program") == program.name and record.get("planned_sha256") != checksum:
             message = (
                 f"{record_file.name} beside it is of another text of {program.name}: an older correction, or the "
@@ -79,15 +77,6 @@ def read_text(file: str, content: bytes) -> ProgramText:
         planned=planned,
         findings=tuple(findings),
     )
-
-
-def _planned(record: dict[str, Any]) -> bytes | None:
-    """The planned program that a provenance file holds; None where it is damaged."""
-    try:
-        planned = zlib.decompress(base64.b85decode(record["planned_zlib_b85"]))
-    except (KeyError, ValueError, TypeError, zlib.error):
-        return None
-    return planned if sha256(planned).hexdigest() == record.get("planned_sha256") else None
 
 
 @dataclass(frozen=True, slots=True)

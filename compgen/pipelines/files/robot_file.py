@@ -14,7 +14,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import read_named
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
@@ -348,10 +348,7 @@ def posterior_beside(
     if file is None:
         message = f"{beside[0]}: not there; {_TOO_WIDE}; copy it along with its robot file"
         return None, [Finding(Level.WARNING, Code.POSTERIOR_MISSING, message)]
-    try:
-        content = read_regular(file, MOST_BYTES)
-    except OSError as failure:
-        raise InputError(f"{file}: cannot be read: {failure.strerror}") from failure
+    content = read_named(file, f"{robot_file.name} names it: put it back, or identify again", MOST_BYTES)
     if posterior_hash(content) != identified.posterior_sha256:
         raise InputError(
             f"{file}: its sha256 begins with {posterior_hash(content)[:12]}, {robot_file.name} names one that begins "

@@ -1,10 +1,7 @@
 """What a corrected program in pages was made from, as its provenance in the manifest has it, whole."""
 
-import base64
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from typing import Any
 
 from compgen.core.exceptions import InputError
@@ -12,6 +9,7 @@ from compgen.core.units import HOUR, MM
 from compgen.error_model.anchored_state import parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
+from compgen.pipelines.correct.program_file import planned_in
 from compgen.pipelines.correct.program_pages import CORRECTED
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.files.robot_file import load_cell
@@ -52,8 +50,10 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         InputError: Another robot file, or something that the provenance does not hold whole.
     """
     made, where = written.record[CORRECTED], written.manifest_file
+    planned = planned_in(made)
+    if planned is None:
+        raise InputError(f"{where}: {CORRECTED}: the planned program in it is damaged; {ANEW}")
     try:
-        planned = zlib.decompress(base64.b85decode(made["planned_zlib_b85"]))
         overrides = [str(o) for o in made["overrides"]]
         name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
         given, frames = made["options"], made["frames"]
@@ -64,10 +64,8 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
         corrected_sum = str(made["corrected_sha256"])
         state_text = made["state_toml"] if "state_sha256" in made else ""
-    except (KeyError, TypeError, ValueError, AttributeError, zlib.error):
+    except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError(f"{where}: {CORRECTED}: not what cgen correct wrote; {ANEW}") from None
-    if sha256(planned).hexdigest() != made["planned_sha256"]:
-        raise InputError(f"{where}: {CORRECTED}: the planned program in it is damaged; {ANEW}")
     cell = plain = load_cell(robot if robot is not None else name, overrides)
     if cell.robot_file_hash != checksum:
         raise InputError(

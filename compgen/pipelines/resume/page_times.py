@@ -13,7 +13,7 @@ import numpy as np
 
 from compgen.core.csv_table import CsvTable, ended_rows, table_of_rows
 from compgen.core.exceptions import InputError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.files import MOST_TABLE_BYTES, read_named
 
 KNOWN = ("time_s", "page", "loaded")
 MOST_STARTS = 5000
@@ -89,11 +89,7 @@ def planned_times(duration: Sequence[float], planned: float, started: float) -> 
 
 def _whole_rows(source: str) -> CsvTable | None:
     """The rows that have an end; None while there are none: the file is still being written."""
-    try:
-        data = read_regular(source, MOST_TABLE_BYTES)
-    except OSError as failure:
-        raise InputError(f"{source}: cannot be read: {failure.strerror}; give the CSV file of page starts") from None
-    rows = ended_rows(data)
+    rows = ended_rows(read_named(source, "give the CSV file of page starts", MOST_TABLE_BYTES))
     table = table_of_rows(source, rows, ("time_s", "page"), KNOWN) if rows else None
     return table if table is not None and table.line else None
 

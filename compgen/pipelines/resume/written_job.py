@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, FiniteFloat
 
 from compgen.core.exceptions import InputError, TableError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.files import MOST_TABLE_BYTES, read_named, read_regular
 from compgen.core.json_text import read_json
 from compgen.core.toml import Table, check
 from compgen.job.job import Job
@@ -188,7 +188,7 @@ def read_written_job(folder: Path) -> WrittenJob:
         InputError: There is none, or a file that its manifest names is missing or no page of this package.
     """
     manifest = _manifest_of(folder)
-    record = _record_of(manifest)
+    record, put_back = _record_of(manifest), f"put it back: {manifest.name} names it"
     entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
     if [entry["order"] for entry in entries] != list(range(1, len(entries) + 1)):
         raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
@@ -200,7 +200,7 @@ def read_written_job(folder: Path) -> WrittenJob:
             sha256=entry["sha256"],
             first=first - 1,
             last=last - 1,
-            data=_content(folder, entry["file"], manifest.name),
+            data=read_named(folder / entry["file"], put_back),
         )
         for entry in entries
         for first, last in [_extent(record, entry)]
@@ -213,7 +213,7 @@ def read_written_job(folder: Path) -> WrittenJob:
             f"be true; {EDITED}"
         )
     main_file, main_sha = record["main"]["file"], record["main"]["sha256"]
-    main = _content(folder, main_file, manifest.name)
+    main = read_named(folder / main_file, put_back)
     if sha256(main).hexdigest() != main_sha:
         raise InputError(f"{folder / main_file}: it is not the main program that {manifest.name} names; write it anew")
     return WrittenJob(
@@ -285,15 +285,6 @@ def _extent(record: Mapping[str, Any], entry: Mapping[str, Any]) -> tuple[int, i
     """The first and the last position of a page; of one whose program was corrected its motions."""
     first, last = entry["motions"] if CORRECTED in record else (entry["first_position"], entry["last_position"])
     return int(first), int(last)
-
-
-def _content(folder: Path, file: str, manifest: str) -> bytes:
-    try:
-        return read_regular(folder / file)
-    except OSError as failure:
-        raise InputError(
-            f"{folder / file}: {manifest} names it, but it cannot be read: {failure.strerror}; put it back"
-        ) from None
 
 
 def job_of(written: WrittenJob, path_file: str | None = None, robot: str | None = None) -> Job:

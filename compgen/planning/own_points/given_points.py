@@ -144,7 +144,7 @@ def read_lines(source: str | Path, kind: str) -> list[str]:
     Raises:
         InputError: It cannot be read, or is no text.
     """
-    data = read_named(source, kind, MAX_BYTES)
+    data = read_named(source, f"give {kind}", MAX_BYTES)
     if b"\0" in data:
         raise InputError(f"{source}: holds zero bytes, so it is no text; give {kind}")
     return data.decode("latin-1").splitlines()
