@@ -80,22 +80,18 @@ def fly_written(
     _refuse_other_motion(planned, path, program)
     progress(stages.TWIN_AFTER, 0.0)
     prepared = prepared_for(job, program)
-    worst: tuple[Start, Deviation] | None = None
-    for start in [Start()] if job.ensemble is None else starts_to_fly(job.ensemble):
-        deviation = deviation_of(path, at_start(job, prepared, start))
-        if worst is None or deviation.on_part["total"].max > worst[1].on_part["total"].max:
-            worst = start, deviation
-    if worst is None:
-        raise InputError("compensation.average_over: it has no start to fly")
-    draws = _draws(planned, path, rows, prepared, worst[1], progress)
+    starts = [Start()] if job.ensemble is None else starts_to_fly(job.ensemble)
+    flights = ((start, deviation_of(path, at_start(job, prepared, start))) for start in starts)  # one kept at a time
+    worst, deviation = max(flights, key=lambda flight: flight[1].on_part["total"].max)
+    draws = _draws(planned, path, rows, prepared, deviation, progress)
     planned_findings = [f for f in planned.findings if f.code != Code.PATH_FILE]  # of this text, not of the planned one
-    findings = [*judge(worst[1], job.bounds), *own_file_findings(job, path, worst[1])]
+    findings = [*judge(deviation, job.bounds), *own_file_findings(job, path, deviation)]
     findings += [*(draws.findings() if draws is not None else ()), *planned_findings]
     findings += _robot_findings(job, program)
     if with_other_ramps:
         findings += ramp_findings(job, path, program)
     return WrittenFlight(
-        planned=planned, program=program, start=worst[0], deviation=worst[1], draws=draws, findings=tuple(findings)
+        planned=planned, program=program, start=worst, deviation=deviation, draws=draws, findings=tuple(findings)
     )
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, rms, row_norms
+from compgen.core.arrays import Array, BoolArray, frozen, owns, rms, row_norms
 from compgen.core.evaluation import map_blocks
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -23,13 +23,13 @@ from compgen.error_model.uncertain_sources import Cause, combined
 from compgen.job.bounds import Guarantee
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, amounts, changed_job
-from compgen.pipelines.files.twin_of_job import at_start, twin_of
+from compgen.pipelines.files.twin_of_job import at_start, deviation_of, twin_of
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, columns_along, rows_of_band, uncertainty_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.band import LENGTH, Columns, directed_moment, radius_of, random_field
 from compgen.verification.deviation import Deviation, Extent, deviation_from_path
-from compgen.verification.twin import Execution, PreparedProgram
+from compgen.verification.twin import Execution, PreparedProgram, Twin
 from compgen.verification.verdict import DrawnBound, drawn_bounds, judge_draws
 
 CONFIRMED = 20  # samples of a draw that pinocchio repeats
@@ -78,19 +78,6 @@ class FlownDraw(NamedTuple):
     moved: Array  # (M, 3) [m] by its quantities, at the places of the columns
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class _Text:
-    """What all draws share: a written text, what its job does not know, and what one unit of each does to it."""
-
-    program: DrivenProgram
-    prepared: PreparedProgram
-    uncertainty: JobUncertainty
-    columns: Columns
-    rows: IntArray  # (M,) waypoints of the columns
-    samples: IntArray  # (M,) of a deviation, at those
-    error: Array  # (M, 3) [m] there, on the arm that the files describe; of a file for many starts at one of them
-
-
 def fly_draws(
     program: DrivenProgram,
     prepared: PreparedProgram,
@@ -115,22 +102,28 @@ def fly_draws(
     uncertainty, rows = uncertainty_of(program, window), rows_of_band(program)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, COMPARED).astype(int))]
     columns, samples = columns_along(program, uncertainty, rows), prepared.first_samples()[rows]
-    text = _Text(
-        program=program,
-        prepared=prepared,
-        uncertainty=uncertainty,
-        columns=columns,
-        rows=rows,
-        samples=samples,
-        error=deviation.error[samples],
-    )
-    on_part = program.path.contact[rows]
+    own, path, scale = program.job, program.path, program.job.cell.fit.scale
+    place, arc, on_part = path.target.position[rows], path.arc[rows], path.contact[rows]
 
     def fly(cause: Cause, rng: np.random.Generator) -> FlownDraw:
-        return _fly(text, cause, rng)
+        field = unexplained(columns, scale, place, arc, rng)
+        start, known = Start(), deviation.error[samples]
+        if own.ensemble is not None:
+            start = some_start(own.ensemble, rng)
+            known = deviation_of(path, at_start(own, prepared, start, _sampled_twin(own))).error[samples]
+        job = changed_job(own, uncertainty.parameters, replace(cause, delay=0.0))
+        late = replace(start, delay=start.delay + cause.delay)
+        timed = prepared.with_ramps(float(np.exp(RAMPS * rng.standard_normal())))  # it changes times, thus the warmth
+        flown = at_start(job, timed, late, _sampled_twin(job))
+        off = deviation_from_path(path, _displaced(path, flown.chunks(), arc, field), flown.sample_count)
+        return FlownDraw(off.on_part, off.error[samples] - known - field)
 
-    scale = program.job.cell.fit.scale
     return draw(guarantee, uncertainty, columns, on_part if on_part.any() else ~on_part, scale, fly, progress)
+
+
+def _sampled_twin(job: Job) -> Twin:
+    """The real arm of a job, of whose poses pinocchio repeats some."""
+    return replace(twin_of(job), confirmed=CONFIRMED)
 
 
 def draw(
@@ -194,35 +187,6 @@ def _surplus(column: Array, drawn: Array, along: Array) -> Array:
     squares = np.einsum("miq,miq->q", column, column)
     surplus = (drawn * along).sum(axis=0) / np.maximum((drawn**2).sum(axis=0) * squares, NO_BAND**2)
     return np.asarray(np.abs(surplus) * np.sqrt((drawn**2).mean(axis=0) * squares))
-
-
-def _fly(text: _Text, cause: Cause, rng: np.random.Generator) -> FlownDraw:
-    """One draw, with what no quantity explains, on the whole path."""
-    program, uncertainty, path = text.program, text.uncertainty, text.program.path
-    place, scale = path.target.position[text.rows], program.job.cell.fit.scale
-    field = unexplained(text.columns, scale, place, path.arc[text.rows], rng)
-    start, known = Start(), text.error
-    if program.job.ensemble is not None:
-        start = some_start(program.job.ensemble, rng)
-        known = _deviation(text, program.job, start).error[text.samples]
-    job = changed_job(program.job, uncertainty.parameters, replace(cause, delay=0.0))
-    late = replace(start, delay=start.delay + cause.delay)
-    deviation = _deviation(text, job, late, field, ramps=float(np.exp(RAMPS * rng.standard_normal())))
-    return FlownDraw(deviation.on_part, deviation.error[text.samples] - known - field)
-
-
-def _deviation(text: _Text, job: Job, start: Start, field: Array | None = None, ramps: float = 1.0) -> Deviation:
-    """The text flown on the arm of a job after one start; a field (M, 3) [m] displaces the tool.
-
-    Ramps at a share of the acceleration change times, and with them the warmth.
-    """
-    path, twin = text.program.path, replace(twin_of(job), confirmed=CONFIRMED)
-    timed = text.prepared if ramps == 1 else text.prepared.with_ramps(ramps)
-    flown = at_start(job, timed, start, twin)
-    executions = flown.chunks()
-    if field is not None:
-        executions = _displaced(path, executions, path.arc[text.rows], field)
-    return deviation_from_path(path, executions, flown.sample_count)
 
 
 def some_start(ensemble: Ensemble, rng: np.random.Generator) -> Start:
