@@ -1,7 +1,6 @@
 """A state in place of history: the cell that begins with it, its base moved and its drifting numbers changed."""
 
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,11 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.toml import toml_value
-from compgen.core.units import HOUR, MINUTE, limit_words
+from compgen.core.units import MINUTE, limit_words
 from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.posterior import KnownParameter, numbers_of
@@ -24,7 +24,6 @@ from compgen.thermal.model import state_with_rises
 from compgen.thermal.schedule import STANDING, History
 
 ROBOT_FILE = "robot_file"  # its key in what a state was made from
-AGE_UNITS = {"h": HOUR, "min": MINUTE, "s": 1.0}
 
 
 def load_state(source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
@@ -173,16 +172,13 @@ def history_from_state(history: History, state: AnchoredState, age: float, air: 
     return replace(history, before=standing, air=air)
 
 
-def seconds_of_age(text: str) -> float:
-    """An age as it is typed, ``20min``, ``90s`` or ``1.5h``, in seconds.
+def seconds_of_age(text: str | None) -> float:
+    """An age as it is typed, ``20min``, ``90s`` or ``1h30min``, in seconds; none of None.
 
     Raises:
-        InputError: Not a time.
+        InputError: Not a duration.
     """
-    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(h|min|s)\s*", text)
-    if match is None:
-        raise InputError(f"--state-age {text!r:.40}: not a time with its unit; write it as in 20min, 90s or 1.5h")
-    return float(match[1]) * AGE_UNITS[match[2]]
+    return 0.0 if text is None else duration(text, "--state-age")
 
 
 def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | None) -> tuple[Cell, tuple[Duty, ...]]:
@@ -197,7 +193,7 @@ def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | Non
     Raises:
         InputError: Both a history and a state, or a state that cannot stand in its place.
     """
-    since = seconds_of_age(age) if age is not None else 0.0
+    since = seconds_of_age(age)
     if source is None:
         state_overrides("", None, since)
         return cell, tuple(before)

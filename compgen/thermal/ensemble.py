@@ -11,7 +11,7 @@ Air that moves adds its response R to the time x since the run could begin; from
     mean_d R(d + t) = (int_{a+t}^{b+t} u dx - (R(b + t) - R(a + t)) / rate) / (b - a)
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeVar
@@ -61,14 +61,18 @@ class Ensemble:
         return np.arange(self.runs[0], self.runs[1] + 1)
 
 
+def duties_until(duties: Iterable[Duty], duration: float) -> Iterator[Duty]:
+    """Duties until a time after their beginning [s]."""
+    for duty in duties:
+        if duration <= 0:
+            return
+        yield replace(duty, duration=min(duty.duration, duration))
+        duration -= duty.duration
+
+
 def duties_before(history: History, start: Start) -> tuple[Duty, ...]:
     """What a cell does until a start of its program: what was before, the cycle so far, and standing."""
-    duties, left = list(history.before), history.runs[start.run]
-    for duty in history.cycle:
-        if left <= 0:
-            break
-        duties.append(replace(duty, duration=min(duty.duration, left)))
-        left -= duty.duration
+    duties = [*history.before, *duties_until(history.cycle, history.runs[start.run])]
     if start.delay > 0:
         duties.append(replace(history.standing, duration=start.delay))
     return tuple(duties)

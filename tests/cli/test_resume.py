@@ -8,8 +8,8 @@ import kills
 import pytest
 from command_line import refused, run
 
-from compgen.cli.options.options import duration
 from compgen.cli.output_files import figure_files, replace_together
+from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")

@@ -24,6 +24,7 @@ from compgen.cli.options.page_options import PageChoice, page_place
 from compgen.cli.screen.messages import print_error, print_note_once
 from compgen.cli.screen.streams import reader_has_left
 from compgen.core import interrupts
+from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
 from compgen.core.exit_codes import ExitCode
 from compgen.core.findings import beyond_text
@@ -76,13 +77,13 @@ class Watch:
         within_um = (max_um or WITHIN_UM) if self.within_um is None else self.within_um
         if not 0 < within_um < 1e4:
             raise InputError(f"--within-um {within_um:g}: outside 0 to 1e4; give micrometres, as 5")
-        pause, first = opt.duration(self.poll, "--poll"), opt.duration(self.planned, "--planned")
+        pause, first = duration(self.poll, "--poll"), duration(self.planned, "--planned")
         if not 0 < pause <= LONGEST_POLL:
             raise InputError(f"--poll {self.poll}: outside 0 s to {LONGEST_POLL:g} s; give how often to look, as 10s")
         if self.pages is not None and self.started is not None:
             raise InputError("--pages, --started: both say when pages began; give one of them")
-        begun = opt.duration(self.started, "--started") if self.started is not None else first
-        lead = opt.duration(self.lead, "--lead")
+        begun = duration(self.started, "--started") if self.started is not None else first
+        lead = duration(self.lead, "--lead")
         return Limits(within_um=within_um, pause=pause, planned=first, started=begun, lead=lead)
 
     def fingerprint(self) -> bytes:

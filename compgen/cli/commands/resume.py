@@ -18,6 +18,7 @@ from compgen.cli.output_files.ownership import RESUME_FILES
 from compgen.cli.screen.messages import finding_lines, print_table, sizes_table, stdout_console
 from compgen.core import stages
 from compgen.core.commands import Command
+from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
@@ -75,29 +76,20 @@ class Cause:
                 "robot is"
             )
         if self.late is not None:
-            opt.duration(self.late, "--late")
+            duration(self.late, "--late")
         if self.state_age is not None and seconds_of_age(self.state_age) >= 0 and self.state is None:
             raise InputError("--state-age: is of a state; name its file with --state")
 
-    @property
-    def waits(self) -> float:
-        """How long the page waits [s]."""
-        return opt.duration(self.late, "--late") if self.late is not None else 0.0
-
-    @property
-    def age(self) -> float:
-        """How long before the start the state was [s]."""
-        from compgen.job.anchored_start import seconds_of_age
-
-        return seconds_of_age(self.state_age) if self.state_age is not None else 0.0
-
     def begin(self, known: "Known") -> "Begun":
         """How the first new page begins."""
+        from compgen.job.anchored_start import seconds_of_age
         from compgen.pipelines.resume.beginning import begin_late, begin_with_log, begin_with_state
 
         if self.state is not None:
-            return begin_with_state(known, self.state, self.age)
-        return begin_with_log(known, self.log) if self.log is not None else begin_late(known, self.waits)
+            return begin_with_state(known, self.state, seconds_of_age(self.state_age))
+        if self.log is not None:
+            return begin_with_log(known, self.log)
+        return begin_late(known, duration(self.late or "0s", "--late"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,7 +1,6 @@
 """Arguments and options that several commands share, alone and in groups, and the checks of their values."""
 
 import os
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from glob import escape, glob, has_magic
@@ -21,7 +20,7 @@ from compgen.cli.output_files import marker, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROJECT
 from compgen.core.findings import beyond_text
-from compgen.core.units import HOUR, MINUTE, UM
+from compgen.core.units import UM
 from compgen.verification.executed.third_joint import J3
 
 if TYPE_CHECKING:
@@ -232,8 +231,7 @@ class JobChoice:
         from compgen.job.anchored_start import seconds_of_age, state_overrides
 
         bound = [] if max_um is None else [f"bounds.max_um={max_um!r}"]
-        age = seconds_of_age(self.state_age) if self.state_age is not None else 0.0
-        return [*(self.overrides or ()), *bound, *state_overrides(path, self.state, age)]
+        return [*(self.overrides or ()), *bound, *state_overrides(path, self.state, seconds_of_age(self.state_age))]
 
     def load(self, path: str, max_um: float | None = None) -> "Job":
         """The job of a path file."""
@@ -345,24 +343,3 @@ def toml_file(output: str | None, default: Path, whose: str) -> Path:
         raise InputError(f"-o {target}: not the name of a {whose} file; give one that ends in .toml")
     publish.check_writable(target.absolute().parent)
     return target
-
-
-_PART = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(h|min|s)")
-_UNITS = {"h": HOUR, "min": MINUTE, "s": 1.0}
-
-
-def duration(text: str, option: str) -> float:
-    """Seconds.
-
-    Args:
-        text: Numbers with h, min or s, the largest unit first.
-        option: That it stands behind, for the message.
-
-    Raises:
-        InputError: Another text.
-    """
-    parts = _PART.findall(text.strip())
-    units = [unit for _, unit in parts]
-    if not parts or _PART.sub("", text).strip() or units != sorted(set(units), key=list(_UNITS).index):
-        raise InputError(f"{option} {text!r:.60}: not a duration; write it as 35min, 1h30min or 90s")
-    return float(sum(float(number) * _UNITS[unit] for number, unit in parts))

@@ -110,7 +110,6 @@ def anchor(
         as_forecast=as_forecast,
         chosen=chosen,
         left=left,
-        forecast_error=error,
         moved=moved,
         touch_next=tuple(next_touches(beside, artefact, frame, chosen)),
         findings=(),

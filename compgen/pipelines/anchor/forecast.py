@@ -10,7 +10,6 @@ air, feed), and o what each node has by itself: half of the thermocouples' error
 has none what its modelled course may be off.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +21,8 @@ from compgen.error_model.uncertain_sources import Quantity
 from compgen.identification.touches import Touches
 from compgen.job.job import Cell, Job
 from compgen.job.motion_plan import plan_written_motion
-from compgen.thermal import Ambient, Duty, JointMotion, rise_history, state_after
+from compgen.thermal import Ambient, JointMotion, rise_history, state_after
+from compgen.thermal.ensemble import duties_until
 from compgen.thermal.filled_rises import HEIGHT
 from compgen.thermal.log_prior import EACH
 from compgen.thermal.schedule import History
@@ -134,11 +134,11 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
             "begins; leave the column out if you touched where it ends"
         )
     last = float(when.max())
-    until = _cut((*history.before, replace(history.standing, duration=10 * AROUND)), last - origin)
+    duties = [*history.before, replace(history.standing, duration=10 * AROUND)]
+    until = tuple(duties_until(duties, last - origin))
     state = state_after(heat, until, air=history.air)
     order = np.argsort(when, kind="stable")
     rise = np.empty((len(when), len(heat.names)))
-    duties = [*history.before, replace(history.standing, duration=10 * AROUND)]
     rise[order] = rise_history(heat, duties, when[order] - origin, air=history.air)
     air = replace(history.air, time=history.air.time - (last - origin), peak=history.air.peak - (last - origin))
     past = replace(history, before=until)
@@ -153,14 +153,3 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
         own=np.zeros(len(heat.names)),
         past=past,
     )
-
-
-def _cut(duties: Sequence[Duty], duration: float) -> tuple[Duty, ...]:
-    """Duties until a time after their beginning [s]."""
-    kept = []
-    for duty in duties:
-        if duration <= 0:
-            break
-        kept.append(replace(duty, duration=min(duty.duration, duration)))
-        duration -= duty.duration
-    return tuple(kept)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, rms
+from compgen.core.arrays import rms
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
@@ -40,7 +40,6 @@ class Anchored:
     as_forecast: Judged
     chosen: Estimate
     left: LeftOut
-    forecast_error: Array  # (N,) [m] rms of each touch against the forecast
     moved: tuple[Moved, ...]
     touch_next: tuple[NextTouch, ...]
     findings: tuple[Finding, ...]

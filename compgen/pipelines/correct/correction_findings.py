@@ -1,6 +1,6 @@
 """Findings on a correction: what the user must know of it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
+from compgen.pipelines.findings.job_findings import numbers_by_words
 from compgen.pipelines.planned.averaging import WIDE, spread_finding
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
@@ -166,11 +167,9 @@ def _source_findings(result: Correction) -> Iterator[Finding]:
     )
     yield from unknown_start_findings(cell.robot, cell.sources, model, start)
     if others and reversal_widths(cell.sources) is not None:
-        lines = sorted({_line_of(result, int(part[plan.free[part]][0])) for part in others})
-        message = (
-            f"{_lines(lines)}: from where the robot comes is not sure: the side that joints come from is as unknown"
-        )
-        yield Finding(Level.NOTE, Code.SOURCES_ORDER, f"{message} there as where the program begins")
+        begins = [int(part[plan.free[part]][0]) for part in others]
+        message = f"{_lines_at(result, begins)}: from where the robot comes is not sure: the side that joints come from"
+        yield Finding(Level.NOTE, Code.SOURCES_ORDER, f"{message} is as unknown there as where the program begins")
 
 
 def _scope_findings(result: Correction) -> Iterator[Finding]:
@@ -191,16 +190,10 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
         message = f"called programs not beside it are taken to write no user frame and no tool: {_first_of(missing)}"
         message += "; put their .LS there, or make sure that none does"
         yield Finding(Level.WARNING, Code.PROGRAM_CALLED, message)
-    reasons: dict[str, list[int]] = {}
-    for station, reason in result.plan.stations.held:
-        reasons.setdefault(reason, []).append(_line_of(result, station))
-    for reason, lines in reasons.items():
-        yield Finding(Level.WARNING, Code.CORRECTION_HELD, f"{_lines(lines)} left as it is: {reason}")
-    limits: dict[str, list[int]] = {}
-    for station, limit in result.plan.stations.limited:
-        limits.setdefault(limit, []).append(_line_of(result, station))
-    for limit, lines in limits.items():
-        yield Finding(Level.WARNING, Code.CORRECTION_LIMITED, f"{limit} binds at {_lines(lines)}")
+    for reason, stations in numbers_by_words(result.plan.stations.held).items():
+        yield Finding(Level.WARNING, Code.CORRECTION_HELD, f"{_lines_at(result, stations)} left as it is: {reason}")
+    for limit, stations in numbers_by_words(result.plan.stations.limited).items():
+        yield Finding(Level.WARNING, Code.CORRECTION_LIMITED, f"{limit} binds at {_lines_at(result, stations)}")
 
 
 def _shared_findings(result: Correction) -> Iterator[Finding]:
@@ -259,20 +252,19 @@ def _way_findings(result: Correction) -> Iterator[Finding]:
         (result.new_beyond, Level.OUTSIDE, "corrected, the straight way there would leave the reach of"),
     ):
         if len(stations):
-            lines = sorted({_line_of(result, s) for s in stations.tolist()})
-            message = f"{_lines(lines)}: {words} {robot} between its ends: only the ends are judged"
+            message = f"{_lines_at(result, stations)}: {words} {robot} between its ends: only the ends are judged"
             yield Finding(level, Code.CORRECTION_REACH, message)
     unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
     unsure = unsure[unsure > 0]
     if len(unsure):
-        lines = sorted({_line_of(result, s) for s in unsure.tolist()})
-        message = f"{_lines(lines)}: from where the robot comes is not sure (a jump, a call, a macro, an unknown place)"
-        yield Finding(Level.NOTE, Code.CORRECTION_ORDER, f"{message}: the end is judged, not the way there")
+        message = f"{_lines_at(result, unsure)}: from where the robot comes is not sure (a jump, a call, a macro, an"
+        yield Finding(
+            Level.NOTE, Code.CORRECTION_ORDER, f"{message} unknown place): the end is judged, not the way there"
+        )
     letters = np.array(result.plan.program.motions.letter)[drive.motion]
     curved = np.flatnonzero(result.plan.free & np.isin(letters, ARC_LETTERS))
     if len(curved):
-        lines = sorted({_line_of(result, s) for s in curved.tolist()})
-        message = f"{_lines(lines)}: a chain of A or S: its ends are judged, not the curve between them"
+        message = f"{_lines_at(result, curved)}: a chain of A or S: its ends are judged, not the curve between them"
         yield Finding(Level.NOTE, Code.CORRECTION_ORDER, message)
 
 
@@ -351,6 +343,11 @@ def _decimal_places(result: Correction) -> IntArray:
 
 def _line_of(result: Correction, station: int) -> int:
     return int(result.plan.program.motions.line[result.plan.drive.motion[station]])
+
+
+def _lines_at(result: Correction, stations: Iterable[int]) -> str:
+    """The lines of stations, as ``_lines`` has them."""
+    return _lines(sorted({_line_of(result, station) for station in stations}))
 
 
 def _lines(numbers: Sequence[int]) -> str:

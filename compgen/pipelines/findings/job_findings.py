@@ -4,7 +4,7 @@ What is not sure of arcs, what a text comes to on a controller that takes whole 
 and how far the flown tool is from the user's own file as the judge reads it, with whether that is explained.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -55,9 +55,7 @@ def limited(solution: Solution) -> list[Finding]:
     """Limits that hold waypoints off their targets."""
     if solution.status is not Status.LIMITED:
         return []
-    kinds: dict[str, list[int]] = {}
-    for waypoint, limit in solution.active_limits:
-        kinds.setdefault(limit, []).append(waypoint)
+    kinds = numbers_by_words(solution.active_limits)
     off = row_norms(solution.residual[:, :3])
     worst = int(np.argmax(off))
     text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
@@ -67,6 +65,14 @@ def limited(solution: Solution) -> list[Finding]:
     message = f"{text}; {farthest}" if text else farthest
     message += f"; raise {keys} to let the correction go farther" if keys else ""
     return [Finding(Level.WARNING, Code.COMPENSATION_LIMITED, message)]
+
+
+def numbers_by_words(pairs: Iterable[tuple[int, str]]) -> dict[str, list[int]]:
+    """The numbers for which the same is said, by what is said of them."""
+    numbers: dict[str, list[int]] = {}
+    for number, words in pairs:
+        numbers.setdefault(words, []).append(number)
+    return numbers
 
 
 def nothing_to_correct(cell: Cell) -> list[Finding]:

@@ -64,10 +64,8 @@ def load_job(
         InputError: Anything wrong, naming file and key.
     """
     name = file_name(path, "path", "a path file, as 'paths/spiral_1300.toml'")
-    age = optional_name(state_age, "state_age", "a time, as '20min'")
-    of_state = state_overrides(
-        name, optional_name(state, "state", STATE), seconds_of_age(age) if age is not None else 0.0
-    )
+    age = seconds_of_age(optional_name(state_age, "state_age", "a time, as '20min'"))
+    of_state = state_overrides(name, optional_name(state, "state", STATE), age)
     return remember(read_job(name, optional_name(robot, "robot", ROBOT), [*assignments(overrides), *of_state]))
 
 
