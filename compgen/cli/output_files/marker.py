@@ -38,7 +38,7 @@ def owners_in(folder: Path, names: Collection[str]) -> dict[str, Run]:
         name: Run(run["command"], run["about"])
         for run in runs_in(folder)
         for name, digest in run["files"].items()
-        if name in names and _hash_of(folder / name) == digest
+        if name in names and hash_of(folder / name) == digest
     }
 
 
@@ -92,7 +92,8 @@ def _is_run(run: Any) -> bool:
     return all(isinstance(word, str) for word in words)
 
 
-def _hash_of(file: Path) -> str | None:
+def hash_of(file: Path) -> str | None:
+    """Of what a file holds; None where it cannot be read."""
     try:
         return sha256(read_regular(file)).hexdigest()
     except (OSError, ValueError):

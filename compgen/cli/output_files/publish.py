@@ -205,11 +205,8 @@ def files_of_earlier_run(manifest: Path) -> set[str]:
     names = {manifest.name}
     for name, checksum in checksums.items():
         file = manifest.with_name(Path(name).name)
-        try:
-            if not file.is_symlink() and sha256(read_regular(file)).hexdigest() == checksum:
-                names.add(file.name)
-        except (OSError, ValueError):
-            continue
+        if not file.is_symlink() and marker.hash_of(file) == checksum:
+            names.add(file.name)
     return names
 
 

@@ -123,12 +123,13 @@ def correct(  # noqa: PLR0913  what a program is corrected with, each by its nam
     around = ProgramContext(frames, registers or {}, called_programs(program, find_program))
     task = _Task(cell=cell, around=around, before=tuple(before), options=options, progress=progress)
     if options.raised:
-        _refuse_marked_before_lift(program, task)
+        if not options.again:  # lifting takes the mark out of its digits
+            _refuse_marked(program, _read_mark(program, task))
         length = cell.robot.controller.name_length
         program = lifted_program(program, options.raised / MM, length, around.called, frames.uframe)
     plan = _plan_correction(program, task)
     if not options.again:
-        _refuse_marked(plan)
+        _refuse_marked(plan.program, mark_of(plan.program, plan.poses, plan.drive, plan.scope.free))
     return _write_and_verify(program, _with_new_positions(plan, task), task)
 
 
@@ -207,24 +208,14 @@ def _refuse_unfit(program: LsProgram) -> None:
                 )
 
 
-def _refuse_marked(plan: CorrectionPlan) -> None:
+def _refuse_marked(program: LsProgram, mark: Mark) -> None:
     """Raises InputError for a program that carries compgen's mark, in a remark or in its numbers."""
-    mark = mark_of(plan.program, plan.poses, plan.drive, plan.scope.free)
     if mark is not Mark.NONE:
-        remark = f"its remark says '{watermark.remark_of(plan.program)}'"
+        remark = f"its remark says '{watermark.remark_of(program)}'"
         evidence = remark if mark is Mark.REMARK else "the last digits of its positions do"
         raise InputError(
-            f"program {plan.program.name}: it carries compgen's mark ({evidence}): it would be corrected twice; "
+            f"program {program.name}: it carries compgen's mark ({evidence}): it would be corrected twice; "
             "start from the planned program, get it back with --restore, or say --again"
-        )
-
-
-def _refuse_marked_before_lift(program: LsProgram, task: _Task) -> None:
-    """Raises InputError for a program that carries the mark: lifting would take it out of its digits."""
-    if not task.options.again and _read_mark(program, task) is not Mark.NONE:
-        raise InputError(
-            f"program {program.name}: it carries compgen's mark and would be corrected twice; lift the planned one, "
-            "get it back with --restore, or say --again"
         )
 
 
