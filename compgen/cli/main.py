@@ -40,7 +40,9 @@ def _exit_code() -> int:
     """What the command asked for ends with."""
     try:
         width = None if sys.stdout.isatty() else UNWRAPPED
-        arguments = _with_help(sys.argv[1:] or ["--help"])
+        arguments = sys.argv[1:] or ["--help"]
+        if arguments[0] == "help":  # help COMMAND
+            arguments = [*arguments[1:2], "--help"]
         code = command_group()(arguments, prog_name="cgen", standalone_mode=False, terminal_width=width) or 0
         sys.stdout.flush()
         return int(code)
@@ -53,11 +55,6 @@ def _exit_code() -> int:
     except Exception as failure:  # noqa: BLE001  a fault of compgen must not end with the code of a verdict
         code, message = reason_of(failure)
         return print_refusal(message, code)
-
-
-def _with_help(arguments: list[str]) -> list[str]:
-    """The arguments, with ``help COMMAND`` as what it stands for."""
-    return [*arguments[1:2], "--help"] if arguments[0] == "help" else arguments
 
 
 def _exit(code: int) -> None:

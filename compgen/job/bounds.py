@@ -14,7 +14,7 @@ quantile, whatever the distribution (Wilks 1941). With k = 0 the largest counts,
 """
 
 from dataclasses import dataclass
-from math import ceil, log
+from math import ceil, inf, log
 
 from scipy.special import betainc
 
@@ -33,6 +33,11 @@ class Bounds:
     normal: float | None = None  # [m]
     axis: float | None = None  # [rad]
     guaranteed: "Guarantee | None" = None  # beside: what holds with a probability
+
+    @property
+    def least(self) -> float:
+        """The smallest bound of the whole error [m]; infinite where none is given."""
+        return min((bound for bound in (self.max, self.p99, self.rms) if bound is not None), default=inf)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

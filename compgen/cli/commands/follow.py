@@ -147,6 +147,8 @@ def follow(
         cgen follow outputs/optic_spiral --log temperatures.csv --within-um 5
         cgen follow outputs/optic_spiral --log temperatures.csv --started 0s --once --json
     """
+    from compgen.pipelines.resume.written_job import read_written_job
+
     limits = watch.limits(max_um)
     checked_moment(date)
     place = page_place(Path(folder), page, date)
@@ -164,7 +166,7 @@ def follow(
             resumed = sight.resumed
             if resumed is not None and resumed.replaced and (resumed.is_usable or force):
                 put_anew(place, resumed)
-                job = _read_again(job)
+                job = replace(job, run=job.run.reread(read_written_job(job.folder)))
             if not screen.quiet or screen.as_json:
                 _say(sight, limits.within_um, as_json=screen.as_json, force=force)
         if watch.once or (sight.look is not None and sight.look.over) or reader_has_left():
@@ -199,13 +201,6 @@ def _load(
         job = within(job_of(written, path, robot), opt.bound_of(max_um))
         run = planned_run(written, plan_whole(job, _silent))
     return FollowedJob(folder=folder, run=run, anchored=load_state(state, run.cell) if state is not None else None)
-
-
-def _read_again(job: FollowedJob) -> FollowedJob:
-    """A job after some of its pages were written anew."""
-    from compgen.pipelines.resume.written_job import read_written_job
-
-    return replace(job, run=job.run.reread(read_written_job(job.folder)))
 
 
 def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -> Sight:

@@ -56,6 +56,7 @@ from compgen.pipelines.anchor.verdict import (
     verdict_of,
 )
 from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.measure.fitted_law import rise_reference
 from compgen.pipelines.measure.identification_files import artefact_of_touches
 from compgen.thermal.model import state_with_rises
 
@@ -254,13 +255,4 @@ def log_overrides(path: str, log: str | None, reference: str | None) -> list[str
         raise InputError(f"--log {log}: no such file; give a temperature log")
     file = os.path.relpath(log, Path(path).parent)
     given = ["before=[]", f"log.file={toml_value(file)}"]
-    return given if reference is None else [*given, f"log.reference={_reference(reference)}"]
-
-
-def _reference(text: str) -> str:
-    if text in ("start", "ambient"):
-        return toml_value(text)
-    try:
-        return repr(float(text))
-    except ValueError:
-        raise InputError(f"--reference {text!r:.40}: must be start, ambient or a temperature in degC") from None
+    return given if reference is None else [*given, f"log.reference={toml_value(rise_reference(reference))}"]

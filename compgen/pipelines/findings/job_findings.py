@@ -95,11 +95,10 @@ def of_knowledge(job: Job) -> list[Finding]:
     nothing = nothing_to_correct(job.cell)
     if nothing:
         return nothing
-    given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
-    if held_out is None or not given or min(given) >= held_out:
+    if held_out is None or bounds.least >= held_out:
         return []
     message = (
-        f"bounds of {min(given) / UM:g} um are judged on the robot that its file describes; the file itself was "
+        f"bounds of {bounds.least / UM:g} um are judged on the robot that its file describes; the file itself was "
         f"{held_out / UM:.0f} um off (mean) at poses that its identification had not seen: on the part some "
         f"{held_out / UM:.0f} um can be kept"
     )

@@ -64,10 +64,9 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
     """
     if effect is None:
         return []
-    given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
     size = _um(effect.largest)
     place = _place(effect)
-    beyond = bool(given) and effect.highest > min(given)
+    beyond = effect.highest > bounds.least
     level = Level.WARNING if beyond else Level.NOTE
     if effect.expected is not None:
         if effect.highest < LEAST:
@@ -248,8 +247,7 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
         return []
     worst = max(short, key=lambda lead: lead.needed - lead.length)
     caused = max(lead.caused for lead in short)
-    given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
-    beyond = effect.known and bool(given) and caused > min(given)
+    beyond = effect.known and caused > bounds.least
     leads = f"{motion_words(effect.motion)} lead" if effect.known else "the controller is expected to lead"
     raised = worst.needed <= MAX_LEAD * MM
     message = (
