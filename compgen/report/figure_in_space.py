@@ -1,6 +1,6 @@
 """Paths in space, coloured by a value: a scene for each, beside each other on a wide page, else below each other."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
@@ -76,7 +76,7 @@ def figure_in_space(subject: str, paths: Sequence[Coloured], all_places: Array, 
     return {**drawn, "still": panels, "note": note}
 
 
-def _traces(path: Coloured, places: Array, values: Array, which: str) -> Iterator[dict[str, Any]]:
+def _traces(path: Coloured, places: Array, values: Array, which: str) -> list[dict[str, Any]]:
     few = int(np.isfinite(values).sum()) <= FEW
     shades = packed_array(np.round(values, 3))
     coloured = {"color": shades, "coloraxis": f"coloraxis{which}"}
@@ -92,12 +92,13 @@ def _traces(path: Coloured, places: Array, values: Array, which: str) -> Iterato
         "line": line,
         "hovertemplate": ("%{text} " if path.labels else "") + template,
     }
-    yield trace("scatter3d", *columns, **look, **words, **place)
+    traces = [trace("scatter3d", *columns, **look, **words, **place)]
     if np.isfinite(values).any() and np.nanmax(values) > 0:
         worst = places[int(np.nanargmax(values))]
         mark = {"symbol": "diamond-open", "size": 7, "color": "#2a3f5f", "line": {"width": 2}}
         at = ([round(float(v), 2)] for v in worst)
-        yield trace("scatter3d", *at, mode="markers", marker=mark, hoverinfo="skip", **place)
+        traces.append(trace("scatter3d", *at, mode="markers", marker=mark, hoverinfo="skip", **place))
+    return traces
 
 
 def _scene(view: View) -> dict[str, Any]:

@@ -189,11 +189,11 @@ def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool
 
     console = stdout_console()
     if isinstance(resumed, Resumed):
-        name, why = resumed.planned.job.name, _words_of_job(resumed, verbose=verbose)
+        name, lines = resumed.planned.job.name, list(_words_of_job(resumed, verbose=verbose))
     else:
-        name, why = resumed.correction.name, words_of(resumed)
+        name, lines = resumed.correction.name, words_of(resumed)
     print_table(console, f"{name} from page {resumed.from_page} on", pages_table(resumed.pages))
-    lines = [*why, *finding_lines(resumed.findings, verbose=verbose)]
+    lines += finding_lines(resumed.findings, verbose=verbose)
     if is_written:
         count = len(resumed.replaced)
         names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"
