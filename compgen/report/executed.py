@@ -175,14 +175,9 @@ def executed_html(
             for name, d in summary["deviation"].items()
         ],
         findings=run.findings,
-        figures=executed_figures(run),
+        figures={"space": _space(run), "time": _over_time(run), "speed": _speed(run)},
         titles=FIGURES,
     )
-
-
-def executed_figures(run: ExecutedRun) -> dict[str, Figure]:
-    """Figures by the keys of ``FIGURES``."""
-    return {"space": _space(run), "time": _over_time(run), "speed": _speed(run)}
 
 
 def _space(run: ExecutedRun) -> Figure:

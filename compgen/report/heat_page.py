@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.arrays import Array
 from compgen.core.commands import Command
 from compgen.core.json_text import json_text
 from compgen.core.units import HOUR, UM
@@ -26,17 +27,21 @@ REMARK = "Warmth by the robot file's heat model; errors by the sources active in
 
 def heat_csv(job: Job, day: Timeline) -> bytes:
     """Temperature rises over time."""
-    head = ",".join(["time_s", "ambient_rise_K", *(f"rise_{n}_K" for n in job.heat.names)])
-    rows = np.column_stack([day.time, day.air, day.rise])
-    return "\n".join([head, *(",".join(f"{v:.6g}" for v in row) for row in rows), ""]).encode()
+    return _csv(job, {"time_s": day.time, "ambient_rise_K": day.air}, day.rise)
 
 
 def runs_csv(job: Job, day: Timeline) -> bytes:
     """Error and temperature rises of each run of the program."""
-    head = ",".join(["run", "start_s", "error_um", "residual_um", *(f"rise_{n}_K" for n in job.heat.names)])
-    rows = np.column_stack([day.run, day.error / UM, day.residual / UM, day.run_rise])
-    lines = [",".join([str(n), *(f"{v:.6g}" for v in row)]) for n, row in enumerate(rows, 1)]
-    return "\n".join([head, *lines, ""]).encode()
+    number = np.arange(1.0, len(day.run) + 1)
+    sizes = {"error_um": day.error / UM, "residual_um": day.residual / UM}
+    return _csv(job, {"run": number, "start_s": day.run, **sizes}, day.run_rise)
+
+
+def _csv(job: Job, columns: dict[str, Array], rise: Array) -> bytes:
+    """Columns (M,) by their names, and behind them the rises of a job's nodes, (M, K) [K]."""
+    head = ",".join([*columns, *(f"rise_{name}_K" for name in job.heat.names)])
+    rows = np.column_stack([*columns.values(), rise])
+    return "\n".join([head, *(",".join(f"{v:.6g}" for v in row) for row in rows), ""]).encode()
 
 
 def heat_json(job: Job, day: Timeline) -> bytes:

@@ -10,6 +10,7 @@ from compgen.core.evaluation import BLOCK, map_blocks
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report.job_summary import band_of
+from compgen.verification.band import Band
 
 #: half-widths of the band, k = 2: along World, and along the way
 BAND = tuple(f"band_{axis}_um" for axis in ("x", "y", "z", "feed", "cross", "normal"))
@@ -25,28 +26,32 @@ def column_names(planned: Planned) -> list[str]:
 
 def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str, Array | IntArray]:
     """The table of waypoints with all digits, (N,) each; NaN where there is no correction."""
-    path, job = planned.path, planned.job
-    time, theta = _time_and_joints(planned, corrected)
-    N = len(time)
-    tables = [
-        np.arange(1, N + 1)[:, None],
-        time[:, None],
-        path.target.position / MM,
-        planned.error()[:, :3] / UM,
-        at_waypoints(corrected, slice(None)) / UM if corrected else np.full((N, 3), np.nan),
-        planned.rise,
-        path.contact[:, None].astype(np.int64),
-        job.robot.to_pendant(theta) / DEG,
-        band_of(planned, corrected).half_widths(path) / UM,
+    number = np.arange(1, len(planned.path.arc) + 1)
+    none = np.full((len(number), 3), np.nan)
+    tables = _tables(planned, corrected, band_of(planned, corrected), slice(None))
+    columns = (number, *(column for table, _ in tables for column in (none if table is None else table).T))
+    return dict(zip(column_names(planned), columns, strict=True))
+
+
+def _tables(
+    planned: Planned, corrected: Corrected | None, band: Band, rows: slice
+) -> list[tuple[Array | IntArray | None, int]]:
+    """What stands behind the number in some rows of the table, and with how many decimals; None: no correction.
+
+    Times are by the clock of the written text, joints as commanded.
+    """
+    path, theta = planned.path, planned.theta if corrected is None else corrected.solution.theta
+    written = planned.written() if corrected is None else corrected.written
+    return [
+        (written.time[rows, None], 6),
+        (path.target.position[rows] / MM, 6),
+        (planned.error_at(rows)[:, :3] / UM, 4),
+        (at_waypoints(corrected, rows) / UM if corrected else None, 4),
+        (planned.rise[rows], 5),
+        (path.contact[rows, None].astype(np.int64), 0),
+        (planned.job.robot.to_pendant(theta[rows]) / DEG, 6),
+        (band.half_widths(path, rows) / UM, 2),
     ]
-    return dict(zip(column_names(planned), (column for table in tables for column in table.T), strict=True))
-
-
-def _time_and_joints(planned: Planned, corrected: Corrected | None) -> tuple[Array, Array]:
-    """By the clock of the written text, (N,) [s], and as commanded, (N, 6) [rad]."""
-    if corrected is None:
-        return planned.written().time, planned.theta
-    return corrected.written.time, corrected.solution.theta
 
 
 def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[bytes]:
@@ -55,26 +60,13 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
     ``before`` is the prediction at the planned joints; ``after`` is what the twin did with the written text. Without a
     correction the ``after`` columns are empty and the joints are the planned ones.
     """
-    path, job = planned.path, planned.job
-    time, theta = _time_and_joints(planned, corrected)
     band = band_of(planned, corrected)
 
     def block(first: int, last: int) -> bytes:
-        rows = slice(first, last)
-        tables = [
-            (time[rows, None], 6),
-            (path.target.position[rows] / MM, 6),
-            (planned.error_at(rows)[:, :3] / UM, 4),
-            (at_waypoints(corrected, rows) / UM if corrected else None, 4),
-            (planned.rise[rows], 5),
-            (path.contact[rows, None].astype(np.int64), 0),
-            (job.robot.to_pendant(theta[rows]) / DEG, 6),
-            (band.half_widths(path, rows) / UM, 2),
-        ]
-        return bytes(csv_lines(first + 1, last + 1, tables))
+        return bytes(csv_lines(first + 1, last + 1, _tables(planned, corrected, band, slice(first, last))))
 
     yield ",".join(column_names(planned)).encode("ascii")
-    yield from map_blocks(len(path.arc), block, BLOCK)
+    yield from map_blocks(len(planned.path.arc), block, BLOCK)
     yield b"\n"
 
 

@@ -31,7 +31,7 @@ from compgen.report.notebook.arguments import (
     require_unchanged,
     text_of,
 )
-from compgen.report.notebook.machine import data_frame, log_findings, logger, machine, plotly_figure
+from compgen.report.notebook.machine import data_frame, log_result, machine, plotly_figure
 from compgen.report.waypoints_csv import at_waypoints, waypoint_columns
 from compgen.robot.robot import Robot
 from compgen.verification.verdict import Verdict
@@ -267,8 +267,7 @@ def predict(job: Job, progress: Progress | None = None, workers: int | None = No
     with machine(workers):
         planned = pipeline.predict(job, report_progress)
         result = Prediction(job, planned, None, job_summary(planned, None), frozen(planned.error()))
-    logger.info("%r", result)
-    log_findings(job.name, result.findings)
+    log_result(job.name, result)
     return result
 
 
@@ -309,8 +308,7 @@ def generate(
             frozen(planned.error()),
             frozen(at_waypoints(corrected, slice(None))),
         )
-    logger.info("%r", result)
-    log_findings(job.name, result.findings)
+    log_result(job.name, result)
     return result
 
 

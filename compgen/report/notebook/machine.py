@@ -11,7 +11,6 @@ import compgen
 from compgen.core import evaluation
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Level
-from compgen.core.findings import Finding
 from compgen.core.toml import brief_value
 from compgen.report.figure import Figure
 from compgen.report.notebook.arguments import MAX_WORKERS, whole_number
@@ -37,9 +36,10 @@ def numpy_alone() -> Iterator[None]:
         yield
 
 
-def log_findings(name: str, findings: tuple[Finding, ...]) -> None:
-    """Log what a user must know of a result."""
-    for finding in findings:
+def log_result(name: str, result: Any) -> None:
+    """Log a result in a line, and the findings that it has."""
+    logger.info("%r", result)
+    for finding in result.findings:
         logger.log(LEVELS.get(finding.level, logging.INFO), "%s: %s: %s", name, finding.code, finding.message)
 
 

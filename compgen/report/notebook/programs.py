@@ -45,7 +45,7 @@ from compgen.report.notebook.arguments import (
     text_of,
     value_of,
 )
-from compgen.report.notebook.machine import data_frame, log_findings, logger, numpy_alone, plotly_figure
+from compgen.report.notebook.machine import data_frame, log_result, numpy_alone, plotly_figure
 from compgen.verification.verdict import Verdict
 
 PROGRAM = "a program listing, as 'PART.LS'"
@@ -229,8 +229,7 @@ def correct(
             registers=read_registers(register_file),
         )
     corrected = CorrectedProgram(file or f"{result.name}.LS", result, correction_summary(result))
-    logger.info("%r", corrected)
-    log_findings(result.name, result.findings)
+    log_result(result.name, corrected)
     return corrected
 
 

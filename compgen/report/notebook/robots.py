@@ -29,7 +29,7 @@ from compgen.report.notebook.arguments import (
     optional_name,
     progress_of,
 )
-from compgen.report.notebook.machine import data_frame, log_findings, logger, numpy_alone, plotly_figure
+from compgen.report.notebook.machine import data_frame, log_result, numpy_alone, plotly_figure
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False, kw_only=True)
@@ -157,8 +157,7 @@ def identify(
         progress_of(progress),
         force=force,
     )
-    logger.info("%r", identified)
-    log_findings(identified.name, identified.result.findings)
+    log_result(identified.name, identified)
     return identified
 
 
