@@ -12,7 +12,7 @@ import typer
 
 from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.completion import complete_marks
+from compgen.cli.options.completion import one_of
 from compgen.cli.options.page_options import Labels, PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, check_restored
@@ -71,7 +71,7 @@ class Wishes:
         str,
         typer.Option(
             "--mark",
-            autocompletion=complete_marks,
+            autocompletion=one_of("digits", "remark"),
             help="digits, or remark: a remark line where the digits cannot carry the mark.",
         ),
     ] = "digits"

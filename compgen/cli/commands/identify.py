@@ -10,7 +10,7 @@ import typer
 
 from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.completion import complete_references
+from compgen.cli.options.completion import one_of
 from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.ownership import IDENTIFIED, check_robot_files
@@ -35,7 +35,7 @@ ReferenceOption = Annotated[
     str,
     typer.Option(
         "--reference",
-        autocompletion=complete_references,
+        autocompletion=one_of("start", "ambient"),
         help="What rises in the log count from: start (cold), ambient, or degC.",
     ),
 ]

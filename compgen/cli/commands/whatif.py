@@ -12,7 +12,7 @@ import typer
 
 from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.completion import complete_keys, complete_paths, complete_questions
+from compgen.cli.options.completion import complete_keys, complete_paths, one_of
 from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, page_place
 from compgen.cli.output_files import study_files as files_of_study
 from compgen.cli.output_files.marker import Run
@@ -41,7 +41,7 @@ class Questions:
 
     asked: Annotated[
         list[str] | None,
-        typer.Option("--ask", autocompletion=complete_questions, help=f"{', '.join(QUESTIONS)}; repeatable."),
+        typer.Option("--ask", autocompletion=one_of(*QUESTIONS), help=f"{', '.join(QUESTIONS)}; repeatable."),
     ] = None
     within_um: Annotated[float, typer.Option("--within-um", help="The X of the questions [um].")] = 5.0
     pass_paths: Annotated[

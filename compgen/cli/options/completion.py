@@ -6,11 +6,10 @@ shell falls back to its files. Nothing slow is loaded.
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from compgen.cli.output_files.study_files import QUESTIONS
 from compgen.core.finding_codes import Code
 
 SHIPPED = Path(__file__).parents[2]  # the package
@@ -51,24 +50,18 @@ def complete_keys(incomplete: str) -> list[tuple[str, str]]:
     return [(f"{key}=", meaning) for key, meaning in dict(reversed(keys)).items() if key.startswith(incomplete)]
 
 
-def complete_questions(incomplete: str) -> list[str]:
-    """Questions of ``whatif``."""
-    return [question for question in QUESTIONS if question.startswith(incomplete)]
-
-
 def complete_codes(incomplete: str) -> list[tuple[str, str]]:
     """Codes of findings, each with what it means."""
     return [(code.value, code.meaning) for code in Code if code.startswith(incomplete)]
 
 
-def complete_references(incomplete: str) -> list[str]:
-    """What rises count from."""
-    return [word for word in ("start", "ambient") if word.startswith(incomplete)]
+def one_of(*words: str) -> Callable[[str], list[str]]:
+    """What completes an option that has so many values."""
 
+    def complete(incomplete: str) -> list[str]:
+        return [word for word in words if word.startswith(incomplete)]
 
-def complete_marks(incomplete: str) -> list[str]:
-    """Where a corrected program carries its mark."""
-    return [word for word in ("digits", "remark") if word.startswith(incomplete)]
+    return complete
 
 
 def _files(incomplete: str, suffix: str, *folders: str) -> list[str]:

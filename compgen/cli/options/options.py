@@ -13,8 +13,8 @@ from compgen.cli.options.completion import (
     complete_keys,
     complete_paths,
     complete_programs,
-    complete_references,
     complete_robots,
+    one_of,
 )
 from compgen.cli.output_files import marker, publish
 from compgen.core.exceptions import InputError
@@ -167,7 +167,7 @@ LogReference = Annotated[
     str | None,
     typer.Option(
         "--reference",
-        autocompletion=complete_references,
+        autocompletion=one_of("start", "ambient"),
         help="What rises in --log count from: start, ambient, or degC.",
     ),
 ]

@@ -89,7 +89,7 @@ def publish(
         if not target.exists():
             missing = [p for p in target.parents if not p.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
-        with alone_in(target):
+        with alone_in(folder):
             pages = [target / name for name in reports if name.endswith(".html")]
             own = {*programs, *reports}.union(own_names, *map(earlier_figures, pages))
             if manifest:
@@ -290,14 +290,21 @@ def refusal(folder: Path, reason: str) -> InputError:
 
 
 @contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
-    """Wait until no other run is in this context with the same folder.
+def alone_in(folder: Path) -> Iterator[Path]:
+    """Wait until no other run is in this context with the same folder; it is given with links followed.
 
     Nothing is waited for where the folder does not exist, or where the system or its file system has no locks.
+
+    Raises:
+        InputError: The system refuses what is done there.
     """
-    handle = _locked(folder)
+    handle = None
     try:
-        yield
+        target = folder.resolve()
+        handle = _locked(target)
+        yield target
+    except OSError as failure:
+        raise refusal(folder, failure.strerror or str(failure)) from failure
     finally:
         if handle is not None:
             os.close(handle)

@@ -19,7 +19,6 @@ from compgen.cli.output_files.publish import (
     alone_in,
     can_move,
     exchange,
-    refusal,
     remove_leftovers,
     remove_stage,
     write_files,
@@ -36,16 +35,12 @@ def replace_together(folder: Path, files: Mapping[str, Content], run: marker.Run
         InputError: The folder cannot be written; nothing has changed.
     """
     interrupts.raise_on_signal()
-    target = folder.resolve()
-    try:
-        with alone_in(target):
-            _clear_up(target)
-            beside = target.parent / interrupts.temporary_name(f".{target.name}{MARK}")
-            with interrupts.raise_later():
-                if not (can_move(target) and _exchanged(target, beside, files, run)):
-                    _one_by_one(target, files, run)
-    except OSError as failure:
-        raise refusal(folder, failure.strerror or str(failure)) from failure
+    with alone_in(folder) as target:
+        _clear_up(target)
+        beside = target.parent / interrupts.temporary_name(f".{target.name}{MARK}")
+        with interrupts.raise_later():
+            if not (can_move(target) and _exchanged(target, beside, files, run)):
+                _one_by_one(target, files, run)
 
 
 def finish_replacing(folder: Path) -> None:
@@ -56,12 +51,8 @@ def finish_replacing(folder: Path) -> None:
     """
     if not folder.is_dir():  # none, or a link that leads round in a circle
         return
-    target = folder.resolve()
-    try:
-        with alone_in(target):
-            _clear_up(target)
-    except OSError as failure:
-        raise refusal(folder, failure.strerror or str(failure)) from failure
+    with alone_in(folder) as target:
+        _clear_up(target)
 
 
 def _exchanged(target: Path, stage: Path, files: Mapping[str, Content], run: marker.Run) -> bool:
