@@ -36,5 +36,5 @@ def duration(text: str, option: str) -> float:
     parts = _PART.findall(text.strip())
     units = [unit for _, unit in parts]
     if not parts or _PART.sub("", text).strip() or units != sorted(set(units), key=list(_UNITS).index):
-        raise InputError(f"{option} {text!r:.60}: not a duration; write it as 35min, 1h30min or 90s")
+        raise InputError(f"{option} {text!r:.60}: not a duration with its unit; write it as 35min, 1h30min or 90s")
     return float(sum(float(number) * _UNITS[unit] for number, unit in parts))
