@@ -20,7 +20,7 @@ TOGETHER = 64  # windows at a time
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PromptMotion:
-    """A program as it is driven when nobody waits."""
+    """N places on a program's way as it is driven when nobody waits."""
 
     time: Array  # (N,) [s]
     theta: Array  # (N, 6) [rad] commanded

@@ -107,6 +107,7 @@ def anchor(
         seen=seen,
         path=beside.path,
         innovation=innovation,
+        columns=beside.columns,
         judged=tuple(judged),
         as_forecast=as_forecast,
         chosen=chosen,

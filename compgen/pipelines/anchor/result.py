@@ -11,12 +11,8 @@ from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.identification.touches import Artefact
-from compgen.job.job import Job
-from compgen.pipelines.anchor.estimate import Estimate, NextTouch, PathPlaces
-from compgen.pipelines.anchor.forecast import Forecast
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Innovation, Judged, LeftOut
-from compgen.pipelines.anchor.touching import Touched
-from compgen.pipelines.anchor.unknowns import Unknowns
+from compgen.pipelines.anchor.estimate import Compared, Estimate, NextTouch
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Judged, LeftOut
 from compgen.pipelines.anchor.verdict import Moved, probability
 
 LIKELY = 0.01  # of a chi^2, below which physics is missing from the forecast
@@ -24,18 +20,12 @@ E_N = 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Anchored:
-    """A state, its verdict, and all that speaks for them."""
+class Anchored(Compared):
+    """A state, its verdict, and all that speaks for them, the touches beside their forecast first of all."""
 
-    job: Job
     artefact: Artefact
     state: AnchoredState
     reason: str
-    forecast: Forecast
-    unknowns: Unknowns
-    seen: Touched
-    path: PathPlaces
-    innovation: Innovation
     judged: tuple[Judged, ...]  # the best first
     as_forecast: Judged
     chosen: Estimate

@@ -24,7 +24,7 @@ from compgen.job.job import Job
 from compgen.job.motion_plan import keeps_waypoints, plan_motion
 from compgen.job.moves_in_arcs import flown_at_waypoints
 from compgen.job.part_frame import frame_findings
-from compgen.job.start_window import PromptMotion, windows
+from compgen.job.start_window import windows
 from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import over_periods, own_file_findings, times_apart
@@ -365,8 +365,7 @@ def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job = planned.job
     state = states_at(job.heat, job.state(), planned.motion_from(0), first, job.history.air, job.clock)
-    course = PromptMotion(planned.time, theta, planned.rise, planned.motion)
-    return windows(job, planned.model, course, first, state)
+    return windows(job, planned.model, planned.driven(theta, planned.motion), first, state)
 
 
 def _delivered(planned: Planned, solution: Solution, program: Program, window: float) -> Delivery:

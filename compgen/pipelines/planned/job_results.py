@@ -11,7 +11,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
-from compgen.error_model.model import ErrorModel
 from compgen.error_model.unmeasured import Unknown
 from compgen.job.job import Job
 from compgen.job.motion_plan import MotionPlan
@@ -23,7 +22,6 @@ from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.pipelines.uncertainty.not_known import not_known, setting_of
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.program.page_stops import PageStops
 from compgen.program.program import Program
 from compgen.thermal import Ambient, Duty, JointMotion
 from compgen.verification.band import Band
@@ -44,17 +42,11 @@ class DenseCorrection:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True, weakref_slot=True)
-class Planned:
-    """The job before any correction."""
+class Planned(MotionPlan):
+    """The job before any correction: its motion, and how warm it is on the way."""
 
     job: Job
-    feed: float  # [m/s] the wanted one as a program can say it
-    path: ToolPath  # with the stops that its pages need
-    page_stops: PageStops | None  # None when one file holds it, or when pages are not wanted
-    model: ErrorModel
-    theta: Array  # (N, 6) [rad]
     motion: DirectionState  # where joints and TCP come from, at each waypoint
-    trajectory: Trajectory
     rise: Array  # (N, K) [K]
     twin_result: Background[tuple[Deviation, WrittenMotion]]  # of the twin that drives the uncorrected text
     findings: tuple[Finding, ...]

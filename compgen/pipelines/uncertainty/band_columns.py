@@ -9,13 +9,13 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import PERCENT
-from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
+from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.source import Source
 from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.job import Cell, Job
-from compgen.job.start_window import late_rise
+from compgen.job.start_window import PromptMotion, late_rise
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.schedule import History
@@ -34,26 +34,18 @@ WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class DrivenProgram:
+class DrivenProgram(PromptMotion):
     """A program of N waypoints as it is driven."""
 
     job: Job
     model: ErrorModel
     path: ToolPath
-    theta: Array  # (N, 6) [rad] commanded
-    time: Array  # (N,) [s]
-    rise: Array  # (N, K) [K]
-    motion: DirectionState  # of the sources
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Places:
+class Places(PromptMotion):
     """M places on a program's way, with one tool."""
 
-    theta: Array  # (M, 6) [rad] commanded
-    time: Array  # (M,) [s]
-    rise: Array  # (M, K) [K]
-    motion: DirectionState
     tool: Pose  # TCP in the flange
     turned: Array | None = None  # (M, 6) how each joint's direction changes with its own width, relative
 
