@@ -32,12 +32,18 @@ COMPONENTS = ("total", "feed", "cross", "normal", "axis_angle")
 
 
 @dataclass(frozen=True, slots=True)
-class Extent:
-    """How large one component gets along the path, [m] or [rad]."""
+class Sizes:
+    """How large an error gets along a path, [m] or [rad]."""
 
     max: float
     p99: float  # what 99 % of the path's length stay at or below
     rms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Extent(Sizes):
+    """How large one component of the error gets, and where."""
+
     where: float  # [m] arc length at the largest
 
 

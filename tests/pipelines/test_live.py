@@ -56,7 +56,7 @@ def test_the_formula_is_the_full_computation_on_the_spiral(spiral):
     agreement = check(spiral)
     assert len(agreement.settings) == 21
     assert agreement.largest < 0.1 * UM
-    errors = [at(spiral.live, setting, spiral.live.after).largest for setting in agreement.settings]
+    errors = [at(spiral.live, setting, spiral.live.after).max for setting in agreement.settings]
     assert min(errors) < 3 * UM < 100 * UM < max(errors)  # the settings lie far from each other
 
 
@@ -112,7 +112,7 @@ def test_before_is_what_predict_says_with_the_overrides_of_the_setting(spiral):
     ]  # fmt: skip
     planned = generate.predict(load_job(path_file("spiral_1300"), overrides=overrides), quiet)
     extent, shown = planned.deviation().on_part["total"], at(spiral.live, setting, spiral.live.before)
-    assert shown.largest == pytest.approx(extent.max, abs=0.1 * UM)
+    assert shown.max == pytest.approx(extent.max, abs=0.1 * UM)
     assert shown.p99 == pytest.approx(extent.p99, abs=0.1 * UM)
     assert shown.rms == pytest.approx(extent.rms, abs=0.1 * UM)
 
@@ -125,8 +125,8 @@ def test_after_is_the_one_written_text_flown_in_the_other_state(schedule):
     prepared = schedule.after.geometry.prepared.reheated(schedule.corrected.twin, job.history.before, job.history.air)
     deviation = deviation_from_path(schedule.planned.path, prepared.chunks(), prepared.sample_count)
     shown = at(schedule.live, setting, schedule.live.after)
-    assert shown.largest == pytest.approx(deviation.on_part["total"].max, abs=0.02 * UM)
-    assert shown.largest > 5 * UM
+    assert shown.max == pytest.approx(deviation.on_part["total"].max, abs=0.02 * UM)
+    assert shown.max > 5 * UM
 
 
 def test_as_planned_before_and_after_are_the_report_s(spiral):
@@ -134,7 +134,7 @@ def test_as_planned_before_and_after_are_the_report_s(spiral):
     for places, deviation in (
         (spiral.live.before, spiral.planned.deviation()), (spiral.live.after, spiral.corrected.deviation),
     ):  # fmt: skip
-        assert at(spiral.live, setting, places).largest == pytest.approx(deviation.on_part["total"].max, abs=1e-10)
+        assert at(spiral.live, setting, places).max == pytest.approx(deviation.on_part["total"].max, abs=1e-10)
     assert overrides_of(spiral.live.day, setting) == []
 
 
@@ -203,8 +203,8 @@ def test_a_slider_that_a_path_has_none_of_is_named_with_the_reason(overrides, wo
 def test_a_file_for_several_starts_moves_from_their_mean():
     live_job = built("line_y", "compensation.average_over.delay_s=[0, 3600]")
     assert check(live_job).largest < 0.05 * UM
-    late, early = (at(live_job.live, moved(live_job, delay=d), live_job.live.after).largest for d in (60.0, 0.0))
-    mean = at(live_job.live, moved(live_job, delay=30.0), live_job.live.after).largest
+    late, early = (at(live_job.live, moved(live_job, delay=d), live_job.live.after).max for d in (60.0, 0.0))
+    mean = at(live_job.live, moved(live_job, delay=30.0), live_job.live.after).max
     assert mean < min(late, early)
 
 
@@ -213,6 +213,6 @@ def test_a_start_of_the_path_file_is_where_its_sliders_stand():
     planned = dict(zip(kinds(live_job), planned_setting(live_job.live.day), strict=True))
     assert (planned["run"], planned["delay"]) == (14.0, 7.5)
     shown = at(live_job.live, planned_setting(live_job.live.day), live_job.live.before)
-    assert shown.largest == pytest.approx(live_job.planned.deviation().on_part["total"].max, abs=1e-10)
+    assert shown.max == pytest.approx(live_job.planned.deviation().on_part["total"].max, abs=1e-10)
     assert overrides_of(live_job.live.day, moved(live_job, run=1.0)) == ["start.run=1"]
     assert check(live_job).largest < 0.05 * UM

@@ -84,7 +84,7 @@ def test_a_frame_typed_in_brings_the_moved_arm_back(offsets):
     typed = way(offsets, FRAME)
     assert errors_with(typed.numbers, np.zeros(6)).max() < 5
     assert_allclose(typed.numbers, np.round(typed.numbers, 3), atol=1e-9)
-    assert typed.left.largest < 5e-6
+    assert typed.left.max < 5e-6
     back = numbers(np.linalg.inv(base()) @ frame(*UF))
     assert_allclose(typed.numbers[3:], back[3:], atol=1.5e-3)
 
@@ -93,9 +93,9 @@ def test_a_register_leaves_what_the_second_arm_says(offsets):
     """The largest is at a position: what the arm errs by is the same function on the lines between them."""
     for kind in (SHIFT, REGISTER):
         left = way(offsets, kind)
-        assert_allclose(errors_with(UF, left.numbers).max() / 1e6, left.left.largest, atol=0.2e-6)
+        assert_allclose(errors_with(UF, left.numbers).max() / 1e6, left.left.max, atol=0.2e-6)
     assert way(offsets, REGISTER).left.turn < way(offsets, SHIFT).left.turn / 5
-    assert_allclose(errors_with(UF, np.zeros(6)).max() / 1e6, way(offsets, NOTHING).left.largest, atol=0.2e-6)
+    assert_allclose(errors_with(UF, np.zeros(6)).max() / 1e6, way(offsets, NOTHING).left.max, atol=0.2e-6)
 
 
 def test_a_register_moved_either_way_leaves_more(offsets):
@@ -146,7 +146,7 @@ def test_a_planned_path_s_offset_is_judged_on_the_text_with_its_numbers_moved(uf
             size.append(np.linalg.norm((there - target)[:3, 3]) * 1e3)
             turn.append(np.arccos(min(there[:3, 2] @ target[:3, 2], 1.0)))
         assert_allclose(np.sqrt(np.mean(np.square(size))) / 1e6, typed.left.rms, rtol=0.01, atol=1.2e-6)
-        assert max(size) < typed.left.largest * 1e6 + 0.5
+        assert max(size) < typed.left.max * 1e6 + 0.5
         assert_allclose(max(turn), typed.left.turn, atol=2e-6)
     assert way(result, REGISTER).left.turn < way(result, SHIFT).left.turn / 20
 

@@ -113,7 +113,7 @@ def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array)
 def _left(full: Correction, errors: PoseErrors) -> Left:
     judged = full.judged & (full.length > 0)
     size, length = errors.distance[judged], full.length[judged]
-    return Left(rms(size, length), percentile99(size, length), float(size.max()), float(errors.angle[judged].max()))
+    return Left(float(size.max()), percentile99(size, length), rms(size, length), float(errors.angle[judged].max()))
 
 
 def _not_shifted(full: Correction) -> Iterator[Finding]:

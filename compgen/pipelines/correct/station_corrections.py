@@ -35,26 +35,24 @@ TURN_OF_MOVE = 100.0  # [rad/m], [rad/rad] of a joint: 1 / 20 mm of a shoulder, 
 LARGEST_TURN = 0.1  # [rad] of a joint, that a correction of any size explains
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class StationCorrections:
-    """Corrections of S stations; zero where one is held."""
-
-    correction: Array  # (S, 6) [m] in World axes, [rad] in tool axes
-    theta: Array  # (S, 6) [rad] of the commanded poses
-    rise: Array  # (S, K) [K]
-    time: Array  # (S,) [s] when each is reached
-    held: tuple[tuple[int, str], ...]  # station, why no correction was taken
-    limited: tuple[tuple[int, str], ...]  # station, limit that keeps the correction from being the best
-    start: Array  # (K,) [K] rises when the program starts
-    midway: DirectionState  # halfway on the way to each station
-
-
-class StationRises(NamedTuple):
+@dataclass(frozen=True, eq=False, slots=True)
+class StationRises:
     """When S stations are reached, and how warm the arm is there."""
 
     time: Array  # (S,) [s]
     rise: Array  # (S, K) [K]
     start: Array  # (K,) [K] when the program starts
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class StationCorrections(StationRises):
+    """Corrections of S stations; zero where one is held."""
+
+    correction: Array  # (S, 6) [m] in World axes, [rad] in tool axes
+    theta: Array  # (S, 6) [rad] of the commanded poses
+    held: tuple[tuple[int, str], ...]  # station, why no correction was taken
+    limited: tuple[tuple[int, str], ...]  # station, limit that keeps the correction from being the best
+    midway: DirectionState  # halfway on the way to each station
 
 
 def rise_at_stations(
@@ -86,21 +84,21 @@ def correct_stations(
     ensemble: Ensemble | None = None,
 ) -> StationCorrections:
     """Corrections of all free stations, for one start or for the mean of the rises over an ensemble of them."""
-    time, rise, start = rise_at_stations(cell, drive, before, ensemble)
+    reached = rise_at_stations(cell, drive, before, ensemble)
     S = len(free)
     if not free.any():
         return StationCorrections(
             correction=np.zeros((S, 6)),
             theta=np.full((S, 6), np.nan),
-            rise=rise,
-            time=time,
+            rise=reached.rise,
+            time=reached.time,
             held=(),
             limited=(),
-            start=start,
+            start=reached.start,
             midway=NO_DIRECTION,
         )
     motion, midway = station_directions(cell.robot, cell.sources, drive)
-    correction, theta, limited = _correct_free(cell, drive, free, rise, motion, settings, progress)
+    correction, theta, limited = _correct_free(cell, drive, free, reached.rise, motion, settings, progress)
     illegal = list(_illegal_corrections(cell, drive.at, correction, theta, drive.pose, free, settings))
     for station, _ in illegal:
         correction[station] = 0.0
@@ -108,11 +106,11 @@ def correct_stations(
     return StationCorrections(
         correction=correction,
         theta=theta,
-        rise=rise,
-        time=time,
+        rise=reached.rise,
+        time=reached.time,
         held=tuple(illegal),
         limited=limited,
-        start=start,
+        start=reached.start,
         midway=midway,
     )
 

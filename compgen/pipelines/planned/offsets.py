@@ -28,7 +28,7 @@ from compgen.pipelines.planned.program_text import planned_program
 from compgen.program.digits import pose_numbers
 from compgen.program.pose_table import pose_of
 from compgen.program.program import Program
-from compgen.verification.deviation import Deviation
+from compgen.verification.deviation import Deviation, Sizes
 
 NOTHING = "nothing"
 SHIFT = "PR offset X Y Z"
@@ -39,12 +39,9 @@ USELESS = 0.95  # of what nothing leaves
 
 
 @dataclass(frozen=True, slots=True)
-class Left:
-    """What is left of a path on the part."""
+class Left(Sizes):
+    """What is left of a path on the part [m]."""
 
-    rms: float  # [m]
-    p99: float  # [m]
-    largest: float  # [m]
     turn: float  # [rad] largest, of the tool
 
 
@@ -64,7 +61,7 @@ class Offset:
             "leaves": {
                 "rms_um": self.left.rms / UM,
                 "p99_um": self.left.p99 / UM,
-                "max_um": self.left.largest / UM,
+                "max_um": self.left.max / UM,
                 "turn_mdeg": self.left.turn / MDEG,
             },
         }
@@ -205,4 +202,4 @@ def _flown_errors(planned: Planned, uframe: Pose, program: Program) -> FlownErro
 
 def _left(deviation: Deviation) -> Left:
     total, axis = deviation.on_part["total"], deviation.on_part["axis_angle"]
-    return Left(total.rms, total.p99, total.max, axis.max)
+    return Left(total.max, total.p99, total.rms, axis.max)

@@ -15,17 +15,13 @@ from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.written_job import WrittenJob, WrittenPage
 from compgen.program.program import Program
 from compgen.verification.band import Band
-from compgen.verification.deviation import Deviation, percentile99
+from compgen.verification.deviation import Deviation, Sizes, percentile99
 from compgen.verification.verdict import Judged
 
 
 @dataclass(frozen=True, slots=True)
-class Size:
+class Size(Sizes):
     """Error of the tool's position on the part of one page [m]."""
-
-    max: float
-    p99: float
-    rms: float
 
     def record(self) -> dict[str, float]:
         """In micrometres."""

@@ -129,7 +129,7 @@ def check(live_job: LiveJob) -> Agreement:
         job = _job_at(live_job, setting)
         for rows, (flown, places) in zip(errors, texts, strict=True):
             shown = at(live, setting, places)
-            rows.append(np.array([shown.largest, shown.p99, shown.rms]) - _full(job, flown))
+            rows.append(np.array([shown.max, shown.p99, shown.rms]) - _full(job, flown))
         geometry = live_job.before.geometry
         whole = band_at_samples(job, geometry, rise=geometry.rises(job)[some_samples(geometry)]).largest
         band.append(band_at(live, live_job.band, setting).largest - whole)

@@ -30,7 +30,7 @@ from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with,
 from compgen.pipelines.study.live_day import Cycle, Day, Setting, history_at
 from compgen.thermal import Duty, ThermalModel, rise_history, still_air
 from compgen.thermal.schedule import History
-from compgen.verification.deviation import deviation_from_path, percentile99, sample_lengths
+from compgen.verification.deviation import Sizes, deviation_from_path, percentile99, sample_lengths
 
 PLACES = 600  # along the part
 SAMPLES = 5000  # along the part
@@ -242,23 +242,14 @@ class Live:
     cte: float  # as planned; 1 where no slider moves it
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Shown:
-    """What the page shows of one text [m]."""
-
-    largest: float
-    p99: float
-    rms: float
-
-
-def at(live: Live, setting: Setting, places: LivePlaces) -> Shown:
+def at(live: Live, setting: Setting, places: LivePlaces) -> Sizes:
     """The error of one text with the sliders at a setting."""
     rise = rises_left(live.day.cell.heat, history_at(live.day, setting), places.time) + places.program
     slope = places.slope + expansion_factor(live, setting) * places.growth
     size = np.linalg.norm(places.own + _displaced(places.shape, places.at, slope, rise), axis=1)
     even = places.length > 0
     weights = places.length[even]
-    return Shown(float(size.max()), percentile99(size[even], weights), rms(size[even], weights))
+    return Sizes(float(size.max()), percentile99(size[even], weights), rms(size[even], weights))
 
 
 def rises_left(heat: ThermalModel, history: History, time: Array) -> Array:

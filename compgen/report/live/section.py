@@ -18,15 +18,16 @@ from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import BOUND, Agreement, LiveJob
 from compgen.pipelines.study.live_day import Slider, planned_setting
-from compgen.pipelines.study.live_places import LivePlaces, Shown, at
+from compgen.pipelines.study.live_places import LivePlaces, at
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.live.record import live_record, sources_of
 from compgen.report.page import fragment
 from compgen.verification.band import Band
+from compgen.verification.deviation import Sizes
 
 UNITS = {"degC": "°C", "um/(m K)": "µm/(m K)"}
-STATISTICS = ("largest", "p99", "rms")
+STATISTICS = {"largest": "max", "p99": "p99", "rms": "rms"}  # what a size is called on the page
 #: numbers that the script finds by their ids
 NUMBER = Markup('<span id="live-{}">{}</span>')
 ALL = Markup('<b><span id="live-band">{}</span></b>')
@@ -64,8 +65,8 @@ def live_section(
     before, after = (at(live_job.live, setting, places) for places in (live_job.live.before, live_job.live.after))
     count, apart = len(agreement.settings) - 1, agreement.largest / UM
     record = {
-        "before_max_um": float(f"{before.largest / UM:.6g}"),
-        "after_max_um": float(f"{after.largest / UM:.6g}"),
+        "before_max_um": float(f"{before.max / UM:.6g}"),
+        "after_max_um": float(f"{after.max / UM:.6g}"),
         "sliders": [slider.key for slider in live_job.live.day.sliders],
         "missing_sliders": list(live_job.live.day.missing),
         "settings_checked": count,
@@ -73,7 +74,7 @@ def live_section(
         "is_close": agreement.is_close,
     }
     sentence = (
-        f"sliders: largest error on the part {before.largest / UM:.1f} um before, {after.largest / UM:.1f} um after; "
+        f"sliders: largest error on the part {before.max / UM:.1f} um before, {after.max / UM:.1f} um after; "
         f"the page is within {apart:.3f} um of the full computation at {count} drawn settings"
     )
     beyond = (
@@ -84,9 +85,10 @@ def live_section(
     return LiveSection(_html(live_job, agreement, path, robot, overrides), record, sentence, warning)
 
 
-def _number_row(key: str, words: str, shown: Shown) -> list[str | Markup]:
+def _number_row(key: str, words: str, shown: Sizes) -> list[str | Markup]:
     """The numbers of one text with the sliders as planned."""
-    return [words, *(NUMBER.format(f"{key}-{part}", f"{getattr(shown, part) / UM:.2f}") for part in STATISTICS)]
+    sizes = {part: getattr(shown, name) for part, name in STATISTICS.items()}
+    return [words, *(NUMBER.format(f"{key}-{part}", f"{size / UM:.2f}") for part, size in sizes.items())]
 
 
 def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None, overrides: Sequence[str]) -> Markup:
