@@ -100,10 +100,10 @@ def checks(extents: dict[str, Extent], bounds: Bounds) -> list[tuple[str, Extent
     ]
 
 
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Judged:
     """A result that its findings judge."""
 
-    __slots__ = ()
     findings: tuple[Finding, ...]
 
     @property

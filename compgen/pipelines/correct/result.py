@@ -8,7 +8,6 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
@@ -159,7 +158,6 @@ class Correction(Judged):
     served: ServedStarts | None  # what it leaves over its starts, where these are several
     meant: DrivenProgram  # the planned program, off its targets as it is commanded against the controller's motion
     command: MotionCommand | None  # against the controller's motion; None: nothing is commanded against
-    findings: tuple[Finding, ...]
     band: Band | None = None  # what the robot file leaves open at corrected stations; None: there are none
     motion: MotionEffect | None = None  # of the controller on the written text; None: not looked at
     draws: FlownDraws | None = None  # what the bounds with a probability are judged by; None: there are none

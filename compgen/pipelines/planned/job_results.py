@@ -169,7 +169,6 @@ class Corrected(Judged):
     band: Band  # what the files leave open
     model_form: ModelForm | None  # None: the robot file has no other heat model, or it cannot be driven
     draws: FlownDraws | None  # what the bounds with a probability are judged by; None: there are none
-    findings: tuple[Finding, ...]
     averaged: Averaged | None = None  # what the file leaves over its starts, where it was made for several
 
     def execution(self) -> Execution:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, rms
-from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.pipelines.planned.delivery import PageStart
 from compgen.pipelines.planned.job_results import Planned
@@ -67,7 +66,6 @@ class PagesAnew(Judged):
     files: dict[str, bytes]  # the new pages and the manifest, by name
     pages: tuple[PageResult, ...]
     join: Join | None  # None: there is no page before
-    findings: tuple[Finding, ...]
 
     @property
     def replaced(self) -> tuple[str, ...]:
