@@ -67,23 +67,21 @@ class Ambient:
         Returns:
             (M, S) [K].
         """
-        out = np.empty((len(time), len(rate)))
-        if len(time) == 0:
-            return out
-        if self.is_still:
-            return np.zeros_like(out)
+        if self.is_still or len(time) == 0:
+            return np.zeros((len(time), len(rate)))
         inside = (self.time > start) & (self.time < time[-1])
         edges = np.concatenate([[start], self.time[inside], [max(time[-1], start)]])
-        level = np.interp(edges, self.time, self.rise)
-        first = np.searchsorted(time, edges[:-1], side="left")
-        first[0], last = 0, np.append(first[1:], len(time))
-        state = np.zeros(len(rate))
-        for k, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-            slope = (level[k + 1] - level[k]) / (end - begin) if end > begin else 0.0
-            offset = state - (level[k] - slope / rate)
-            out[first[k] : last[k]] = _on_ramp(rate, level[k], slope, offset, time[first[k] : last[k]] - begin)
-            state = _on_ramp(rate, level[k], slope, offset, np.array([end - begin]))[0]
-        return np.asarray(out + self._wave(rate, start, time))
+        level, length = np.interp(edges, self.time, self.rise), np.diff(edges)[:, None]
+        slope = np.diff(level)[:, None] / np.where(length > 0, length, np.inf)
+        decay, kick = np.exp(-rate * length), np.diff(slope, axis=0, prepend=0.0) / rate
+        decaying = np.empty_like(kick)  # of each piece, at its begin: the mode less its particular solution
+        decaying[0] = kick[0] - level[0]
+        for k in range(1, len(kick)):
+            decaying[k] = decaying[k - 1] * decay[k - 1] + kick[k]
+        piece = np.searchsorted(edges[1:-1], time, side="right")
+        since = (time - edges[piece])[:, None]
+        ramp = level[piece][:, None] + slope[piece] * since - slope[piece] / rate
+        return np.asarray(ramp + decaying[piece] * np.exp(-rate * since) + self._wave(rate, start, time))
 
     def settled(self, rate: Array) -> Array:
         """Modes at time zero that have followed the air for long before, (S,) [K]."""
@@ -99,12 +97,6 @@ class Ambient:
             return np.asarray((gain * np.exp(1j * w * (t - self.peak))[:, None]).real)
 
         return np.asarray(forced(time) - forced(np.array([start])) * np.exp(-rate * (time - start)[:, None]))
-
-
-def _on_ramp(rate: Array, level: float, slope: float, offset: Array, elapsed: Array) -> Array:
-    """Modes (M, S) at times (M,) since air that rises by ``slope`` was at ``level``; ``offset`` is what decays."""
-    t = elapsed[:, None]
-    return np.asarray(level + slope * t - slope / rate + offset * np.exp(-rate * t))
 
 
 @cache

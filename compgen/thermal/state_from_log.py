@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.exceptions import InputError
@@ -29,6 +30,7 @@ EARLIER = 4 * HOUR  # length of the block just before it
 SAMPLES = 2000  # readings of a sensor that are used, means of what lies between
 SCATTER = 0.3  # [K] up to which a reading counts in full
 SETTLED = 1e-6  # of a reading's weight: less than a microkelvin of any rise
+UNSEEN = 1e-13  # of the normal equations' diagonal
 CHANGE_WEIGHT = 0.1  # weight of the change from block to block
 PATTERN_WEIGHT = 0.1  # weight of a working robot's proportions
 
@@ -95,12 +97,14 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
         values.append(mean - from_air[hits > 0] @ row)
     A, y = np.vstack(rows), np.concatenate(values)
     penalty = _regularization(count, goals, heat, pattern) * np.sqrt(len(y) / (count * len(pattern)))
-    weight = np.ones(len(y))
+    normal, weight = A.T @ A + penalty.T @ penalty, np.ones(len(y))
+    normal.flat[:: len(normal) + 1] *= 1 + UNSEEN  # what no reading tells stays at nought
+    solution = np.zeros(len(normal))
     for _ in range(20):
-        system = np.vstack([A * weight[:, None], penalty])
-        solution = np.linalg.lstsq(system, np.concatenate([y * weight, np.zeros(len(penalty))]), rcond=None)[0]
-        before, residual = weight, y - A @ solution
-        weight = np.sqrt(np.minimum(1.0, SCATTER / np.maximum(np.abs(residual), 1e-9)))
+        lost = A[weight < 1] * np.sqrt(1 - weight[weight < 1, None] ** 2)
+        slope = A.T @ (weight**2 * (y - A @ solution)) - penalty.T @ (penalty @ solution)
+        solution += cho_solve(cho_factor(normal - lost.T @ lost), slope)
+        before, weight = weight, np.sqrt(np.minimum(1.0, SCATTER / np.maximum(np.abs(y - A @ solution), 1e-9)))
         if np.abs(weight - before).max() < SETTLED:
             break
     trajectory = np.einsum("tsbm,bm->ts", states, solution.reshape(count, len(pattern))) + from_air
