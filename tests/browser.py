@@ -57,7 +57,7 @@ def chromium(logs_requests: bool = False) -> Iterator["Browser"]:
     options.binary_location = next(path for path in map(shutil.which, BROWSERS) if path)
     for argument in (
         "--headless=new", "--no-sandbox", "--disable-background-networking", "--disable-dev-shm-usage",
-        "--hide-scrollbars", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+        "--hide-scrollbars", "--use-angle=swiftshader-webgl", "--enable-unsafe-swiftshader",
     ):  # fmt: skip
         options.add_argument(argument)
     if logs_requests:

@@ -30,7 +30,7 @@ FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
 NAMED = 20  # rows set aside that are named one by one
 FOREIGN = 5 * MM  # [m] from the file's length: that of another robot
-ELSEWHERE = 3.0  # times better known where it was measured: the rest was not
+ELSEWHERE = 4.0  # times better known where it was measured: the rest was not
 BEYOND = 1.5  # times what instrument and repeatability explain
 MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
 

@@ -158,6 +158,7 @@ def replace_code(mutant: Mutant, first_line: int) -> None:
     path = ROOT / mutant.file
     whole = compile(changed(path.read_bytes(), mutant), str(path), "exec", dont_inherit=True)
     new = next(code for code in codes_in(whole) if code.co_firstlineno == first_line and code.co_name != "<lambda>")
+    gc.unfreeze()  # what conftest.py has put out of the collector's sight
     old = [
         f for f in gc.get_objects()
         if isinstance(f, FunctionType) and f.__code__.co_filename == str(path)
