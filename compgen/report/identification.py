@@ -54,7 +54,7 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
         "reflectors": list(data.reflectors),
         "noise_um": _um(best.fit.noise),
         "held_out_um": _held_out(best.cross_validation),
-        "known_um": {k: _um(2 * s) for k, s in zip(("measured", "anywhere"), identification.taught_sigma, strict=True)},
+        "known_um": _known_um(identification),
         "fit": fit_limits_record(identification.limits),
         "ladder": [
             {
@@ -77,6 +77,14 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
         ],
         "findings": [f.record() for f in identification.findings],
     }
+
+
+def _known_um(identification: Identification) -> dict[str, float] | None:
+    """How well the flange is known in a frame that it teaches (k = 2); None where nothing of the arm was fitted."""
+    if not identification.selected.fit.active.any():
+        return None
+    here, anywhere = identification.taught_sigma
+    return {"measured": _um(2 * here), "anywhere": _um(2 * anywhere)}
 
 
 def _held_out(validated: CrossValidation) -> dict[str, float]:
@@ -143,10 +151,12 @@ def limits_sentence(summary: dict[str, Any]) -> str:
     parts.append(
         f"{blocks} blocks foretold in time scale the band by {scale:.2f}" if blocks else "nothing was foretold"
     )
-    known = summary["known_um"]
+    beside, known = f"beside the parameters: {'; '.join(parts)}", summary["known_um"]
+    if known is None:
+        return beside
     return (
         f"in a frame that it teaches, the flange is known to +- {known['measured']:.0f} um (95 %) with joint angles as "
-        f"measured, +- {known['anywhere']:.0f} um with any; beside the parameters: {'; '.join(parts)}"
+        f"measured, +- {known['anywhere']:.0f} um with any; {beside}"
     )
 
 

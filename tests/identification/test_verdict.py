@@ -15,6 +15,7 @@ from compgen.identification.cross_validation import CrossValidation, improvement
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
 from compgen.identification.verdict import left_findings, poses_to_add, refuse_foreign_lengths, refuse_set_aside
+from compgen.report.identification import identification_summary, limits_sentence
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +104,10 @@ def test_a_coupling_that_the_arm_has_not_is_refused_however_much_it_gains(truth)
     assert "coupled joints" in finding.message
     right = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), quiet, temperatures=False)
     assert not right.refused
+    assert "the flange is known to +- " in limits_sentence(identification_summary(right))
+    plain = identification_summary(replace(right, best=0))  # where nothing of the arm is fitted, nothing is known of it
+    assert plain["known_um"] is None
+    assert "known to" not in limits_sentence(plain)
 
 
 def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
