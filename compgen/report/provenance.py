@@ -125,8 +125,8 @@ def restore_planned(content: bytes, corrected: bytes, file: str) -> bytes:
     """
     try:
         data = json.loads(content)
-        *_, corrected_sum = (data[k] for k in ("planned_zlib_b85", "planned_sha256", "corrected_sha256"))
-        if data["kind"] != KIND:
+        corrected_sum = data["corrected_sha256"]
+        if data["kind"] != KIND or not {"planned_zlib_b85", "planned_sha256"} <= data.keys():
             raise KeyError("kind")
     except (ValueError, KeyError, TypeError, RecursionError):
         raise InputError(f"{file}: not what compgen wrote beside a corrected program") from None
