@@ -77,7 +77,7 @@ def fly(
     pose = driven.pose[station]
     theta = commanded_joints(twin.robot, driven, station, fraction, tcp)
     tools = driven.at.tools[driven.at.tool[pose]]
-    flange = tcp @ tools.inverse()
+    flange = tcp @ driven.at.tools.inverse()[driven.at.tool[pose]]
     twin.confirm_inverse(theta, flange, driven.at.number[pose] - 1, lambda share: progress(share / 2))
     # an arm that remembers its direction knows it from where a chain of sure neighbours begins
     pieces = [slice(0, len(theta))] if not twin.remembers_direction else chains(driven, station)
