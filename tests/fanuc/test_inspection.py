@@ -19,6 +19,7 @@ from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
+from compgen.fanuc.listing.listing import edited, other_statements
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames, load_frames
 
@@ -470,3 +471,18 @@ def test_what_would_steer_a_terminal_stands_as_escapes_and_is_no_name():
     for name in (b"A\x1b[31mB", b"../A", b"A\x07"):
         with pytest.raises(InputError, match=r"line 1: its name .* is none"):
             fanuc.loads(listed.replace(b"PROG A", b"PROG " + name))
+
+
+@pytest.mark.parametrize("code", ["utf-8", "latin-1"])
+def test_letters_of_a_comment_are_shown_by_the_code_it_is_written_in(code):
+    moves = ["WAIT DI[1:Kühlung à Åre]=ON    ;", "L PR[2:Größe] 5mm/sec FINE    ;", "L P[1] 5mm/sec FINE ;"]
+    source = program(moves, {}).data.decode().replace("a demo", "Prüfung µm").encode(code)
+    read = fanuc.loads(source)
+    record = inspection.inspect(read, load_robot("m710ic50"), default_frames())
+    assert record["comment"] == "Prüfung µm"
+    shown = {row["text"]: row["reason"] for row in record["unsafe"]}
+    assert [text.rstrip("; ") for _, text in other_statements(read)] == ["WAIT DI[1:Kühlung à Åre]=ON"]
+    assert shown["L PR[2:Größe] 5mm/sec FINE"].startswith("PR[2:Größe]: ")
+    assert fanuc.dumps(read) == source
+    at = read.data.index(b"1300.000")
+    assert edited(read, {(at, at + 8): b"1300.001"}).source == source.replace(b"1300.000", b"1300.001")

@@ -14,6 +14,7 @@ from itertools import chain
 import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray, owns
+from compgen.fanuc.listing.lines import letters
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import POINT_LOGIC, POINT_LOGIC_END, TIME_AFTER_STOP
@@ -126,7 +127,7 @@ def _texts(data: bytes, begin: IntArray, end: IntArray, which: IntArray) -> Iter
     """What some units say: numbers, line ends and what stands after the semicolon left out."""
     for s in which.tolist():
         lines = _LINE_END.split(data[begin[s] : end[s]])
-        text = " ".join(line.partition(b":")[2].decode("latin-1") for line in lines if b":" in line)
+        text = " ".join(letters(line.partition(b":")[2].decode("latin-1")) for line in lines if b":" in line)
         text = " ".join(text.partition(";")[0].split())
         if text and not text.startswith(REMARKS):
             yield s, text

@@ -24,6 +24,7 @@ from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, pose_rows, read_traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.analysis.watermark import mark_of
+from compgen.fanuc.listing.lines import letters
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
@@ -78,7 +79,7 @@ def inspect(
     return {
         "name": program.name,
         "subtype": program.subtype,
-        "comment": dict(program.attributes).get("COMMENT", "").strip('"'),
+        "comment": letters(dict(program.attributes).get("COMMENT", "")).strip('"'),
         "robot": robot.name if robot else None,
         "mark": mark.value,
         "bytes": len(program.data),

@@ -10,7 +10,7 @@ import numpy as np
 
 from compgen.core.findings import printable
 from compgen.fanuc.analysis.placements import Placements
-from compgen.fanuc.listing.lines import line_of
+from compgen.fanuc.listing.lines import letters, line_of
 from compgen.fanuc.listing.listing import LsProgram, head_text, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of, unsafe_options, without_offsets
@@ -30,7 +30,7 @@ class Unsafe:
 
     def __post_init__(self) -> None:
         for field in ("text", "reason"):
-            object.__setattr__(self, field, printable(getattr(self, field)))
+            object.__setattr__(self, field, printable(letters(getattr(self, field))))
 
 
 def unsafe_statements(program: LsProgram, placements: Placements = AS_LISTED) -> tuple[Unsafe, ...]:

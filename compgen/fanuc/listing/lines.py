@@ -22,6 +22,14 @@ def end_of_line(data: bytes, place: int) -> int:
     return match.start() if match else len(data)
 
 
+def letters(text: str) -> str:
+    """Text that was read a character a byte, in the letters of UTF-8 where its bytes are that."""
+    try:
+        return text.encode("latin-1").decode()
+    except UnicodeError:
+        return text
+
+
 def line_end(data: bytes) -> bytes:
     """How the lines of a file end."""
     return b"\r\n" if b"\r\n" in data else (b"\n" if b"\n" in data else b"\r")

@@ -16,7 +16,7 @@ import numpy as np
 from compgen.core.arrays import IntArray
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.languages import in_english, in_german, is_german
-from compgen.fanuc.listing.lines import end_of_line, line_of
+from compgen.fanuc.listing.lines import end_of_line, letters, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.position_parser import skip_blanks
 from compgen.fanuc.listing.positions import Positions, read_positions
@@ -66,7 +66,7 @@ class LsProgram:
     def text(self, span: Iterable[int]) -> str:
         """The text at a place."""
         start, end = span
-        return self.data[start:end].decode("latin-1")
+        return letters(self.data[start:end].decode("latin-1"))
 
 
 def loads(source: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
@@ -119,7 +119,7 @@ def dumps(program: LsProgram) -> bytes:
 
 def head_text(program: LsProgram) -> str:
     """The text before /MN; a byte of it is a character."""
-    return program.text((0, _sections(program.data)["MN"][0]))
+    return program.data[: _sections(program.data)["MN"][0]].decode("latin-1")
 
 
 def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram:
@@ -144,7 +144,7 @@ def other_statements(program: LsProgram) -> list[tuple[int, str]]:
     statements = []
     for line, at, k in zip(program.statements[other].tolist(), place[other].tolist(), other.tolist(), strict=True):
         stop = end_of_line(data, at)
-        text = data[at:stop].decode("latin-1").partition(":")[2].strip()
+        text = letters(data[at:stop].decode("latin-1")).partition(":")[2].strip()
         if text.startswith(REMARKS):
             continue
         if ";" not in text:
@@ -182,7 +182,7 @@ def _continuation(data: bytes, at: int, limit: int) -> str:
     """The lines that go on with a statement, joined, up to its semicolon."""
     parts = []
     while at < limit and (match := CONTINUATION.match(data, at, limit)):
-        parts.append(match[1].decode("latin-1").strip())
+        parts.append(letters(match[1].decode("latin-1")).strip())
         at = match.end()
         if parts[-1].endswith(";"):
             break
