@@ -65,7 +65,7 @@ def test_days_are_no_seconds(tmp_path, head):
 
 
 def test_a_clock_without_seconds_is_said_to_count_hours(tmp_path):
-    for time, words in (("00:10", "clock times in hours and minutes"), ("00:10:00", "clock times without")):
+    for time, words in (("08:10", "clock times in hours and minutes"), ("00:10:00", "clock times without")):
         assert words in read(written(tmp_path, f"time;j2 [°C]\n{time};20,5\n")).recorded.words
 
 
@@ -135,7 +135,9 @@ def test_a_unit_that_a_line_above_the_header_says_is_read_and_contradicts_anothe
     own = written(tmp_path, text.replace(line, "Units: see the drawing in inches"))
     assert "names no unit" in refusal(own, PLACE, POINTS)  # a sentence says no unit
     own = written(tmp_path, text.replace("X;Y;Z", "X [mm];Y [mm];Z [mm]"))
-    assert_allclose(column(read(own, PLACE, POINTS), "x_mm"), [1.5, 1.75])
+    assert "has the units inch, mm; keep one" in refusal(own, PLACE, POINTS)
+    own = written(tmp_path, f"# {line}\nx_mm,y_mm,z_mm\n1.5,0.25,3\n")
+    assert "has the units inch, mm; keep one" in refusal(own, PLACE, POINTS)
     bare = written(tmp_path, text.replace(line, "Unit 7 of the hall"))
     assert "names no unit" in refusal(bare, PLACE, POINTS)
     below = written(tmp_path, text.replace(f"{line}\n", "") + f"{line}\n")
@@ -149,6 +151,11 @@ HEAD = "time;j2 [°C];TC 04\n"
     ("text", "dialect", "words"),
     [
         ("time;j2 [°C]\n23:59;20,5\n00:01;20,5\n", {}, ("line 3, column 1 'time'", "runs back", "write dates")),
+        ("time;j2 [C]\n00:10;20,5\n00:20;20,5\n", {}, ("line 2, column 1 'time'", "may be minutes and seconds")),
+        ("time;j2 [C]\n08:10;20,5\n90:20;20,5\n", {}, ("line 2, column 1 'time'", "may be minutes and seconds")),
+        ("Datum;Zeit;j2 [C]\n22. Dez;08:10:00;20,5\n23. Dez;09:20:00;20,5\n", {}, ("column 2 'Zeit'", "a day")),
+        ("time;j2 [C];j3 [C]\n22.11.2026 08.15.00;20,5;20\n", {}, ("column 1 'time'", "no time as 2026-11-22")),
+        ("time;event;j2 [C];j3 [C]\n08:15:00;;20,5;21\n08:16:00;20,5;21\n", {}, ("line 3: 3 cells", "has 4", "give")),
         ("time;j2 [C]\n2026-11-22 08:15;20\n2026-11-22 08:14;20\n", {}, ("line 3, column 1", "runs back", "sort")),
         ("time;j2 [C]\n03/04/2026 08:15;20,5\n", {}, ("line 2, column 1", '"dmy" or "mdy"', "dates =", "[log]")),
         ("time;j2 [C]\n03/04/2026;20,5\n13/04/2026;20,5\n04/13/2026;21,5\n", {}, ("line 2, column 1", "write all")),
@@ -181,7 +188,7 @@ HEAD = "time;j2 [°C];TC 04\n"
         ("time;x;x\n08:15;20;20\n", {"columns": {"j2": "x"}}, ("line 1", "2 columns are 'x'", '"#2"')),
         ("time,j2 [C],j3 [C]\n08:15,20,5,21,5\n08:16,20,5,21,5\n", {}, ("line 2: 5 cells", "has 3", "use others")),
         ("No j2 [C] time\n1 20 08:15\n2 21 08:16\n", {}, ("line 2: 3 cells", "has 4", "give each column")),
-        ("only words\nand more\n", {}, ("no rows of readings", "give a table")),
+        ("only words\nand more\n", {}, ("no rows of readings", "give CSV in UTF-8")),
         ("t [s];j2 [C]\n0;20 C\n10;20 C\n", {}, ("no rows of readings", "numbers without units")),
         ("1;2\n", {}, ("no header above it", "column time_s: missing")),
         (b"PK\x03\x04 torn", {}, ("no workbook", "save it as CSV")),
@@ -288,7 +295,7 @@ def test_a_file_of_our_own_form_is_left_to_its_own_reader(tmp_path):
         assert read(written(tmp_path, text)) is None
 
 
-def workbook(file, rows, sheet="Data"):
+def workbook(file, **sheets):
     """A workbook as its standard says (ECMA-376), by hand: numbers, and texts in line."""
 
     def cell(value):
@@ -296,7 +303,7 @@ def workbook(file, rows, sheet="Data"):
             return f'<c t="inlineStr"><is><t>{value}</t></is></c>'
         return f"<c><v>{value!r}</v></c>"
 
-    body = "".join(f'<row r="{n}">{"".join(map(cell, row))}</row>' for n, row in enumerate(rows, 1))
+    names = dict(enumerate(sheets, 1))
     main, office = "http://schemas.openxmlformats.org/spreadsheetml/2006/main", "http://schemas.openxmlformats.org"
     kind = "application/vnd.openxmlformats-officedocument.spreadsheetml"
     relations = f"{office}/officeDocument/2006/relationships"
@@ -305,8 +312,11 @@ def workbook(file, rows, sheet="Data"):
             "[Content_Types].xml",
             f'<Types xmlns="{office}/package/2006/content-types"><Default Extension="rels" ContentType="application/'
             f'vnd.openxmlformats-package.relationships+xml"/><Override PartName="/xl/workbook.xml" ContentType="{kind}'
-            f'.sheet.main+xml"/><Override PartName="/xl/worksheets/sheet1.xml" ContentType="{kind}.worksheet+xml"/>'
-            "</Types>",
+            f'.sheet.main+xml"/>'
+            + "".join(
+                f'<Override PartName="/xl/worksheets/sheet{k}.xml" ContentType="{kind}.worksheet+xml"/>' for k in names
+            )
+            + "</Types>",
         )
         book.writestr(
             "_rels/.rels",
@@ -315,29 +325,39 @@ def workbook(file, rows, sheet="Data"):
         )
         book.writestr(
             "xl/workbook.xml",
-            f'<workbook xmlns="{main}" xmlns:r="{relations}"><sheets><sheet name="{sheet}" sheetId="1" r:id="rId1"/>'
-            "</sheets></workbook>",
+            f'<workbook xmlns="{main}" xmlns:r="{relations}"><sheets>'
+            + "".join(f'<sheet name="{name}" sheetId="{k}" r:id="rId{k}"/>' for k, name in names.items())
+            + "</sheets></workbook>",
         )
         book.writestr(
             "xl/_rels/workbook.xml.rels",
-            f'<Relationships xmlns="{office}/package/2006/relationships"><Relationship Id="rId1" '
-            f'Type="{relations}/worksheet" Target="worksheets/sheet1.xml"/></Relationships>',
+            f'<Relationships xmlns="{office}/package/2006/relationships">'
+            + "".join(
+                f'<Relationship Id="rId{k}" Type="{relations}/worksheet" Target="worksheets/sheet{k}.xml"/>'
+                for k in names
+            )
+            + "</Relationships>",
         )
-        book.writestr(
-            "xl/worksheets/sheet1.xml", f'<worksheet xmlns="{main}"><sheetData>{body}</sheetData></worksheet>'
-        )
+        for k, name in names.items():
+            body = "".join(f'<row r="{n}">{"".join(map(cell, row))}</row>' for n, row in enumerate(sheets[name], 1))
+            text = f'<worksheet xmlns="{main}"><sheetData>{body}</sheetData></worksheet>'
+            book.writestr(f"xl/worksheets/sheet{k}.xml", text)
     return file
 
 
 def test_a_workbook_is_read_without_being_saved_as_text(tmp_path):
     rows: list[list[object]] = [["Logger 5"], ["Zeit", "TC 01 [°C]", "TC 03 [°C]"]]
     rows += [[f"2026-11-22 08:{n:02}:00", 20.0 + n, 21.25 + n] for n in range(9)]
-    file = workbook(tmp_path / "log.xlsx", rows)
+    file = workbook(tmp_path / "log.xlsx", Info=[["Channels", 3.0]], Data=rows)
     table = read(file, columns={"j2": "TC 03", "ambient": "TC 01"})
     assert_allclose(column(table, "j2_degC"), 21.25 + np.arange(9))
     assert_allclose(np.diff(column(table, "time_s")), 60)
     assert table.line[0] == 3
     assert "sheet 'Data'" in table.recorded.words
+    sums = [["", "TC 01 [°C]", "TC 03 [°C]"], ["Mean", 24.0, 25.25], ["Max", 28.0, 29.25]]
+    assert "sheet 'Data'" in read(workbook(file, Data=rows, Sums=sums), columns={"j2": "TC 03"}).recorded.words
+    workbook(file, Monday=rows, Tuesday=rows[:6])
+    assert "sheet 'Tuesday' and sheet 'Monday' both hold" in refusal(file, columns={"j2": "TC 03", "ambient": "TC 01"})
 
 
 TRACKER = "".join(

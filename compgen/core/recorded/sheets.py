@@ -44,13 +44,22 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
         InputError: No text and no workbook, or no table in it.
     """
     if data.startswith(_WORKBOOKS):
-        best = max(_of_workbook(source, data))
+        *others, best = sorted(_of_workbook(source, data))
+        head = {cell for _, cells in best.rows[best.begin - 1 : best.begin] for cell in cells}
+        like = [s for s in others if s.begin and 2 * len(head.intersection(s.rows[s.begin - 1][1])) > len(head)]
+        twin = next(
+            (s.name for s in like if kinds(s.rows[s.begin][1][:1]) == kinds(best.rows[best.begin][1][:1])), None
+        )  # sums have no times
+        if twin is not None:
+            raise InputError(f"{source}: {twin} and {best.name} both hold such readings; keep one in the file")
     else:
         text = _text(data)
         tried = [_of_text(text[:_SAMPLE], name) for name in ([delimiter] if delimiter else DELIMITERS)]
         best = _of_text(text, max(tried, key=lambda sheet: sheet.values).name)
     if not best.values:
-        raise InputError(f"{source}: no rows of readings in it; give a table, a line a reading, numbers without units")
+        raise InputError(
+            f"{source}: no rows of readings in it; give CSV in UTF-8, a line a reading, numbers without units"
+        )
     return best
 
 

@@ -44,9 +44,17 @@ _STATISTICS = {
     *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "std. dev", "stdev", "stddev", "sigma"),
 }
 #: a line beside the readings that says their unit: "Units: Inches, Degrees", "Temperature unit;Fahrenheit"
-_SAYS_UNIT = re.compile(r"(?i).*\b(?:units?|einheit(?:en)?|coordinates in|angles?|lengths?)\b\W*(.+)$")
+_SAYS_UNIT = re.compile(
+    r"(?i).*\b(?:units?|einheit(?:en)?|angles?|lengths?|(?:coordinates|temperatures?|values|(?:mess)?werte|messung) in)"
+    r"\b\W*(.+)$"
+)
 #: what a row of units above the header is called: "Unit", "Y_Unit_Label"
 _UNIT_ROW = re.compile(r"(?i)\w*(?:unit|einheit)\w*[\w ]*:?")
+#: columns of the day to which a clock time belongs
+_DAYS = {"date", "datum", "day", "tag", "fecha", "jour", "giorno"}
+#: a line that says of columns named x, y, z that they are others
+_POLAR = re.compile(r"(?i)coordinate.*\b(cylind|spheric|polar)|(zylinder|kugel|polar)koordinat")
+_MOMENT = "2026-11-22 08:15:00"
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
 
@@ -150,7 +158,8 @@ def read_recorded(
     data = read_named(source, "give a CSV file", MAX_BYTES) if data is None else data
     lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
-    is_plain = not any(getattr(dialect, key) for key in DialectTable.model_fields)
+    remarks = ((0, [line]) for line in lines if line.lstrip().startswith("#"))
+    is_plain = not any(getattr(dialect, key) for key in DialectTable.model_fields) and not _unit_of_all(remarks)
     if not first or (is_plain and set(required) <= {cell.strip(' "') for cell in first.split(",")}):
         return None
     layout = _layout(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
@@ -165,7 +174,7 @@ def read_recorded(
         example = "its name here" if several and layout.line else layout.key(theirs)
         pair = f'{missing[0]} = "{example}"{", ..." * several}'
         mend = layout.mend(f"columns = {{ {pair} }}", f"name {'them' if several else 'it'} so in a header")
-        mend = mend if theirs >= 0 else "no other column has numbers; let the writer of the file add it"
+        mend = mend if theirs >= 0 else f"no other column has numbers, or times as {_MOMENT}; add it so"
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
 
@@ -192,19 +201,24 @@ def _layout(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> _La
     if sheet.name not in ("comma", "blanks") and any(len(cells) == min(lengths) for _, cells in rows[:head]):
         width = max(width, min(lengths))  # another row of the header says so
     names = [(given[k] if k < len(given) else "") or f"#{k + 1}" for k in range(width)]
-    other = next(((n, c) for n, c in body if any(c[width:]) or (sheet.name == "blanks" and len(c) != width)), None)
+    least = width if sheet.name == "blanks" else min(width, len(body[0][1]))
+    other = next(((n, c) for n, c in body if any(c[width:]) or len(c) < least), None)
     if other is not None:
         raise InputError(
             f"{source}: line {other[0]}: {len(other[1])} cells where the header has {width}; give each column a cell "
             "(commas, or blanks, in cells and between them? use others)"
         )
+    beside = [*sheet.remarks, *rows[: max(head, 0)], *rows[head + 1 : first], *rows[first + len(body) :]]
+    polar = next((n for n, cells in beside if _POLAR.search(" ".join(cells))), None)
+    if polar is not None:
+        raise InputError(f"{source}: line {polar}: it says that the places are no X, Y, Z; export Cartesian ones")
     return _Layout(
         place=source,
         table=table,
         dialect=dialect,
         names=names,
         units=_units(rows, head, begin, names, body),
-        unit_of_all=_unit_of_all([*sheet.remarks, *rows[:first], *rows[first + len(body) :]]),
+        unit_of_all=_unit_of_all(beside),
         line=line,
         parted=sheet.name,
         body=body,
@@ -291,7 +305,7 @@ def _unit(layout: _Layout, k: int, by_key: str, column: str) -> str:
     """The unit of a column's cells: the one that the file, its key or the user says."""
     wanted = name_and_unit(column)[1]
     by_user, measured = unit_named(layout.dialect.unit or ""), measured_by(wanted)
-    of_column = layout.units[k] or layout.unit_of_all
+    of_column = layout.units[k] | layout.unit_of_all
     others = {unit for unit in (by_key, by_user, *of_column) if unit and measured_by(unit) == measured}
     units = sorted(others or layout.units[k])  # beside degC, Min is a smallest reading
     if len(units) == 1 and measured_by(units[0]) == measured:
@@ -302,11 +316,13 @@ def _unit(layout: _Layout, k: int, by_key: str, column: str) -> str:
     if measured in ("temperature", "length"):
         words = " or ".join(f'unit = "{unit}"' for unit in some)
     mend = layout.mend(words, f"write it in the header, as '{name} [{some[0]}]'")
+    cell = layout.column(k)[0]
     what = (
-        f"has the units {', '.join(units)}; keep one of {measured}, here or in its key"
-        if units
-        else f"names no unit; {mend}"
+        f"names no unit; {mend}"
+        if is_number(cell)
+        else f"'{cell[:24]}' is no number, no time as {_MOMENT}; write it so"
     )
+    what = f"has the units {', '.join(units)}; keep one of {measured}, here or in its key" if units else what
     raise InputError(f"{layout.where(k, layout.line)}: {what}")
 
 
@@ -345,6 +361,9 @@ def _table(layout: _Layout, assigned: Mapping[str, tuple[int, str]], times: Sequ
         seconds = seconds_of(moments, layout.dialect.dates, lambda row: layout.where(times[0], lines[row]), mend)
         cells[TIME] = list(map(repr, seconds))
         kind = time_of(moments[0])[0]
+        if "d" not in kind and not _DAYS.isdisjoint(map(plain_name, layout.names)):
+            what = f"'{moments[0]}' is of a day that is not read; write {_MOMENT}"
+            raise InputError(f"{layout.where(times[0], lines[0])}: {what}")
         clock = " in hours and minutes" if moments[0].count(":") == 1 else ""
         words += f", {_WORDS[kind.strip('z')]}{clock} with{'' if 'z' in kind else 'out'} a zone"
     own = {c: layout.names[k] for c, (k, _) in assigned.items()}

@@ -14,7 +14,8 @@ from compgen.core.units import DAY, HOUR, MINUTE
 _START = datetime(2000, 1, 1)
 _MOMENT = re.compile(
     r"'?(?P<date>\d{1,4}(?P<sign>[-./ ])\w{1,9}(?P=sign)\d{2,4}|[a-z]{3,9}\.? \d{1,2},? \d{4})?[t, -]*"
-    r"(?P<clock>(?P<h>\d{1,3}):(?P<m>[0-5]\d)(:(?P<s>[0-5]\d)([.,:](?P<f>\d{1,9}))?)?( ?(?P<half>[ap])\.?m\.?)?"
+    r"(?P<clock>((?P<days>\d{1,2}) days?, )?(?P<h>\d{1,3}):(?P<m>[0-5]\d)(:(?P<s>[0-5]\d)([.,:](?P<f>\d{1,9}))?)?"
+    "([ \u00a0\u202f]?(?P<half>[ap])[.]?[ \u00a0\u202f]?m[.]?)?"
     r"( ?(?P<zone>z|[+-][01]\d:?[0-5]\d))?)?",
     re.IGNORECASE | re.ASCII,
 )
@@ -37,7 +38,7 @@ def time_of(cell: str) -> tuple[str, str, float]:
     seconds = float(f"{part['s'] or 0}.{part['f'] or 0}") - (ahead or timedelta()).total_seconds()
     date = re.sub(r"[-/, ]+", "/", part["date"] or "").replace("./", "/")
     kind = "d" * bool(date) + "c" * bool(part["clock"]) + "z" * bool(part["zone"])
-    return kind, date, hour * HOUR + int(part["m"] or 0) * MINUTE + seconds
+    return kind, date, int(part["days"] or 0) * DAY + hour * HOUR + int(part["m"] or 0) * MINUTE + seconds
 
 
 def seconds_of(
@@ -66,6 +67,9 @@ def seconds_of(
     if back is not None:
         past = "sort the rows, or write zones" if days else "if it is past midnight, write dates too"
         raise InputError(f"{where(back)}: '{cells[back][:30]}' runs back from '{cells[back - 1][:30]}'; {past}")
+    is_clear = days or HOUR <= min(times) <= max(times) < DAY or any(re.search(":.*:|m", cell) for cell in cells)
+    if not is_clear:
+        raise InputError(f"{where(0)}: '{cells[0]}' may be minutes and seconds; write it with its hours, as 0:08:15")
     return times
 
 
