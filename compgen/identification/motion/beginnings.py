@@ -19,7 +19,7 @@ from compgen.identification.motion.identify import (
     identify,
     limit_of,
 )
-from compgen.identification.motion.timed_windows import FIRST, RETIMED
+from compgen.identification.motion.timed_windows import FIRST, RETIMED, FittedWindows, first_motion
 from compgen.identification.motion.windows import Window, keeps_law, residuals
 from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
@@ -28,7 +28,7 @@ SURELY_LONG = 1.4  # of a smoothing that may be that of short runs: of long ones
 
 
 def identify_runs(
-    windows: Sequence[Window],
+    timed: FittedWindows,
     robot: Robot,
     tool: Pose,
     noise: float,
@@ -37,13 +37,14 @@ def identify_runs(
     """Fit every kind of controller, to runs that begin alike where one controller does not explain all of them.
 
     Args:
-        windows: Of a run.
+        timed: Windows of a run, and the first motion that is fitted to them.
         robot: Its arm and interpolation period.
         tool: TCP in the flange.
         noise: Of the log's positions, of one coordinate [m].
         progress: Called with the share done.
     """
-    whole = identify(windows, robot, tool, noise, progress)
+    windows = timed.windows
+    whole = identify(windows, robot, tool, noise, progress, first=timed.motion)
     if not whole.chosen.kind.count:
         return whole
     tried = whole.verdict is MotionVerdict.FORETELLS or whole.misses_bends
@@ -75,10 +76,13 @@ def _grown(
     spread = np.concatenate([w.spread for w in windows])
     if not np.ptp(spread):
         return None
-    kinds = (NOTHING, replace(FIRST, reach_at=float(spread.max())))
-    grown = identify(windows, robot, tool, noise, kinds=kinds)
-    left, before = (rms(residuals(windows, robot, tool, each.motion)) for each in (grown, alike))
-    return grown if left < RETIMED * before and grown.verdict is not MotionVerdict.REJECTED else None
+    kind = replace(FIRST, reach_at=float(spread.max()))
+    first = first_motion(windows, robot, tool, kind)
+    left, before = (rms(residuals(windows, robot, tool, each)) for each in (first, alike.motion))
+    if left >= RETIMED * before:
+        return None
+    grown = identify(windows, robot, tool, noise, kinds=(NOTHING, kind), first=first)
+    return grown if grown.verdict is not MotionVerdict.REJECTED else None
 
 
 def explains(

@@ -116,6 +116,7 @@ def identify(
     noise: float,
     progress: Callable[[float], None] = lambda share: None,
     kinds: Sequence[Kind] = (),
+    first: ControllerMotion | None = None,
 ) -> IdentifiedMotion:
     """Fit every kind of controller, and judge the best.
 
@@ -126,9 +127,10 @@ def identify(
         noise: Of the log's positions, of one coordinate [m].
         progress: Called with the share done.
         kinds: To be tried: none, and another; default all whose times are alike on every line.
+        first: By which it is seen where the motion is slowed down; default the first of two means that fits.
     """
     _, whole = np.unique(np.concatenate([w.block for w in windows]), return_inverse=True)
-    kept = keeps_law(windows, robot, tool, first_motion(windows, robot, tool, *kinds[1:]))
+    kept = keeps_law(windows, robot, tool, first or first_motion(windows, robot, tool))
     kept = kept if kept.mean() > 1 - MOST_SLOWED else np.ones_like(kept)
     block = whole[kept]
     fitted = block % HELD_OUT != HELD_OUT - 1

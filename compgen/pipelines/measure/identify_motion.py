@@ -57,11 +57,12 @@ def identify_motion(
         raise InputError(f"{log.table.source}: {wrong.message}")
     if any(f.code is Code.EXECUTED_PART for f in run.findings):
         raise InputError(f"{log.table.source}: it has a part of the program's path only; log a whole run of it")
-    windows = timed_windows(run, situation.robot).windows
+    timed = timed_windows(run, situation.robot)
+    windows = timed.windows
     if not windows:
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
     robot, tool = situation.robot, run.course.tool
-    identified = identify_runs(windows, robot, tool, run.deviation.noise, progress)
+    identified = identify_runs(timed, robot, tool, run.deviation.noise, progress)
     speeds = shown_speeds(run.course, windows, robot, tool, identified.motion)
     passed = [fitted(window, robot, tool, identified.motion)[1] for window in windows]
     findings = (*_unlike_a_job(run, windows), *_another_time([w.shown for w in windows], passed), *identified.findings)

@@ -67,15 +67,12 @@ def moving_mean(rows: Array, n: float) -> Array:
     share, bent = n - m, n / (12 * n - 12) if n >= 2 else 0.0
     # by trapezoids, less what the rows bend by at both ends: weights of the rows around the first, and up to the last
     before, after = share**2 / 2 - bent * share, bent * (1 - share)
-    first, last = [before, 0.5 + share - before - after, after], [bent, -0.5 - bent]
-    mean = np.empty_like(rows)
-    x = np.zeros(m + 3 + M)
-    for column, out in zip(rows.T, mean.T, strict=True):
-        x[m + 3 :] = column - column[0]
-        total = np.cumsum(x)
-        ends = np.correlate(x[2 : 4 + M], first, "valid") + np.correlate(x[m + 2 :], last, "valid")
-        out[:] = (total[m + 3 :] - total[3 : 3 + M] + ends) / n + column[0]
-    return mean
+    x = np.zeros((m + 3 + M, rows.shape[1]))
+    x[m + 3 :] = rows - rows[0]
+    first = before * x[2 : 2 + M] + (0.5 + share - before - after) * x[3 : 3 + M] + after * x[4 : 4 + M]
+    last = bent * x[m + 2 : m + 2 + M] - (0.5 + bent) * x[m + 3 :]
+    total = np.cumsum(x, axis=0)
+    return np.asarray((total[m + 3 :] - total[3 : 3 + M] + (first + last)) / n + rows[0])
 
 
 def first_order(rows: Array, constant: float) -> Array:
