@@ -117,14 +117,18 @@ def dh_angles(pendant):
     return theta
 
 
-def growth_of_rises(rise):
-    """How much longer a2, d4 and d6 are at rises (..., K) [K], (..., 3) [mm]: millimetre by millimetre along each."""
+def growth_of_rises(rise, reference=None):
+    """How much longer a2, d4 and d6 are at rises (..., K) [K], (..., 3) [mm]: millimetre by millimetre along each.
+
+    The shape along a link is that of the reference state, the study's or rises (K,) [K].
+    """
+    known = study.REFERENCE_RISE_K if reference is None else dict(zip(study.NODES, reference, strict=True))
     per_kelvin = np.zeros((len(study.NODES), 3))
     for k, (_, sections) in enumerate(study.LINKS):
         begin = 0
         for end, one, other, shape in sections:
             u = (np.arange(end - begin) + 0.5) / (end - begin)
-            ra, rb = study.REFERENCE_RISE_K[one], study.REFERENCE_RISE_K[other]
+            ra, rb = known[one], known[other]
             # the shape of the reference state, in shares of its two ends
             share = 1 - u if shape == "linear" else (ra * (rb / ra) ** u - rb) / (ra - rb)
             per_kelvin[study.NODES.index(one), k] += study.CTE_1_K * share.sum()

@@ -18,7 +18,7 @@ from command_line import run
 from shipped import ROOT
 
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
-SHARED = ("naive_arm", "naive_cam", "naive_ls", "naive_way")  # with other judges
+SHARED = ("naive_arm", "naive_cam", "naive_errors", "naive_ls", "naive_way")  # with other judges
 FILES = [*sorted((ROOT / "tests" / "audit").glob("*.py")), *(ROOT / "tests" / f"{name}.py" for name in SHARED)]
 NOT_LISTED = "not known: rows that are missing or another size"
 EVERYTHING = ROOT / "tests" / "audit" / "everything.toml"
@@ -159,8 +159,8 @@ def test_the_command_prints_a_table_and_exits_by_what_it_finds(output, altered, 
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [
-    (r'("robot": )"m710ic50"', r'\1"m710ic50_identified"', "not identified arms"),
-    (r'"sources": \[\s*"thermal_growth"', r'"sources": ["thermal_growth", "joint_zeros"', "joint_zeros: not judged"),
+    (r'("robot": )"m710ic50"', r'\1"m710ic50_identified"', "m710ic50_identified with thermal_growth: not judged"),
+    (r'"sources": \[\s*"thermal_growth"', r'"sources": ["thermal_growth", "joint_zeros"', "robot file as third"),
     (r'"overrides": \[', r'"overrides": ["process.feed_mm_s=100"', "process.feed_mm_s=100: not judged"),
     (r'"file": "LINE_Y.LS"', r'"file": "LINE_Z.LS"', "LINE_Z.LS was not written"),
     (r'"program"', r'"programme"', "not for predict, correct or others"),

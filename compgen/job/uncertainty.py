@@ -43,11 +43,17 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
     about = middle if middle is not None or frame is None else frame.place.position
     in_frame = quantities_in_frame(cell, taught, tool, about)
     nothing, quantities = _no_cause(cell, in_frame.parameters), list(in_frame.quantities)
-    if taught is None or not is_own_teaching(cell, taught) or not is_probe(tool, taught):
+    if not is_taught_with_its_tool(job):
         quantities += _of_tool(job, in_frame.parameters, nothing)
     if window > 0:
         quantities.append(Quantity("start delay", "start delay", replace(nothing, delay=1.0), (0.0, window)))
     return replace(in_frame, quantities=tuple(quantities))
+
+
+def is_taught_with_its_tool(job: Job) -> bool:
+    """Whether this robot taught the part's frame with the job's tool: the touches know both."""
+    taught = None if job.frame is None else job.frame.taught
+    return taught is not None and is_own_teaching(job.cell, taught) and is_probe(job.tool.pose, taught)
 
 
 def quantities_in_frame(

@@ -1,4 +1,4 @@
-"""``python -m tests.audit OUTPUT [PATH_FILE]``: exit 0 when all of it agrees, 1 when not, 2 when it is not judged."""
+"""``python -m tests.audit OUTPUT [PATH_FILE [ROBOT_FILE]]``: exit 0 when all agrees, 1 when not, 2 when not judged."""
 
 import sys
 from pathlib import Path
@@ -12,12 +12,15 @@ from audit.judge import audit
 from audit.listing import UnreadableError
 from audit.scope import NotJudgedError
 
-USAGE = "audit: give an output folder of cgen generate, and where it is not paths/<name>.toml the path file"
+USAGE = (
+    "audit: give an output folder of cgen generate, where it is not paths/<name>.toml the path file, and of an "
+    "identified robot its file"
+)
 
 
 def main(arguments):
     """Prints the table; the exit code."""
-    if not 1 <= len(arguments) <= 2 or arguments[0].startswith("-"):
+    if not 1 <= len(arguments) <= 3 or arguments[0].startswith("-"):
         print(USAGE, file=sys.stderr)
         return 2
     try:

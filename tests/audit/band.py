@@ -1,14 +1,16 @@
 r"""The band again: what each number that is not known does to the tool, the radius of 95 %, and what stands beside.
 
-    S = sum_q s_q^2 c_q c_q^T + m m^T + (kappa |hot - cold|)^2 I,    m = sum_q m_q c_q,    half-width 2 sqrt(S_xx)
-    |x|^2 ~ g chi^2_h,    g = tr S^2 / tr S,    h = (tr S)^2 / tr S^2
+    S = lambda^2 (sum_q s_q^2 c_q c_q^T + m m^T + (kappa^2 |hot - cold|^2 + ...) I),    m = sum_q m_q c_q
+    |x|^2 ~ g chi^2_h,    g = tr S^2 / tr S,    h = (tr S)^2 / tr S^2,    half-width 2 sqrt(S_xx)
 
 A kelvin on each node moves the tool by ``G`` (N, 3, K) [mm/K], a difference. What law and sensors miss builds up with
-a node's lag; air is on every node all day; the feed is driven faster all day; a late start stands first.
+a node's lag; air is on every node all day; the feed is driven faster all day; a late start stands first. Identified
+numbers move it together, by their covariance. Of each c a taught frame has taken up what it shares with the touches.
 """
 
 import math
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,22 +22,37 @@ GRID = np.linspace(1.0, 3.0, 201)  # of degrees of freedom
 STEP = 0.005  # of the feed, over which its effect is differenced
 
 
-def band_checks(report, table, law, duties, passed, actual, reach_m, tool_m):
+class Case(NamedTuple):
+    """An arm on a program of N waypoints."""
+
+    arm: object
+    spots: object  # (N) where it stands
+    taught: object  # what the part's frame took up
+    duties: list  # before the program
+    passed: object  # the program by the clock
+    window_s: float  # how late it may start
+
+
+class Effects(NamedTuple):
+    """What Q numbers do, and how well they are known."""
+
+    source: str
+    path: np.ndarray  # (N, 3, Q) [mm]
+    touches: np.ndarray  # (T, 3, Q) [mm]; or none
+    limits: tuple = ()  # lowest and highest of one number; none: standard deviations
+
+
+def band_checks(report, table, case, reach_m):
     """Half-widths in World, the budget, and what is not known, against the output.
 
     Args:
         report: Of the folder.
         table: The waypoints.
-        law: The heat law.
-        duties: Before the program.
-        passed: The program by the clock.
-        actual: A function of rises (N, K) to where the tool is with them, (N, 3) [mm].
+        case: The arm on the program.
         reach_m: The farthest place from the axis of J1.
-        tool_m: From the flange to the tool's centre.
     """
-    rise = law.along(law.after(duties), passed.time, passed.driven)
-    sources = _sources(law, duties, passed, actual, rise, report["thermal"]["start_window_s"])
-    on_part = table["contact"]
+    sources = _sources(case)
+    on_part = table["contact"] if table["contact"].any() else np.ones_like(table["contact"])
     whole = sum(sources.values())
     own = {name: _radius(S)[on_part].max() * 1e3 for name, S in sources.items()}
     written, band = report["band"]["budget_um"], report["band"]
@@ -45,39 +62,79 @@ def band_checks(report, table, law, duties, passed, actual, reach_m, tool_m):
     names = sorted(name for name in own.keys() | written.keys() if own.get(name, 1.0) > 1e-9)
     sizes = [np.array([size.get(name, np.nan) for name in names]) for size in (own, written)]
     checks.append(equal("budget, um", sizes[0], sizes[1], BAND_UM))
-    return [*checks, count("not known: rows that are missing or another size", _unlisted(band, rise, reach_m, tool_m))]
+    known = {name for name in names if own.get(name, 0.0) > 0}
+    wrong = _unlisted(band, case, known, reach_m)
+    return [*checks, count("not known: rows that are missing or another size", wrong)]
 
 
-def _sources(law, duties, passed, actual, rise, window):
+def _sources(case):
     """Second moment of each source of the budget, (N, 3, 3) [mm^2]."""
-    hot, cold, unit = actual(rise), actual(0 * rise), np.eye(len(study.NODES))
-    G = np.stack([actual(rise + k) - hot for k in unit], axis=2)
-    missed = _missed(law, duties, passed.time)
+    arm, spots, taught = case.arm, case.spots, case.taught
+    place, flange = spots.pose()[0], spots.flange()[1]
+    moments, mean = {}, np.zeros((len(place), 3))
+    for effects in [*_of_warmth(case), *_of_expansion(case), *_of_identification(case)]:
+        left = taught.left(spots, effects.path, effects.touches)
+        low, high = effects.limits or (-math.sqrt(3), math.sqrt(3))
+        own = left * (high - low) / math.sqrt(12)
+        moments[effects.source] = moments.get(effects.source, 0.0) + _outer(own)
+        mean = mean + left.sum(axis=2) * (low + high) / 2
+    moments["one-sided intervals"] = _outer(mean[:, :, None])
+    moments["part's frame"] = _outer(taught.frame(place, flange))
+    warm = np.linalg.norm(taught.left(spots, *(_warm(s)[:, :, None] for s in _both(case)))[:, :, 0], axis=1)
+    moments["thermal physics missing"] = _round((arm.missing * warm) ** 2)
+    moments["fit noise"] = _round(arm.noise_mm**2 * taught.field(place, flange))
+    moments["repeatability"] = _round(np.full(len(place), arm.repeatability_mm**2))
+    return {name: arm.scale**2 * S for name, S in moments.items() if S.any()}
+
+
+def _both(case):
+    """The path, and the touches: the path's own where there are none."""
+    return case.spots, case.taught.spots or case.spots
+
+
+def _warm(spots):
+    """What warmth does, (M, 3) [mm]."""
+    return spots.pose()[0] - spots.pose(0 * spots.rise)[0]
+
+
+def _of_warmth(case):
+    """Law, sensors, air, feed and a late start."""
+    arm, law, duties, passed = case.arm, case.arm.law, case.duties, case.passed
+    path, touches = _both(case)
+    G, missed, unit = path.warmed(), _missed(law, duties, passed.time), np.eye(len(study.NODES))
     faster, slower = (_rises(law, duties, passed, 1 + s * STEP) for s in (1, -1))
-    late = (_rises(law, [*duties, ("idle", 0.0, 1.0, window)], passed) - rise) / max(window, 1e-9)
-    limits = {"cte": [(np.array(study.CTE_OPEN_1_K) / study.CTE_1_K - 1, hot - cold)], "start delay": []}
-    limits["profile shape"] = [
-        (np.array(ends) / 100, hot - actual(rise, without=k)) for k, ends in enumerate(study.GROWTH_OPEN_PERCENT)
-    ]
-    if window > 0:
-        limits["start delay"] = [(np.array([0.0, window]), _moved(G, late))]
-    normal = {
-        "temperature law": [_moved(G, study.LAW_K * missed * k) for k in unit],
-        "thermocouples": [_moved(G, study.SENSORS_K * missed)],
-        "air": [_moved(G, study.AIR_K * np.ones_like(rise))],
-        "feed": [_moved(G, study.FEED * (faster - slower) / (2 * STEP))],
-    }
-    moments = {name: sum(_outer(c) for c in columns) for name, columns in normal.items()}
-    none, mean = np.zeros((len(rise), 3, 3)), np.zeros((len(rise), 3))
-    for name, rows in limits.items():
-        moments[name] = sum((_outer(c * (high - low) / math.sqrt(12)) for (low, high), c in rows), none)
-        mean = mean + sum((c * (low + high) / 2 for (low, high), c in rows), 0 * mean)
-    missing = (study.MISSING * np.linalg.norm(hot - cold, axis=1)) ** 2
-    return {
-        **moments,
-        "one-sided intervals": _outer(mean),
-        "thermal physics missing": missing[:, None, None] * np.eye(3),
-    }
+    late = _rises(law, [*duties, ("idle", 0.0, 1.0, case.window_s)], passed) - path.rise
+    none = np.zeros((len(touches.rise), 3, 1))
+    shown = arm.sensors_K * touches.warmed().sum(axis=2)[:, :, None] * (touches.rise.max() > study.WARM_K)
+    yield from (Effects("temperature law", _moved(G, k * arm.law_K * missed), none) for k in unit)
+    yield Effects("thermocouples", _moved(G, arm.sensors_K * missed), shown)
+    yield Effects("air", _moved(G, arm.air_K * np.ones_like(path.rise)), none)
+    yield Effects("feed", _moved(G, arm.feed * (faster - slower) / (2 * STEP)), none)
+    yield Effects("start delay", _moved(G, late), none, (0.0, 1.0))
+
+
+def _of_expansion(case):
+    """The coefficient and the profiles of an arm whose warm-up nobody measured."""
+    if case.arm.cte_open is None:
+        return
+    share = np.array(case.arm.cte_open) / study.CTE_1_K - 1
+    yield Effects("cte", *(_warm(spots)[:, :, None] for spots in _both(case)), tuple(share))
+    for k, ends in enumerate(study.GROWTH_OPEN_PERCENT):
+        grown = ((spots.pose()[0] - spots.pose(without=k)[0])[:, :, None] for spots in _both(case))
+        yield Effects("profile shape", *grown, tuple(np.array(ends) / 100))
+
+
+def _of_identification(case):
+    """The identified numbers together, and widths of reversals that nobody measured."""
+    path, touches = _both(case)
+    if len(case.arm.names):
+        values, vectors = np.linalg.eigh(case.arm.correlation)
+        factor = case.arm.sigma[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        yield Effects("identified parameters", *(spots.identified() @ factor for spots in (path, touches)))
+    seen = [name[2][0] for name in case.arm.names if name[1] == "width_mdeg"]
+    if case.arm.width is not None and len(seen) < 6:
+        columns = study.WIDTH_SPREAD * np.delete(path.of_widths(path.by_joint()), seen, axis=2)
+        yield Effects("lost motion", columns, np.zeros((len(touches.rise), 3, columns.shape[2])))
 
 
 def _rises(law, duties, passed, faster=1.0):
@@ -97,11 +154,15 @@ def _missed(law, duties, time):
 
 
 def _moved(G, rise):
-    return np.einsum("nik,nk->ni", G, rise)
+    return np.einsum("nik,nk->ni", G, rise)[:, :, None]
 
 
-def _outer(column):
-    return column[:, :, None] * column[:, None, :]
+def _outer(columns):
+    return columns @ np.swapaxes(columns, 1, 2)
+
+
+def _round(variance):
+    return variance[:, None, None] * np.eye(3)
 
 
 def _radius(S):
@@ -129,18 +190,34 @@ def _quantile(freedom):
     return low
 
 
-def _unlisted(band, rise, reach_m, tool_m):
-    """How many rows of what is not known are missing, or have another size, or neither a size nor a reason."""
-    rows, wrong = {row["what"]: row for row in band["unknown"]}, 0
+def _unlisted(band, case, known, reach_m):
+    """How many rows of what is not known are missing or too many, or have another size, or neither a size nor a reason.
+
+    Args:
+        band: Of the report.
+        case: The arm on the program.
+        known: What stands in the budget.
+        reach_m: The farthest place from the axis of J1.
+    """
+    rows, wrong, arm, rise = {row["what"]: row for row in band["unknown"]}, 0, case.arm, case.spots.rise
+    tool_m, loads = np.linalg.norm(case.spots.tool[0]) / 1e3, arm.sources.get("loads", {})
     sizes = {
-        **study.UNKNOWN_UM,
+        **arm.unknown,
         "growth of the spindle": (2.0, 5.0 + 11.5 * tool_m * rise[:, -1].max()),
-        "growth of fixture and sphere plate": (0.0, 11.5 * reach_m * 2 * study.AIR_K),
+        "growth of fixture and sphere plate": (0.0, 11.5 * reach_m * 2 * arm.air_K),
         "gradient across a link": (0.0, 1e6 * math.radians(study.BEND_ARCSEC_K / 3600) * rise.max() * reach_m),
     }
-    for what, size in sizes.items():
+    ended = {"the controller's motion"}  # by its own size, of which there is no second one here
+    ended |= {"gradient across a link"} if "thermal_bend" in arm.sources else set()
+    ended |= {"payload and sag"} if "compliance" in arm.sources and loads else set()
+    ended |= {"process force"} if any(loads.get("force_N", [])) else set()
+    ended |= {"part's frame"} & known
+    ended |= {"tool length"} if case.taught.is_tool else set()
+    for what in sizes.keys() - ended:
         listed = rows.get(what, {}).get("size_um") or (np.nan, np.nan)
-        wrong += not np.allclose(listed, size, atol=SIZE_UM, rtol=1e-3)
-    for what in study.UNKNOWN_WITHOUT_FIGURE:
+        wrong += not np.allclose(listed, sizes[what], atol=SIZE_UM, rtol=1e-3)
+    without_figure = set(study.UNKNOWN_WITHOUT_FIGURE) - ended
+    for what in without_figure:
         wrong += what not in rows or not rows[what]["from"].startswith("no figure: ")
-    return wrong + ("the controller's motion" not in rows)
+    expected = sizes.keys() - ended | without_figure | {"the controller's motion"}
+    return wrong + len(rows.keys() - expected) + ("the controller's motion" not in rows)

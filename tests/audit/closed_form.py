@@ -7,6 +7,7 @@ from audit.checks import below, count
 from audit.surface import Surface, tool_axes
 
 ON_PATH_UM, EDGE_MM = 0.002, 1e-5
+HIGH_MM = 0.2  # to which a lead-in is laid out
 
 
 class ClosedForm:
@@ -14,12 +15,14 @@ class ClosedForm:
 
     has_own_feeds = False
 
-    def __init__(self, path, written):
+    def __init__(self, path, written, leads_in=None):
         """Finds each waypoint on the curve.
 
         Args:
             path: The path file's tables.
             written: Targets in World as the output has them, (N, 3) [mm].
+            leads_in: How the tool really is turned (3, 3) where a lead-in begins: wherever it comes from is taken as
+                it is, but for its height; None: the approach is along the tool's axis.
 
         Raises:
             OffCurveError: They are not a walk along the curve.
@@ -30,10 +33,16 @@ class ClosedForm:
         boundary = _boundary(path)
         pieces = curves.with_lift(curves.pattern(path["path"], boundary), path["process"].get("lift_mm", 20.0))
         local = self._surface.local((written - self.frame[0]) @ self.frame[1])
-        self._pieces = pieces
+        if leads_in is not None:
+            if local[0, 2] < path["process"].get("lift_mm", 20.0) - HIGH_MM:
+                raise curves.OffCurveError("the lead-in begins lower than process.lift_mm")
+            pieces = [curves.Straight(local[0], pieces[0].b, False), *pieces[1:]]
+        self._pieces, self._tilt = pieces, np.zeros(3)
         self._piece, self._span = curves.walk(pieces, local)
         self._written = written
         #: how far waypoints lie inside the part's edge, (N,) [mm]
+        if leads_in is not None:
+            self._tilt = _gibbs(self._at(self._piece[:1], self._span[:1, 0])[1][0].T @ leads_in)
         self.inside_by = np.full(len(local), np.inf) if boundary is None else boundary.inside(local[:, :2])
 
     def at_waypoints(self):
@@ -90,7 +99,8 @@ class ClosedForm:
             rows = piece == k
             xyh[rows] = self._pieces[k].at(t[rows])
         position, normal = self._surface.point_and_normal(xyh)
-        return poses.in_world(self.frame, position, tool_axes(normal, self._spin))
+        lying = np.where(piece == 0, 1 - t, 0.0)[:, None] * self._tilt
+        return poses.in_world(self.frame, position, tool_axes(normal, self._spin) @ _turns(lying))
 
 
 def _surface(path):
@@ -98,6 +108,20 @@ def _surface(path):
     if optic.get("kind", "plane") == "plane":
         return Surface(centre)
     return Surface(centre, optic["radius_of_curvature_m"] * 1e3, optic["conic_constant"], optic["off_axis_m"] * 1e3)
+
+
+def _gibbs(rotation):
+    """tan(angle / 2) along the axis of a rotation, (3,)."""
+    sine = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    return sine / (1 + np.trace(rotation))
+
+
+def _turns(gibbs):
+    """Rotations (M, 3, 3) of Gibbs vectors (M, 3), by Cayley: (I + K) (I - K)^-1."""
+    x, y, z = gibbs.T
+    zero = 0 * x
+    K = np.moveaxis(np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]), 2, 0)
+    return (np.eye(3) + K) @ np.linalg.inv(np.eye(3) - K)
 
 
 def _hexagon(edge):

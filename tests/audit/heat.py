@@ -27,11 +27,11 @@ class Heat:
 
     tau: np.ndarray  # (K,) [s]
     exponent: np.ndarray  # (K,)
+    reference: tuple[float, ...] = tuple(study.REFERENCE_RISE_K[n] for n in study.NODES)  # (K,) [K] rises at its end
 
     def steady(self, state, feed_mm_s):
         """A, what feeds (M,) would end in, (M, K) [K]."""
-        rise = np.array([study.REFERENCE_RISE_K[n] for n in study.NODES])
-        reference = rise / (1 - np.exp(-study.REFERENCE_S / self.tau))
+        reference = np.array(self.reference) / (1 - np.exp(-study.REFERENCE_S / self.tau))
         moving = (np.asarray(feed_mm_s)[:, None] / study.REFERENCE_FEED_MM_S) ** self.exponent
         share = {"moving": study.IDLE + (1 - study.IDLE) * moving, "idle": study.IDLE + 0 * moving, "off": 0 * moving}
         return reference * share[state]

@@ -17,13 +17,14 @@ KNOWN = {
              "jump_mm"},
     "surface": {"kind", "radius_of_curvature_m", "conic_constant", "off_axis_m"},
     "boundary": {"shape", "diameter_mm", "corner_to_corner_mm", "size_mm", "rotation_deg"},
-    "frame": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"},
+    "frame": {"number", "file", "taught", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"},
     "tool": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg", "spin_deg", "axisymmetric"},
     "compensation": {"clamp_mm", "clamp_deg", "rate_um_mm", "rate_period_mm", "curvature_period_mm", "solver",
                      "start_drift_um"},
-    "process": {"feed_mm_s", "chord_um", "spacing_mm", "thin_um", "lift_mm", "page_stops"},
+    "process": {"feed_mm_s", "chord_um", "spacing_mm", "thin_um", "lift_mm", "page_stops", "lead_in"},
     "before": {"state", "program", "feed_mm_s", "duration_h", "duty"},
 }  # fmt: skip
+OF_TAUGHT = {"through", "robot_file", "rise_K", "sigma_um", "sigma_mdeg", "probe_mm", "touches"}
 OF_GENERATE = {"name", "title", "after", "timing", "thermal", "program", "provenance"}
 OWN_FILES = {"gcode", "apt", "points"}
 PATTERNS = {"line", "circle", "spiral", "raster", "iso9283"}
@@ -35,8 +36,10 @@ class NotJudgedError(Exception):
     """What the audit has no oracle for, in a sentence."""
 
 
-def load(folder, path_file=None):
+def load(folder, path_file=None, *, is_robot_named=False):
     """Report and path file (as plain tables) of an output folder, and the folder of the path file.
+
+    The frame's own file stands in the path file's table; ``is_robot_named`` lets other sources pass.
 
     Raises:
         NotJudgedError: Not an output of ``cgen generate`` for the study's arm, or with what only the package knows.
@@ -50,10 +53,11 @@ def load(folder, path_file=None):
             f"{folder}: not judged; the audit is for cgen generate, not for predict, correct or others"
         )
     made_from, file = report["provenance"], report["program"]["file"]
-    if made_from["robot"] != ROBOT or made_from["sources"] != SOURCES:
+    if made_from["robot"] != ROBOT or not (is_robot_named or made_from["sources"] == SOURCES):
         what = f"robot {made_from['robot']} with {', '.join(made_from['sources']) or 'no source'}"
         raise NotJudgedError(
-            f"{what}: not judged; the audit knows {ROBOT} with {SOURCES[0]} alone, not identified arms"
+            f"{what}: not judged; the audit knows {ROBOT} with {SOURCES[0]} alone, and with an identified "
+            "robot file as third argument"
         )
     if report["thermal"]["start_K"].keys() != set(study.NODES):
         raise NotJudgedError("another heat model than the study's nodes: not judged; the audit has no second one")
@@ -74,6 +78,13 @@ def _path_file(file, title):
         raise NotJudgedError(f"{file}: {problem}; name the path file of this output as second argument") from None
     if not path.keys() >= {"path", "process"} or path.get("title", title) != title:
         raise NotJudgedError(f"{file}: not the path file of '{title}'; name it as second argument")
+    if (frame := path.get("frame", {})) and "file" in frame:
+        try:
+            path["frame"] = {**tomllib.loads((file.parent / frame["file"]).read_text())["frame"], **frame}
+        except (OSError, ValueError, KeyError) as problem:
+            raise NotJudgedError(
+                f"{file}: frame.file: {problem!r}; the audit reads frames of cgen teach-frame"
+            ) from None
     _refuse_unknown(path)
     return path
 
@@ -99,6 +110,8 @@ def _refuse_unknown(path):
         for key in table:
             if key not in KNOWN[where]:
                 raise NotJudgedError(f"{where + '.' if where else ''}{key}: not judged; the audit has no oracle for it")
+    if unknown := path.get("frame", {}).get("taught", {}).keys() - OF_TAUGHT:
+        raise NotJudgedError(f"frame.taught.{min(unknown)}: not judged; the audit has no oracle for it")
     if any("duration_h" not in step for step in path.get("before", [])):
         raise NotJudgedError("before: not judged without duration_h; the audit does not count runs")
     if any("program" in step and "feed_mm_s" not in step for step in path.get("before", [])):

@@ -90,4 +90,6 @@ UNKNOWN_UM = {
 }
 UNKNOWN_WITHOUT_FIGURE = ("part's frame", "tool length", "payload and sag", "process force", "floor and base tilt")
 BEND_ARCSEC_K = 2.4  # line 266: 28.8 arcsec for 12 K
+WIDTH_SPREAD = 0.7  # of the logarithm of a reversal's width that nobody measured; assumed
+WARM_K = 1.0  # rise from which sensors that are off were off when a frame was taught, too; assumed
 IDLE = 0.05  # of the reference's heat with the servo on and standing; assumed

@@ -3,7 +3,9 @@
     python tests/campaigns/audit_mutants.py [words]
 
 Each change is made in a copy of the package with its robot and path files, where both sides read it; a process of its
-own generates and ``tests.audit`` judges what it left. Words choose the changes whose names hold one of them.
+own generates and ``tests.audit`` judges what it left. Words choose the changes whose names hold one of them; those of
+``taught:`` are on a taught frame (``tests/audited_case.py``): of an identified robot on a part that it taught, of the
+shipped robot on one, and of an identified robot on a part that another one taught.
 """
 
 import os
@@ -15,6 +17,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+
+import audited_case  # noqa: E402
+
+IDENTIFIED = ("taught", "elsewhere")  # paths of the case whose robot was identified
 ROBOT = "robots/m710ic50.toml"
 NODES, ROTATIONS, SURFACES = "thermal/node_model", "core/rotations", "planning/surfaces"
 
@@ -70,8 +77,83 @@ ASKED = (
         path="line_y",
     ),
 )
+#: what an audit must see of a taught frame and of an identified robot
+SHARE = "job/taught_frame"
+TAUGHT = (
+    in_code(
+        "taught: band halved",
+        "verification/band",
+        ("COVERAGE = 2.0", "COVERAGE = 1.0"),
+        ("    radius = radius_of(moment)\n", "    radius = radius_of(moment) / 2\n"),
+        path="taught",
+    ),
+    in_code(
+        "taught: a column of the frame left out",
+        SHARE,
+        ("        if change.any()\n", "        if change.any() and name != OPEN[-1]\n"),
+        path="taught",
+    ),
+    in_code("taught: the probe left out", SHARE, ("[float(with_tool)] * 3", "[0.0] * 3"), path="taught"),
+    in_code(
+        "taught: nothing cancels",
+        SHARE,
+        ("parameters=change + rows @ _about_origin(u, share.middle))", "parameters=change)"),
+        path="taught",
+    ),
+    in_code(
+        "taught: nothing cancels, shipped robot",
+        SHARE,
+        ("parameters=change + rows @ _about_origin(u, share.middle))", "parameters=change)"),
+        path="shipped",
+    ),
+    in_code(
+        "taught: not known emptied",
+        "pipelines/uncertainty/not_known",
+        ("return tuple(row for row in rows if known.isdisjoint(row.until))", "return ()"),
+        path="taught",
+    ),
+    in_code(
+        "taught: the touches' noise left out",
+        SHARE,
+        ("noise[share.touch] ** 2", "noise[share.touch] * 0"),
+        path="taught",
+    ),
+    in_code(
+        "taught: sigma of another's frame left out",
+        SHARE,
+        ("np.array(taught.sigma_um) * UM", "0 * np.array(taught.sigma_um) * UM"),
+        path="elsewhere",
+    ),
+    in_code(
+        "taught: turns of another's frame left out",
+        SHARE,
+        ("np.array(taught.sigma_mdeg) * MDEG", "0 * np.array(taught.sigma_mdeg) * MDEG"),
+        path="elsewhere",
+    ),
+    in_code("taught: sensors right that day", SHARE, ("(rise.max(initial=0.0) > WARM)", "0.0"), path="taught"),
+    in_code("taught: warmth does not cancel", SHARE, ("rows.any(axis=0) * _about", "0 * _about"), path="taught"),
+    in_code(
+        "taught: correlations left out",
+        "error_model/posterior",
+        ("correlation * np.outer(sigma, sigma)", "np.diag(sigma**2)"),
+        path="taught",
+    ),
+    in_code(
+        "taught: forecast_scale left out", "job/tables", ("scale=table.forecast_scale,", "scale=1.0,"), path="taught"
+    ),
+    in_code(
+        "taught: fit noise left out", "job/tables", ("noise=table.fit_noise_um * UM,", "noise=0.0,"), path="taught"
+    ),
+    in_code(
+        "taught: a width of reversals taken for known",
+        "job/uncertainty",
+        ("width[:, parameter.index[0]] = row / value", "width[:, parameter.index[0]] = 0 * row"),
+        path="taught",
+    ),
+)
 CHANGES = (
     *ASKED,
+    *TAUGHT,
     in_code(
         "W and R exchanged in reader and writer",
         ROTATIONS,
@@ -175,6 +257,7 @@ class Copy:
         for name in ("compgen", "robots", "paths"):
             shutil.copytree(ROOT / name, self.folder / name, ignore=shutil.ignore_patterns("data"))
         shutil.copy(ROOT / "tests" / "audit" / "everything.toml", self.folder / "paths")
+        audited_case.write(self.folder / "paths", (self.folder / ROBOT).read_text())
 
     def run(self, change):
         """Exit codes of generate and of the audit, and the audit's words; None where there was nothing to audit."""
@@ -190,11 +273,13 @@ class Copy:
         out = self.folder / "out"
         shutil.rmtree(out, ignore_errors=True)
         path = self.folder / "paths" / f"{change.path}.toml"
+        own = [path.with_name("own.toml")] if change.path in IDENTIFIED else []
+        robot = ["--robot", *own] if own else []
         try:
-            made = self._python("compgen", "generate", path, "-o", out, "--force", at=self.folder)
+            made = self._python("compgen", "generate", path, *robot, "-o", out, "--force", at=self.folder)
             if not (out / "report.json").is_file():
                 return made.returncode, None, made.stderr.strip()
-            judged = self._python("tests.audit", out, path, at=ROOT)
+            judged = self._python("tests.audit", out, path, *own, at=ROOT)
             return made.returncode, judged.returncode, judged.stdout + judged.stderr
         finally:
             for file, content in before.items():
@@ -218,10 +303,10 @@ def main(words):
     passed = 0
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(folder)
-        for change in (Change("nothing", ()), *chosen):
+        for change in (*(Change("nothing", (), path) for path in dict.fromkeys(c.path for c in chosen)), *chosen):
             made, judged, text = copy.run(change)
             if change.what == "nothing" and (made, judged) != (0, 0):
-                raise SystemExit(f"nothing changed: generate {made}, audit {judged}: {text[-300:]}")
+                raise SystemExit(f"nothing changed in {change.path}: generate {made}, audit {judged}: {text[-300:]}")
             passed += judged == 0 and change.what != "nothing"
             codes = f"generate {made}  audit {'-' if judged is None else judged}"
             print(f"{change.what:40s} {codes}  {rows_outside(text)[:160]}", flush=True)

@@ -30,7 +30,8 @@ import naive_arm  # noqa: E402
 import naive_ls  # noqa: E402
 import numpy as np  # noqa: E402
 import seed_journal  # noqa: E402
-from naive_arm import ALPHA, A, D, chain, shifted, turned  # noqa: E402
+from naive_arm import NOMINAL, chain  # noqa: E402
+from naive_errors import MDEG, flange_poses, sides, torques, turned_joints  # noqa: E402
 from naive_heat import ROBOT, rises_along, warm_lengths  # noqa: E402
 from shipped import path_file, quiet  # noqa: E402
 from shrinking import shrunk  # noqa: E402
@@ -41,8 +42,6 @@ from compgen.pipelines.files.path_file import load_job  # noqa: E402
 from compgen.pipelines.planned import generate  # noqa: E402
 from compgen.verification.deviation import statistics  # noqa: E402
 
-MDEG = math.radians(1e-3)
-ARCSEC = math.radians(1 / 3600)
 APART_UM = 0.3  # judge and report, at their largest deviation: they sample different moments
 APART = 0.02  # share of it
 IN_A_PROCESS = 20  # every so many seeds
@@ -207,33 +206,6 @@ def drawn_map(rng: random.Random, axis: str) -> str:
 # The judge -------------------------------------------------------------------------------------------------------
 
 
-Behind = dict[int, list[np.ndarray]]
-
-
-def bends(table: dict, rise: dict) -> Behind:
-    """Displacements of a bend behind the frames where its link ends, in their axes; a forearm's where it begins."""
-    out: Behind = {}
-    for link, plane, node, rate in zip(*(table[k] for k in ("link", "plane", "node", "rate_arcsec_K")), strict=False):
-        phi = rate * ARCSEC * np.atleast_1d(rise[node])
-        row = {"column": 0, "a1": 1, "a2": 2, "a3": 3, "d4": 3}[link]
-        along = {"column": (0, 0, table.get("column_mm", 0)), "d4": (0, 0, D[3])}.get(link, (A[max(row, 1) - 1], 0, 0))
-        vector = np.array(along, dtype=float)
-        if plane in ("x", "y"):
-            axis = np.eye(3)["xy".index(plane)]
-        elif plane == "twist":
-            axis = np.array([0, 0, 1.0]) if link == "column" else vector / np.linalg.norm(vector)
-        else:  # joint 2 turns as J2 does; joint 3 lies along it, either way round
-            axis = np.array([0, 0, 1.0]) if link == "a1" else turned("x", -ALPHA[row - 1])[0, :3, 2]
-            if row == 3:
-                axis = axis * np.sign(math.cos(ALPHA[1]))
-            axis = np.cross(vector / np.linalg.norm(vector), axis) if plane == "side" else axis
-        aside = np.zeros(3) if plane == "twist" else np.cross(axis, vector) / 2 * (-1 if link == "d4" else 1)
-        out.setdefault(row, []).append(
-            np.array([shifted(*(p * aside))[0] @ naive_arm.by_vector(p * axis) for p in phi])
-        )
-    return out
-
-
 def off_by_maps(tables: list[dict], nominal: np.ndarray) -> np.ndarray:
     """What measured lines add (N, 3) [mm] where the controller believes the tool to be (N, 3) [mm]."""
     step = np.diff(nominal, axis=0)
@@ -267,93 +239,17 @@ def natural_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     return cubic + (y[k] / h[k] - m[k] * h[k] / 6) * left + (y[k + 1] / h[k] - m[k + 1] * h[k] / 6) * right
 
 
-def torques(theta: np.ndarray, loads: dict, tool: np.ndarray) -> np.ndarray:
-    """Of gravity and process force on each joint, (N, 6) [N m], at the nominal arm."""
-    N = len(theta)
-    here, mastered = chain(theta), chain(naive_arm.OFFSET[None])
-    masses, centres = [], []
-    for i, (mass, centre) in enumerate(
-        zip(loads.get("link_kg", 6 * [0]), loads.get("link_centre_mm", 6 * [[0, 0, 0]]), strict=False)
-    ):
-        at_zero = mastered[i] @ turned("z", naive_arm.OFFSET[i])
-        world = np.append(at_zero[0, :3, 3] + centre, 1.0)
-        masses.append(mass)
-        centres.append((here[i] @ turned("z", theta[:, i]) @ np.linalg.inv(at_zero[0]) @ world)[:, :3])
-    masses.append(loads.get("payload_kg", 0))
-    centres.append((here[6] @ np.append(loads.get("payload_centre_mm", [0, 0, 0]), 1.0))[:, :3])
-    tip = here[6] @ tool
-    force = tip[:, :3, :3] @ np.array(loads.get("force_N", [0, 0, 0]), dtype=float)
-    out = np.zeros((N, 6))
-    for i in range(6):
-        o, z = here[i][:, :3, 3], here[i][:, :3, 2]
-        moment = np.cross(tip[:, :3, 3] - o, force)
-        for k in range(i, 7):
-            moment = moment + np.cross(centres[k] - o, masses[k] * np.array([0, 0, -9.80665]))
-        out[:, i] = (z * moment).sum(axis=1) / 1000
-    return out
-
-
-def sides(theta: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Which side each joint has come from, (N, 6), nothing at the beginning."""
-    u = np.zeros_like(theta)
-    for n, turn in enumerate(np.diff(theta, axis=0)):
-        u[n + 1] = np.sign(turn) + (u[n] - np.sign(turn)) * np.exp(-np.abs(turn) / width)
-    return u
-
-
 def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: np.ndarray) -> np.ndarray:
     """Where the real tool is, (N, 4, 4) [mm]: docs/sources.md."""
-    N = len(theta)
-    growth, offsets = sources.get("thermal_growth", {}), sources.get("link_offsets", {})
     lengths = warm_lengths(rise, cte)
-    d = np.tile(D + np.array(offsets.get("d_um", 6 * [0])) / 1000, (N, 1))
-    a = np.tile(A + np.array(offsets.get("a_um", 6 * [0])) / 1000, (N, 1))
-    for name, cold in (("a2", 870.0), ("d4", 1016.0), ("d6", 175.0)):
-        table, row, sign = (a, 1, 1) if name == "a2" else (d, int(name[1]) - 1, -1)
-        excess = growth.get("excess_a" if name == "a2" else "excess_d", 6 * [0])[row]
-        table[:, row] += sign * (1 + excess) * (lengths[name] - cold)
-    alpha = ALPHA + MDEG * np.array(offsets.get("alpha_mdeg", 6 * [0]))
-    beta = MDEG * np.array(offsets.get("beta_mdeg", 6 * [0]))
-    real = theta + MDEG * np.array(sources.get("joint_zeros", {}).get("offset_mdeg", 6 * [0]))
-    real = (
-        real
-        + 1e-6
-        * (theta - naive_arm.OFFSET)
-        @ np.array(sources.get("joint_coupling", {}).get("ratio_ppm", np.eye(6) * 0)).T
-    )
-    load = torques(theta, sources.get("loads", {}), tool)
-    real = real + 1e-6 * load * np.array(sources.get("compliance", {}).get("compliance_urad_Nm", 6 * [0]))
-    for name, orders in (("gear_harmonics", None), ("joint_ripple", sources.get("joint_ripple", {}).get("order"))):
-        table = sources.get(name, {})
-        for i in range(6 if table else 0):
-            per_turn = orders or [n * table["cycles"][i] for n in (1, 2)]
-            for order, s, c in zip(per_turn, table["sine_mdeg"][i], table["cosine_mdeg"][i], strict=False):
-                real[:, i] += MDEG * (s * np.sin(order * theta[:, i]) + c * np.cos(order * theta[:, i]))
-    if lash := sources.get("hysteresis"):
-        half = MDEG * np.array(lash["backlash_mdeg"]) + 1e-6 * np.array(lash["windup_urad_Nm"]) * np.hypot(load, 1)
-        real = real - sides(theta, MDEG * np.array(lash["width_mdeg"])) * half
-    base, end = sources.get("base_frame", {}), sources.get("tool_frame", {})
-    bent = bends(sources["thermal_bend"], rise) if "thermal_bend" in sources else None
-    poses = displaced(base) @ chain(real, a, d, alpha, beta, bent)[-1] @ displaced(end)
-    shift = sources.get("thermal_shift", {"of": [], "node": [], "rate_um_K": []})
-    moved = np.zeros((N, 3))
-    for of, node, rate in zip(shift["of"], shift["node"], shift["rate_um_K"], strict=False):
-        way = rate * rise[node] / 1000
-        if of == "tool":
-            poses = poses @ shifted(z=way)
-        else:
-            moved[:, "xyz".index(of[-1])] -= way
-    poses = poses @ tool
-    poses[:, :3, 3] += moved
+    growth = np.column_stack([np.broadcast_to(lengths[k] - NOMINAL[k], len(theta)) for k in NOMINAL])
+    lash = sources.get("hysteresis")
+    side = sides(theta, MDEG * np.array(lash["width_mdeg"])) if lash else np.zeros_like(theta)
+    real = theta + turned_joints(theta, torques(theta, sources.get("loads", {}), tool), side, sources)
+    poses = flange_poses(real, rise, growth, sources) @ tool
     if "map" in sources:
         poses[:, :3, 3] += off_by_maps(sources["map"], (chain(theta)[-1] @ tool)[:, :3, 3])
     return poses
-
-
-def displaced(table: dict) -> np.ndarray:
-    """A displacement of a frame as a matrix."""
-    position = np.array(table.get("position_um", [0, 0, 0])) / 1000
-    return shifted(*position)[0] @ naive_arm.by_vector(MDEG * np.array(table.get("rotation_mdeg", [0, 0, 0])))
 
 
 @dataclass

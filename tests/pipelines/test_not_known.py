@@ -1,5 +1,7 @@
 """What stands beside a band: each row with its size or why there is none, until its number is declared."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -51,6 +53,12 @@ def test_sizes_are_those_of_a_hand():
     assert_allclose(np.array(rows["gradient across a link"].size), [0, np.radians(28.8 / 3600) / 12 * 13 * 2])
     assert "each mdeg is 35 um" in rows["floor and base tilt"].origin  # 2 m x 17.45 urad
     assert "the 300 mm count as exact" in rows["tool length"].origin
+
+
+def test_a_tool_that_taught_the_frame_is_known_with_it():
+    cell, taught = load_cell("m710ic50"), replace(SETTING, is_tool_taught=True)
+    left = {row.what for row in not_known(cell, band_with("part's frame"), taught)}
+    assert set(rows_of()) - left == {"part's frame", "tool length"}
 
 
 def test_a_cold_arm_has_no_figure_for_a_gradient_and_a_kelvin_of_air():

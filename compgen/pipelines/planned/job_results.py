@@ -14,6 +14,7 @@ from compgen.error_model.direction_memory import DirectionState, direction_state
 from compgen.error_model.unmeasured import Unknown
 from compgen.job.job import Job
 from compgen.job.motion_plan import MotionPlan
+from compgen.job.uncertainty import is_taught_with_its_tool
 from compgen.pipelines.planned.averaging import Averaged, planned_rises
 from compgen.pipelines.planned.delivery import Delivery
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
@@ -80,7 +81,8 @@ class Planned(MotionPlan):
     def not_known(self, band: Band) -> tuple[Unknown, ...]:
         """What a band of the program leaves out because nothing is known of it."""
         places, tool = self.path.target.position, self.job.tool.pose.position[None]
-        return not_known(self.job.cell, band, setting_of(places, tool, self.rise))
+        setting = setting_of(places, tool, self.rise, is_tool_taught=is_taught_with_its_tool(self.job))
+        return not_known(self.job.cell, band, setting)
 
     def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
         """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""

@@ -33,15 +33,17 @@ class Setting:
     tool: float  # [m] from the flange to the TCP
     warmest: float  # [K] largest rise of any node
     flange: float  # [K] largest rise of the last node
+    is_tool_taught: bool = False  # with the part's frame, in whose row of the budget it is
 
 
-def setting_of(position: Array, tool: Array, rise: Array) -> Setting:
+def setting_of(position: Array, tool: Array, rise: Array, *, is_tool_taught: bool = False) -> Setting:
     """Of a program that takes TCPs (T, 3) [m] of the flange to places in World (N, 3) [m], at rises (M, K) [K]."""
     return Setting(
         reach=float(row_norms(position[:, :2]).max()),
         tool=float(row_norms(tool).max()),
         warmest=float(np.abs(rise).max(initial=0.0)),
         flange=float(np.abs(rise[:, -1:]).max(initial=0.0)),
+        is_tool_taught=is_tool_taught,
     )
 
 
@@ -60,7 +62,7 @@ def not_known(cell: Cell, band: Band, setting: Setting) -> tuple[Unknown, ...]:
     if band.hidden:
         origin = "the largest error of one sensor that nothing in the log contradicts"
         rows.append(Unknown(UNSEEN, (0.0, band.hidden), origin))
-    known = _declared(cell, band)
+    known = _declared(cell, band) | ({"tool"} if setting.is_tool_taught else set())
     return tuple(row for row in rows if known.isdisjoint(row.until))
 
 
