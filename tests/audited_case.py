@@ -5,6 +5,7 @@ Nothing is fitted: values and covariance are drawn by a fixed seed, touches are 
 
 import json
 from hashlib import sha256
+from typing import Any
 
 import naive_arm
 import numpy as np
@@ -20,7 +21,7 @@ payload_kg = 34
 payload_centre_mm = [10, 0, 150]
 """
 #: table: facts, and by key the shape of its values, their size, how well they are known
-SOURCES = {
+SOURCES: dict[str, tuple[dict[str, Any], dict[str, tuple[Any, Any, Any]]]] = {
     "thermal_growth": ({}, {"excess_a": ((6,), 0.1, 0.05), "excess_d": ((6,), 0.1, 0.05)}),
     "link_offsets": (
         {},
