@@ -2,7 +2,8 @@
 
 A rule holds keys whose values cannot sensibly be so small, and why:
 
-- tools, arms, frames and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres;
+- tools, arms, frames and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres, a tool of less than
+  25 mm in inches;
 - a pattern lies around no place within 100 mm of the J1 axis: a coordinate below 3 mm there is in metres;
 - a tool lifts by millimetres: 0.02 is metres;
 - materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;
@@ -33,6 +34,7 @@ class _Rule:
 
 
 _SHORT = 3  # mm: of no arm, tool, frame or pattern
+_SHORTEST_TOOL = 25  # mm from the flange
 _RULES = (
     _Rule(
         keys=r"(tool|u(frame|tool)\.\d+)\.([xyz]|length)_mm",
@@ -40,6 +42,14 @@ _RULES = (
         least=_SHORT,
         factor=1e3,
         unit="metres",
+        expected="mm",
+    ),
+    _Rule(
+        keys=r"(tool|utool\.\d+)\.([xyz]|length)_mm",
+        together=True,
+        least=_SHORTEST_TOOL,
+        factor=25.4,
+        unit="inches",
         expected="mm",
     ),
     _Rule(

@@ -21,6 +21,8 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
     [
         (PATH, "tool.z_mm=0.25", "did you mean 250? it looks like metres, the key is in mm"),
         (PATH, "tool={x_mm=-0.3,z_mm=0.01}", "tool.x_mm = -0.3: did you mean -300?"),
+        (PATH, "tool.z_mm=8", "did you mean 203.2? it looks like inches, the key is in mm"),
+        (PATH, "tool={length_mm=8.5,tilt_deg=30}", "did you mean 215.9? it looks like inches"),
         (PATH, "tool.w_deg=3.1416", "did you mean 180? it looks like radians, the key is in deg"),
         (PATH, "tool.spin_deg=-1.571", "did you mean -90"),
         (PATH, "path.length_mm=1.3", "did you mean 1300?"),
