@@ -2,8 +2,8 @@
 
 A rule holds keys whose values cannot sensibly be so small, and why:
 
-- tools, arms, frames and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres, a tool of less than
-  25 mm in inches;
+- tools, arms, frames and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres;
+- a tool of less than 25 mm is in inches;
 - a pattern lies around no place within 100 mm of the J1 axis: a coordinate below 3 mm there is in metres;
 - a tool lifts by millimetres: 0.02 is metres;
 - materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;

@@ -52,8 +52,7 @@ def show_job(
         print_table(console, STARTS, _starts_table(summary["average_over"]))
     console.print(f"{before_and_after(summary)}{gain_words(summary)}")
     console.print(not_known_words(summary["band"], verbose=verbose))
-    to_read = [finding for finding in summary["findings"] if finding["code"] != Code.CORRECTION_NONE]
-    print_findings(console, to_read, verbose=verbose)
+    print_findings(console, summary["findings"], verbose=verbose)
     robot_file = summary["provenance"]["robot_file"]
     console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
     if folder is not None:

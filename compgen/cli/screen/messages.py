@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
 from compgen.core.exit_codes import ExitCode
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding, in_reading_order, is_for_every_job, one_line
 from compgen.core.json_text import json_text
 
@@ -106,8 +107,9 @@ def print_lines(lines: Iterable[str]) -> None:
 
 
 def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> None:
-    """Print findings, a line each, as ``finding_lines`` has them."""
-    for line in finding_lines(findings, verbose=verbose):
+    """Print findings, a line each, but for the one that stands above them in words: that nothing was corrected."""
+    to_read = [finding for finding in in_reading_order(findings) if finding.code != Code.CORRECTION_NONE]
+    for line in finding_lines(to_read, verbose=verbose):
         console.print(line)
 
 
