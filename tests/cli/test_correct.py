@@ -375,6 +375,7 @@ def test_nothing_corrected_is_not_inside(folder):
     result = correct(folder, name="ODD.LS")
     refused(result, 1, "cgen: nothing corrected: ", "ODD.LS not written", "cgen inspect")
     assert "verdict: nothing corrected" in result.stdout
+    assert "outside: " not in result.stdout
     assert report(folder)["verdict"] == "nothing corrected"
     page = (folder / "out" / "report.html").read_text()
     assert "Nothing corrected" in page
