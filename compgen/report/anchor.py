@@ -5,7 +5,6 @@ from math import exp
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from compgen.core.arrays import Array
 from compgen.core.commands import Command
@@ -149,7 +148,6 @@ def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
             ]
             for t in data["touches"]
         ],
-        E_n=Markup("E<sub>n</sub>"),
         hypotheses=[
             [
                 _happened(h),

@@ -120,13 +120,15 @@ def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
             state.nodes, state.rise.tolist(), sigma[:K].tolist(), result.forecast.rise.tolist(), strict=True
         )
     )
+    known = f"the path was known to {before / UM:.0f} um rms, with the touches to {after / UM:.0f}"
     base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
     print_lines(
         [
             f"{state.verdict}: {result.reason}",
-            f"the path's place is open by {before / UM:.1f} um rms before the touches, {after / UM:.1f} um after",
-            f"rise [K], k = 2: {rises}",
-            f"base moved in World by {base} um; the state holds {limit_words(state.window)}, standing",
+            *(line for line in (known,) if "rms" not in result.reason),
+            f"warmer than the reference by [K], +- at 95 %: {rises}",
+            f"base moved in World by {base} um",
+            f"the state holds for {limit_words(state.window)}, the robot standing",
             *finding_lines(result.findings[1:], verbose=verbose),
             *([f"wrote {', '.join(files)}"] if files else []),
         ]

@@ -55,13 +55,14 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
         by = ", ".join(f"{a} {v / MM:+.3f}" for a, v in zip("xyz", moved.shift.tolist(), strict=True))
         k2 = ", ".join(f"{2 * s / UM:.0f}" for s in moved.sigma.tolist())
         where = " where the part is" if moved.what == "the base" else "; its touches are left out"
-        message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, k = 2: {k2} um){where}"
+        message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, +- {k2} um at 95 %){where}"
         yield Finding(Level.WARNING, Code.ANCHOR_MOVED, message)
     chi2 = anchored.as_forecast.chi2
     if probability(chi2, R) < LIKELY and best.hypothesis != AS_FORECAST:
         day = best.hypothesis.day
         why = f"; the day went {day:g} times as far from the forecast as it may" if day > 1 else ""
-        message = f"physics is missing: the forecast does not explain the touches (chi^2 {chi2:.0f} of {R}){why}"
+        off = f"the touches are {np.sqrt(chi2 / R):.1f} times as far from the forecast as expected"
+        message = f"physics is missing: {off}{why}"
         yield Finding(Level.WARNING, Code.ANCHOR_PHYSICS, message)
     if best.hypothesis.touch >= 0:
         n = best.hypothesis.touch
@@ -74,13 +75,13 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
     for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():
         touch = int(anchored.left.touch[n])
         message = (
-            f"{touches.label[touch]}: '{anchored.artefact.targets[touches.target[touch]]}': the other touches "
-            f"predict it "
-            f"{anchored.left.error[n] / UM:.0f} um away (E_n {anchored.left.E_n[n]:.1f})"
+            f"{touches.label[touch]}: '{anchored.artefact.targets[touches.target[touch]]}' is "
+            f"{anchored.left.error[n] / UM:.0f} um from where the other touches put it, "
+            f"{anchored.left.E_n[n]:.1f} times the limit of 95 %"
         )
         yield Finding(Level.WARNING, Code.ANCHOR_LEFT_OUT, message)
     if not np.isfinite(touches.sigma).any():
-        message = f"no sigma_um: {np.median(seen.sigma) / UM:.0f} um are taken for each coordinate"
+        message = f"the touches give no sigma_um: each coordinate counts with {np.median(seen.sigma) / UM:.0f} um"
         yield Finding(Level.NOTE, Code.ANCHOR_SIGMA, message)
     if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
         message = "neither [[before]] nor a log: the forecast is a cold robot"

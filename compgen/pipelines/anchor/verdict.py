@@ -90,11 +90,12 @@ def verdict_of(
     """
     before, after, change = rms
     if probability(best.chi2, coordinates) < UNLIKELY:
-        return "cannot tell", f"no state explains the touches (chi^2 {best.chi2:.0f} of {coordinates})"
+        off = np.sqrt(best.chi2 / coordinates)
+        return "cannot tell", f"no state explains the touches: the best leaves them {off:.1f} times too far off"
     if rival is not None:
         return (
             "cannot tell",
-            f"{_words(best.hypothesis)} or {_words(rival[0])}: the paths are {rival[1] / UM:.0f} um apart",
+            f"{_words(best.hypothesis)}, or {_words(rival[0])}: on the path they differ by {rival[1] / UM:.0f} um",
         )
     if best.hypothesis.day > 1 and after > OPEN and after > 0.5 * before:
         return "cannot tell", f"{after / UM:.0f} um rms of the path stay open"
@@ -109,11 +110,11 @@ def verdict_of(
     without = float(np.sqrt(np.mean(forecast_error**2)))
     is_fine = best.hypothesis == AS_FORECAST and 3 * without**2 < after**2 + 3 * noise**2
     if is_left and is_fine and after > COARSE * noise:
-        message = f"they would leave {after / UM:.0f} um rms of the path open, and see no more wrong with the forecast"
+        message = f"the touches see nothing wrong with the forecast, and know the path to {after / UM:.0f} um rms only"
         return "leave it", message
     if best.hypothesis.day == 0:
         return "leave it", f"the forecast predicts the touches to {without / UM:.0f} um, as well as they can tell"
-    return "anchored", f"the path's rms falls from {before / UM:.0f} to {after / UM:.0f} um"
+    return "anchored", f"the path was known to {before / UM:.0f} um rms, with the touches to {after / UM:.0f}"
 
 
 def _words(h: Hypothesis) -> str:
