@@ -61,8 +61,8 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
     if probability(chi2, R) < LIKELY and best.hypothesis != AS_FORECAST:
         day = best.hypothesis.day
         why = f"; the day went {day:g} times as far from the forecast as it may" if day > 1 else ""
-        off = f"the touches are {np.sqrt(chi2 / R):.1f} times as far from the forecast as expected"
-        message = f"physics is missing: {off}{why}"
+        from_it = f"the touches are {np.sqrt(chi2 / R):.1f} times as far from the forecast as expected"
+        message = f"physics is missing: {from_it}{why}"
         yield Finding(Level.WARNING, Code.ANCHOR_PHYSICS, message)
     if best.hypothesis.touch >= 0:
         n = best.hypothesis.touch
