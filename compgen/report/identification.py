@@ -15,6 +15,7 @@ from compgen.identification.identifiability import correlations, largest_moves
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import KINDS, Measurements
 from compgen.identification.validation import Validation, statistics
+from compgen.identification.verdict import known_here_only
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows
 from compgen.report.figure import COOL, GREY, RED_TO_BLUE, WARM, Figure, Trace, axis, figure, rows_to_draw, spans, trace
 from compgen.report.figure_in_space import Coloured, figure_in_space
@@ -139,6 +140,17 @@ def _kinds(identification: Identification) -> dict[str, Any]:
 
 
 def limits_sentence(summary: dict[str, Any]) -> str:
+    """How well the flange is known, and what the fit leaves beside its parameters' covariance, in words."""
+    beside, known = _beside(summary), summary["known_um"]
+    if known is None:
+        return beside
+    return (
+        f"in a frame that it teaches, the flange is known to +- {known['measured']:.0f} um (95 %) with joint angles as "
+        f"measured, +- {known['anywhere']:.0f} um with any; {beside}"
+    )
+
+
+def _beside(summary: dict[str, Any]) -> str:
     """What the fit leaves beside its parameters' covariance, and how well the whole foretells, in words."""
     fit = summary["fit"]
     repeats, missing = fit.get("repeatability_um"), fit.get("thermal_missing_percent")
@@ -151,13 +163,7 @@ def limits_sentence(summary: dict[str, Any]) -> str:
     parts.append(
         f"{blocks} blocks foretold in time scale the band by {scale:.2f}" if blocks else "nothing was foretold"
     )
-    beside, known = f"beside the parameters: {'; '.join(parts)}", summary["known_um"]
-    if known is None:
-        return beside
-    return (
-        f"in a frame that it teaches, the flange is known to +- {known['measured']:.0f} um (95 %) with joint angles as "
-        f"measured, +- {known['anywhere']:.0f} um with any; {beside}"
-    )
+    return f"beside the parameters: {'; '.join(parts)}"
 
 
 def validation_summary(validation: Validation) -> dict[str, Any]:
@@ -204,6 +210,7 @@ def identification_html(
     """One page: the verdict, the ladder, residuals before and after, parameters, correlations."""
     data = identification_summary(identification)
     ranked, pairs = sorted(data["parameters"], key=lambda p: -p["moves_um"]), _alike(identification)
+    is_known_here_only = bool(known_here_only(*identification.taught_sigma))
     return page(
         "identification.html",
         f"Identification of {identification.robot.name}",
@@ -211,9 +218,9 @@ def identification_html(
         remark=REMARK,
         options=options,
         data=data,
-        kind="outside" if identification.refused else "inside",
+        kind="outside" if identification.refused else "warning" if is_known_here_only else "inside",
         kinds=", ".join(f"{rows['rows']} {kind}" for kind, rows in data["kinds"].items()),
-        limits=limits_sentence(data),
+        limits=_beside(data),
         findings=identification.findings,
         ladder=[[s["model"], s["parameters"], *ladder_cells(s)] for s in data["ladder"]],
         kind_rows=[

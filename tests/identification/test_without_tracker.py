@@ -1,6 +1,7 @@
 """Distances and touches from files to a robot file: read, identified, judged, validated, refused."""
 
 import json
+import re
 import tomllib
 
 import numpy as np
@@ -511,3 +512,11 @@ def test_two_spheres_alone_are_said_to_tell_little_of_the_rest(arm, tmp_path):
     assert [f["level"] for f in warned] == ["warning"]
     assert f"+- {anywhere:.0f} um only" in warned[0]["message"]
     assert said["five"]["known_um"]["measured"] < here
+    boxes = {}
+    for count in said:
+        page = (tmp_path / f"{count}.html").read_text()
+        boxes[count] = re.search(r'<div class="big (\w+)">(.*?)</div>', page, re.S).groups()
+    assert {count: kind for count, (kind, _) in boxes.items()} == {"two": "warning", "five": "inside"}
+    assert all("Accepted." in words for _, words in boxes.values())
+    assert f"&plusmn;{anywhere:.0f} &micro;m</b> with any: it tells little of the arm" in boxes["two"][1]
+    assert "tells little" not in boxes["five"][1]
