@@ -244,7 +244,7 @@ def look_words(look: Look | None, resumed: Resumed | ResumedProgram | None, with
     if look.over:
         where = "the last page has ended"
     rises = " ".join(f"{r:.2f}" for r in look.rise.tolist())
-    parts = [f"{look.time:.0f} s: {where}; rises {rises} K, known to {look.sigma.max():.2f} K"]
+    parts = [f"{look.time:.0f} s: {where}; rises {rises} K, +- {2 * look.sigma.max():.1f} at 95 %"]
     parts += [f"page {f.page} forecast {f.max / UM:.1f} um (rms {f.rms / UM:.1f})" for f in look.forecasts]
     if resumed is not None:
         pages = f"pages {resumed.from_page} to {resumed.pages[-1].number}"
@@ -252,9 +252,9 @@ def look_words(look: Look | None, resumed: Resumed | ResumedProgram | None, with
         if resumed.band is not None:
             left += f" +- {resumed.band.largest / UM:.0f} (95 %)"
         if resumed.is_usable or force:
-            parts.append(f"over {within:g}: {pages} written anew, {left} left")
+            parts.append(f"over {within:g} um: {pages} written anew, {left} left")
         else:
-            parts.append(f"over {within:g}: {pages} not written: {resumed.verdict}, {left} (--force)")
+            parts.append(f"over {within:g} um: {pages} not written: {resumed.verdict}, {left}; --force writes them")
     elif any(f.max > within * UM for f in look.forecasts):
-        parts.append(f"over {within:g}, and the controller has it")
+        parts.append(f"over {within:g} um, but the controller has that page already")
     return "; ".join([*parts, *look.notes])

@@ -148,7 +148,7 @@ def test_touches_that_find_a_moved_base_make_the_next_page_due(job, tmp_path):
 def test_it_says_what_it_sees_in_a_line(job, tmp_path):
     result = run("follow", job, "--log", log(tmp_path, 30), "--started", "0s", *ONCE)
     (line,) = result.stdout.splitlines()
-    for words in ("30 s: page 1 runs", "page 1 forecast", "page 2 forecast", "known to"):
+    for words in ("30 s: page 1 runs", "page 1 forecast", "page 2 forecast", "at 95 %"):
         assert words in line
     empty = tmp_path / "empty.csv"
     empty.write_text("")

@@ -170,4 +170,4 @@ def test_touches_that_find_a_moved_base_make_the_next_page_due(job, tmp_path):
 def test_without_a_bound_of_its_own_a_page_is_written_all_the_same(job, tmp_path):
     result = run("follow", job, "--log", log(job, tmp_path, LATE), "--pages", pages_file(tmp_path), "--once", *DATE)
     assert result.returncode == 0, result.stderr
-    assert "over 5: pages 1 to 3 written anew" in result.stdout
+    assert "over 5 um: pages 1 to 3 written anew" in result.stdout

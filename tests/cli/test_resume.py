@@ -52,7 +52,7 @@ def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
     assert changed(before, after) == {"compgen.json", "OPTIC_RASTER.pages.json", "resume.json", "resume.html"} | rest
     assert os.stat(job / PAGE(1)).st_ino == place  # not even written again
     text = " ".join(result.stdout.split())
-    for words in ("because it starts 2100 s late", "OPTIC_RASTER_03.LS", "join off the part", "before max"):
+    for words in ("because it starts 35 minutes late", "OPTIC_RASTER_03.LS", "um off the part: ", "before max"):
         assert words in text
     report = json.loads(after["resume.json"])
     assert report["pages"][0]["before"]["max_um"] > 5 > 1 > report["pages"][0]["after"]["max_um"]

@@ -275,13 +275,14 @@ def _words_of_job(resumed: "Resumed", *, verbose: bool) -> Iterator[str]:
             planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist(), strict=True
         )
     )
-    yield f"because {begun.why}; rise [K], and against the plan: {rises}"
+    yield f"because {begun.why}; warmer than the reference by [K], and against the plan: {rises}"
     if resumed.join is not None:
         join = resumed.join
         place = "on the part" if join.on_the_part else "off the part"
         yield (
-            f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
-            f"{join.beyond / UM:.2f} beyond that; start within {limit_words(resumed.starts[0].window)}"
+            f"from the page before, the tool steps by {join.step / UM:.2f} um {place}: "
+            f"{join.demanded / UM:.2f} um follow the drift, {join.beyond / UM:.2f} um do not; "
+            f"start within {limit_words(resumed.starts[0].window)}"
         )
     largest = resumed.deviation.on_part["total"].max / UM
     yield f"with the new pages: {rounded(largest)} um left by calculation"

@@ -24,7 +24,7 @@ from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.toml import check, override, read_toml
-from compgen.core.units import DAY, MINUTE
+from compgen.core.units import DAY, MINUTE, limit_words
 from compgen.error_model.anchored_state import parse_state, state_text
 from compgen.job.anchored_start import cell_with_state, load_state
 from compgen.job.job import Cell, Job
@@ -134,7 +134,7 @@ def begin_late(known: Known, late: float) -> Begun:
     if not 0 <= late <= MOST_LATE:
         raise InputError(f"--late {late:g} s: outside 0 to {MOST_LATE:g} s; give how long the page waits, as 35min")
     waited = state_after(known.heat, [replace(known.standing, duration=late)], known.state, known.air, known.clock)
-    why = f"it starts {late:.0f} s late"
+    why = f"it starts {limit_words(late)} late"
     return Begun(cell=known.cell, state=waited, clock=known.clock + late, why=why, cause={"late_s": late})
 
 

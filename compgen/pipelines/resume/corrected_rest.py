@@ -290,7 +290,7 @@ def words_of(resumed: ResumedProgram) -> list[str]:
     lines = [f"because {resumed.begun.why}"]
     if join is not None:
         lines.append(
-            f"join: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
-            f"{join.beyond / UM:.2f} beyond that; whether it is on a part the program does not say"
+            f"from the page before, the tool steps by {join.step / UM:.2f} um: {join.demanded / UM:.2f} um follow the "
+            f"drift, {join.beyond / UM:.2f} um do not; the program does not say whether it is on a part there"
         )
     return lines
