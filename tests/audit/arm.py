@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from re import fullmatch
+from typing import Any
 
 import numpy as np
 from naive_arm import dh_angles, growth_of_rises
@@ -110,7 +111,7 @@ def of_file(file, hashed):
 
 def _refuse(file, table, sources):
     thermal, dh = table["thermal"], table["dh"]
-    as_typed = {
+    as_typed: dict[str, tuple[Any, Any]] = {
         "dh.d_mm": (dh["d_mm"], study.D_MM),
         "dh.a_mm": (dh["a_mm"], study.A_MM),
         "thermal.cte_um_m_K": (thermal["cte_um_m_K"], study.CTE_1_K * 1e6),
@@ -204,6 +205,7 @@ class Spots:
         """What one unit of each identified number does, (M, 3, P) [mm], in the units of the keys."""
         off, out = self.joints_off(self.arm.sources), np.zeros((len(self.pendant), 3, len(self.arm.names)))
         by_joint = self.by_joint()
+        assert self.arm.sigma is not None
         for n, (name, step) in enumerate(zip(self.arm.names, self.arm.sigma, strict=True)):
             if step == 0:
                 continue

@@ -71,7 +71,8 @@ def _sources(case):
     """Second moment of each source of the budget, (N, 3, 3) [mm^2]."""
     arm, spots, taught = case.arm, case.spots, case.taught
     place, flange = spots.pose()[0], spots.flange()[1]
-    moments, mean = {}, np.zeros((len(place), 3))
+    moments: dict[str, np.ndarray] = {}
+    mean = np.zeros((len(place), 3))
     for effects in [*_of_warmth(case), *_of_expansion(case), *_of_identification(case)]:
         left = taught.left(spots, effects.path, effects.touches)
         low, high = effects.limits or (-math.sqrt(3), math.sqrt(3))
@@ -118,10 +119,11 @@ def _of_expansion(case):
     if case.arm.cte_open is None:
         return
     share = np.array(case.arm.cte_open) / study.CTE_1_K - 1
-    yield Effects("cte", *(_warm(spots)[:, :, None] for spots in _both(case)), tuple(share))
+    here, there = (_warm(spots)[:, :, None] for spots in _both(case))
+    yield Effects("cte", here, there, tuple(share))
     for k, ends in enumerate(study.GROWTH_OPEN_PERCENT):
-        grown = ((spots.pose()[0] - spots.pose(without=k)[0])[:, :, None] for spots in _both(case))
-        yield Effects("profile shape", *grown, tuple(np.array(ends) / 100))
+        here, there = ((spots.pose()[0] - spots.pose(without=k)[0])[:, :, None] for spots in _both(case))
+        yield Effects("profile shape", here, there, tuple(np.array(ends) / 100))
 
 
 def _of_identification(case):

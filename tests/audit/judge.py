@@ -84,10 +84,11 @@ def audit(folder, path_file=None, robot_file=None):
     leads_in = own_arm.width is not None and path["process"].get("lead_in", True)
     if own_file and leads_in:
         raise NotJudgedError("path.file with a lead-in: not judged; say process.lead_in = false")
-    if own_file:
-        form = OwnFile(path, path_folder, table["position"])
-    else:
-        form = ClosedForm(path, table["position"], driven.pose()[1][0] if leads_in else None)
+    form: OwnFile | ClosedForm = (
+        OwnFile(path, path_folder, table["position"])
+        if own_file
+        else ClosedForm(path, table["position"], driven.pose()[1][0] if leads_in else None)
+    )
     target, touching = form.at_waypoints(), form.touching()
     checks = [*form.path_checks(table["contact"]), *posture_checks(path, program, table, pendant)]
     checks += clock_checks(path, report, program, table, length, form, passed)

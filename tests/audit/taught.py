@@ -62,15 +62,15 @@ class Taught:
         )
         place, rotation = self.spots.pose()
         self._middle = place.mean(axis=0)
-        rows, self._along, self._of, sigma = [], [], [], []
+        rows, along, of, sigma = list[np.ndarray](), list[np.ndarray](), list[int](), list[float]()
         full = design(place - self._middle, rotation)
         for k, touch in enumerate(touches):
             for e in [np.array(touch["probing"])] if "probing" in touch else np.eye(3):
                 rows.append(e @ full[k] / (touch["noise_um"] / 1e3))
-                self._along.append(e)
-                self._of.append(k)
+                along.append(e)
+                of.append(k)
                 sigma.append(touch["noise_um"] / 1e3)
-        self._along, self._of, self._sigma, self._place = map(np.array, (self._along, self._of, sigma, place))
+        self._along, self._of, self._sigma, self._place = map(np.array, (along, of, sigma, place))
         unit = np.array([1.0] * 3 + [SCALE] * 3 + [1.0] * 3)
         held = np.hstack([np.zeros((3, 6)), np.eye(3) / PROBE_MM])
         solved = np.linalg.pinv(np.vstack([rows, held]) * unit)

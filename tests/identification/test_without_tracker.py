@@ -515,7 +515,7 @@ def test_two_spheres_alone_are_said_to_tell_little_of_the_rest(arm, tmp_path):
     boxes = {}
     for count in said:
         page = (tmp_path / f"{count}.html").read_text()
-        boxes[count] = re.search(r'<div class="big (\w+)">(.*?)</div>', page, re.S).groups()
+        (boxes[count],) = re.findall(r'<div class="big (\w+)">(.*?)</div>', page, re.S)
     assert {count: kind for count, (kind, _) in boxes.items()} == {"two": "warning", "five": "inside"}
     assert all("Accepted." in words for _, words in boxes.values())
     assert f"&plusmn;{anywhere:.0f} &micro;m</b> with any: it tells little of the arm" in boxes["two"][1]
