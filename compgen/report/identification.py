@@ -161,7 +161,9 @@ def _beside(summary: dict[str, Any]) -> str:
     ]
     blocks, scale = fit["forecast_blocks"], fit["forecast_scale"]
     parts.append(
-        f"{blocks} blocks foretold in time scale the band by {scale:.2f}" if blocks else "nothing was foretold"
+        f"{blocks} stretches of warm poses, foretold from those before, make the band {scale:.2f} times as wide"
+        if blocks
+        else "no warm poses were foretold from those before"
     )
     return f"beside the parameters: {'; '.join(parts)}"
 

@@ -257,7 +257,7 @@ def show_identification(identified: "Identification", *, verbose: bool) -> None:
         rows = (f"{k['rows']} {kind}, noise {k['noise_um']:.1f} um" for kind, k in summary["kinds"].items())
         console.print(f"measured: {'; '.join(rows)}")
     coverage = ", ".join(f"{joint} {100 * c['share']:.0f} %" for joint, c in summary["coverage"].items())
-    console.print(f"condition {summary['condition']}; coverage of the joints: {coverage}")
+    console.print(f"of each joint's range the poses use: {coverage}; condition of the fit {summary['condition']:.0f}")
     console.print(limits_sentence(summary))
     known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["moves_um"])
     for p in known[:MOST_PARAMETERS]:
