@@ -278,12 +278,8 @@ def _words_of_job(resumed: "Resumed", *, verbose: bool) -> Iterator[str]:
     yield f"because {begun.why}; warmer than the reference by [K], and against the plan: {rises}"
     if resumed.join is not None:
         join = resumed.join
-        place = "on the part" if join.on_the_part else "off the part"
-        yield (
-            f"from the page before, the tool steps by {join.step / UM:.2f} um {place}: "
-            f"{join.demanded / UM:.2f} um follow the drift, {join.beyond / UM:.2f} um do not; "
-            f"start within {limit_words(resumed.starts[0].window)}"
-        )
+        place = " on the part" if join.on_the_part else " off the part"
+        yield f"{join.words(place)}; start within {limit_words(resumed.starts[0].window)}"
     largest = resumed.deviation.on_part["total"].max / UM
     yield f"with the new pages: {rounded(largest)} um left by calculation"
     yield not_known_words(band_of_resumed(resumed), verbose=verbose)

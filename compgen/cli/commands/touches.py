@@ -111,6 +111,7 @@ def _publish(result: "Anchored", target: Path, place: PagePlace | None, *, verbo
 def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
     """Print the verdict, the state, and what a user must know."""
     from compgen.core.units import UM, limit_words
+    from compgen.pipelines.anchor.verdict import known_words
 
     state, (before, after) = result.state, result.rms
     K, sigma = len(state.nodes), state.sigma
@@ -120,7 +121,7 @@ def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
             state.nodes, state.rise.tolist(), sigma[:K].tolist(), result.forecast.rise.tolist(), strict=True
         )
     )
-    known = f"the path was known to {before / UM:.0f} um rms, with the touches to {after / UM:.0f}"
+    known = known_words(before, after)
     base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
     print_lines(
         [

@@ -114,7 +114,12 @@ def verdict_of(
         return "leave it", message
     if best.hypothesis.day == 0:
         return "leave it", f"the forecast predicts the touches to {without / UM:.0f} um, as well as they can tell"
-    return "anchored", f"the path was known to {before / UM:.0f} um rms, with the touches to {after / UM:.0f}"
+    return "anchored", known_words(before, after)
+
+
+def known_words(before: float, after: float) -> str:
+    """How well the path is known without the touches and with them, rms [m], in words."""
+    return f"the path was known to {before / UM:.0f} um rms, with the touches to {after / UM:.0f}"
 
 
 def _words(h: Hypothesis) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
-from compgen.core.units import KB, UM
+from compgen.core.units import KB
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
@@ -289,8 +289,5 @@ def words_of(resumed: ResumedProgram) -> list[str]:
     join = resumed.join
     lines = [f"because {resumed.begun.why}"]
     if join is not None:
-        lines.append(
-            f"from the page before, the tool steps by {join.step / UM:.2f} um: {join.demanded / UM:.2f} um follow the "
-            f"drift, {join.beyond / UM:.2f} um do not; the program does not say whether it is on a part there"
-        )
+        lines.append(f"{join.words()}; the program does not say whether it is on a part there")
     return lines

@@ -55,6 +55,13 @@ class Join:
         sizes = {f"{name}_um": round(getattr(self, name) / UM, 3) for name in ("step", "demanded", "beyond")}
         return {"page": self.page, "gap_mm": round(self.gap / MM, 9), **sizes, "on_the_part": self.on_the_part}
 
+    def words(self, place: str = "") -> str:
+        """The step in words for who stands at the cell, and where it is if that is known."""
+        return (
+            f"from the page before, the tool steps by {self.step / UM:.2f} um{place}: "
+            f"{self.demanded / UM:.2f} um follow the drift, {self.beyond / UM:.2f} um do not"
+        )
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PagesAnew(Judged):
