@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.evaluation import kept_with
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
@@ -27,7 +28,7 @@ SAMPLES = 200  # of a band, evenly
 DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True, weakref_slot=True)
 class Geometry:
     """What scenarios share that differ in temperatures only: the uncorrected text, executed at M samples."""
 
@@ -154,11 +155,13 @@ def uncertainty_along(job: Job, geometry: Geometry) -> JobUncertainty:
     return quantities_of(job, middle=(position.min(axis=0) + position.max(axis=0)) / 2)
 
 
+@kept_with("geometry")
 def _nominal(geometry: Geometry) -> Array:
     """Where the controller believes the tool is, (M, 3) [m]; no warmth moves it."""
     return (flange_pose(geometry.job.robot, geometry.theta) @ geometry.job.tool.pose).position
 
 
+@kept_with("geometry")
 def some_samples(geometry: Geometry) -> IntArray:
     """Which samples of a geometry stand for its band: evenly where the tool touches, and what lies farthest out there.
 
