@@ -31,7 +31,7 @@ return [...document.querySelectorAll(".chart .main-svg text")].filter(text => {
 }).map(text => text.closest(".chart").querySelector(".plotly-graph-div").id + ": " + text.textContent)
 """
 ALL_DRAWN = """
-return [...document.querySelectorAll(".chart")].every(chart => chart.querySelector(".main-svg"))
+return [...document.querySelectorAll(".chart")].every(chart => chart.querySelector(".main-svg, .still"))
 """
 
 

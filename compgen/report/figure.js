@@ -9,6 +9,7 @@ const cgenFigures = (() => {
   const LABELS = 48; // at both sides of the box of a scene, and below it [px]
   const ABOVE = 8; // the box, where no words are [px]
   const PRINTED_HEIGHT = 0.75; // of the height on a screen
+  const NEAR = "400px"; // from the screen, where a figure in space is drawn
   const PRINTED_INK = "#1e293b";
   const CONFIG = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "sendChartToCloud"], plotlyServerURL: "" };
   const specifications = new Map();
@@ -84,6 +85,15 @@ const cgenFigures = (() => {
     return Boolean(canvas.getContext("webgl2") || canvas.getContext("webgl"));
   };
 
+  function whenNear(element, start) {
+    const observer = new IntersectionObserver((seen) => {
+      if (!seen.some((entry) => entry.isIntersecting)) return;
+      observer.disconnect();
+      start();
+    }, { rootMargin: NEAR });
+    observer.observe(element);
+  }
+
   function print(on) {
     printing = on;
     redrawAll();
@@ -96,11 +106,12 @@ const cgenFigures = (() => {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawAll);
 
   return {
-    // Draw a figure into the element with its key, now and whenever the page changes.
+    // Draw a figure into the element with its key, now and whenever the page changes: one in space, which a machine
+    // without graphics draws for seconds, when it is about to be seen; until then its still picture stands there.
     draw(key, data, layout) {
-      if (data.some((trace) => trace.type.endsWith("3d")) && !hasWebGL()) return; // the still picture stays
-      specifications.set(key, { data, layout });
-      redraw(key);
+      const start = () => redraw(specifications.set(key, { data, layout }) && key);
+      if (!data.some((trace) => trace.type.endsWith("3d"))) start();
+      else if (hasWebGL()) whenNear(document.getElementById(key).parentElement, start); // else the still picture stays
     },
     redrawAll,
   };
