@@ -289,7 +289,7 @@ def check_header(
             f"missing are {', '.join(missing)}"
         )
     if known is not None and others:
-        close = difflib.get_close_matches(others[0], known, n=1, cutoff=0.6)
+        close = difflib.get_close_matches(others[0], [name for name in known if name not in header], n=1, cutoff=0.6)
         mend = f"did you mean '{close[0]}'?" if close else f"remove it; known: {', '.join(known)}"
         raise InputError(f"{source}: column {labels[header.index(others[0])]}: unknown; {mend}")
 

@@ -97,7 +97,12 @@ def joints_given(table: CsvTable, robot: Robot, rows: str) -> Array | None:
     Raises:
         InputError: It does, and this arm has none; ``rows`` says whose joints are missing.
     """
-    if all(table.has(c) for c in JOINTS):
+    missing = [c for c in JOINTS if not table.has(c)]
+    if 0 < len(missing) < len(JOINTS):
+        raise InputError(
+            f"{table.source}: column {missing[0]}: missing; give all of {JOINTS[0]} to {JOINTS[-1]} or none"
+        )
+    if not missing:
         return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
     try:
         check_arm_class(robot)

@@ -23,7 +23,8 @@ from compgen.core.csv_table import CsvTable, Row, ended_rows, float_of, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.recorded.cells import brief_name
-from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
+from compgen.core.recorded.layout import PLAIN, DialectTable
+from compgen.core.recorded.table import read_recorded
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MINUTE
 from compgen.thermal.state_from_log import TemperatureLog

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import name_and_unit, number_text
-from compgen.core.recorded.table import DialectTable, read_recorded, read_table
+from compgen.core.recorded.layout import DialectTable
+from compgen.core.recorded.table import read_recorded, read_table
 from compgen.core.recorded.times import time_of
 
 NODES = ("j2", "j3", "link1", "wrist")

@@ -52,6 +52,17 @@ def test_identification_is_told_that_a_plane_is_none_of_its_spheres(tmp_path):
         touches(tmp_path, "0,table,1200,0,100,180,0,0", planes=False)
 
 
+def test_joints_of_which_one_is_missing_are_not_left_out_in_silence(tmp_path):
+    """Five columns of joints beside a pose were taken for no joints: the arm's posture was another."""
+    file = tmp_path / "touches.csv"
+    file.write_text(
+        "Name;J1 [deg];J2 [deg];J3 [deg];J4 [deg];J5 [deg];X [mm];Y [mm];Z [mm];W [deg];P [deg];R [deg]\n"
+        + "a;1;2;3;4;5;1200;100;200;180;0;0\na;1;2;3;4;5;1200;100;201;180;0;0\n"
+    )
+    with pytest.raises(InputError, match=r"touches.csv: column j6_deg: missing; give all of j1_deg to j6_deg or none"):
+        read_touches(str(file), load_any_robot("m710ic50"), artefact(tmp_path), {})
+
+
 @pytest.mark.parametrize(
     ("row", "unit"),
     [("0,a,1.2,0.1,0.2,180,0,0", "metres"), ("0,a,47.24,3.94,7.87,180,0,0", "inches")],

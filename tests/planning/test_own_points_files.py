@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
-from compgen.core.recorded.table import DialectTable
+from compgen.core.recorded.layout import DialectTable
 from compgen.planning.own_points.apt import read_apt
 from compgen.planning.own_points.csv_points import read_points
 from compgen.planning.own_points.gcode import read_gcode

@@ -8,7 +8,8 @@ from compgen.core.arrays import Array, BoolArray, row_norms
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import name_and_unit
-from compgen.core.recorded.table import PLAIN, DialectTable, read_recorded
+from compgen.core.recorded.layout import PLAIN, DialectTable
+from compgen.core.recorded.table import read_recorded
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.planning.own_points.given_points import FEEDS, GivenPoints

@@ -11,7 +11,8 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.recorded.table import DialectTable, read_findings
+from compgen.core.recorded.layout import DialectTable
+from compgen.core.recorded.table import read_findings
 from compgen.core.toml import Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.planning.boundaries import Boundary

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
-from compgen.core.recorded.table import DialectTable
+from compgen.core.recorded.layout import DialectTable
 from compgen.core.toml import Identifier, Length, NotNegative, Point, Positive, Range, SixRates, Table
 from compgen.core.units import MINUTE
 from compgen.robot.robot import LengthName

@@ -1,0 +1,189 @@
+"""Where the header and the readings of a recorded table are, and what the file says of its units.
+
+The header is the row above the readings, or the last one that has all names that the user says.
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Literal, NamedTuple
+
+from compgen.core.csv_table import Row
+from compgen.core.exceptions import InputError
+from compgen.core.recorded.cells import LONG, brief_name, measured_by, name_and_unit, plain_name, unit_named
+from compgen.core.recorded.sheets import Sheet, kinds
+from compgen.core.toml import Table
+
+#: of rows behind the last reading
+_STATISTICS = {
+    *("mean", "average", "avg", "median", "mittel", "mittelwert", "min", "minimum", "max", "maximum", "range", "rms"),
+    *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "std. dev", "stdev", "stddev", "sigma"),
+    *("moyenne", "somme", "écart type", "ecart type", "media", "promedio", "standardabweichung", "stabw", "spannweite"),
+}
+#: a line beside the readings that says their unit: "Units: Inches, Degrees", "Temperature unit;Fahrenheit"
+_SAYS_UNIT = re.compile(
+    r"(?i).*\b(?:units?|einheit(?:en)?|angles?|lengths?|(?:coordinates|temperatures?|values|(?:mess)?werte|messung) in)"
+    r"\b\W*(.+)$"
+)
+#: what a row of units above the header is called: "Unit", "Y_Unit_Label"
+_UNIT_ROW = re.compile(r"(?i)\w*(?:unit|einheit)\w*[\w ]*:?")
+#: a line that says of columns named x, y, z that they are others
+_POLAR = re.compile(r"(?i)coordinate.*\b(cylind|spheric|polar)|(zylinder|kugel|polar)koordinat")
+
+
+class DialectTable(Table):
+    """How a file is written, where it does not say so itself."""
+
+    columns: dict[str, str] = {}  # noqa: RUF012 - pydantic copies it
+    """What the file calls a column, by the name it has here: j2 = "TC 03", or "#4" for the fourth."""
+    unit: str | None = None
+    """Unit of columns that name none: degC, degF or K; mm, m or inch."""
+    delimiter: Literal["comma", "semicolon", "tab", "bar", "blanks"] | None = None
+    """What parts the cells; default: recognised."""
+    decimal: Literal["point", "comma"] | None = None
+    """The decimal sign; default: recognised."""
+    dates: Literal["dmy", "mdy", "ymd"] | None = None
+    """Order of day, month and year; default: the one that fits every row."""
+
+
+PLAIN = DialectTable()
+
+
+class Layout(NamedTuple):
+    """A file's readings under its header, and what the user says of them."""
+
+    place: str  # the file
+    table: str  # of a TOML file in which the user may say more; or nothing
+    dialect: DialectTable
+    names: Sequence[str]
+    units: Sequence[set[str]]  # that the file says of each column
+    unit_of_all: set[str]  # that a line beside the table says
+    line: int  # of the header
+    parted: str  # by what
+    body: Sequence[Row]
+
+    def column(self, k: int) -> list[str]:
+        """The cells of a column."""
+        return [cells[k] if k < len(cells) else "" for _, cells in self.body]
+
+    def where(self, k: int, line: int) -> str:
+        """File, line and column, for a message."""
+        return f"{self.place}: line {line or self.body[0][0]}, column {k + 1} '{brief_name(self.names[k], 32)}'"
+
+    def key(self, k: int) -> str:
+        """A column as the user may name it: by its number, where its name is long or another's too."""
+        return self.names[k] if len(self.names[k]) <= LONG and self.names.count(self.names[k]) == 1 else f"#{k + 1}"
+
+    def mend(self, words: str, otherwise: str) -> str:
+        """What the user can say of the file, or else do to it."""
+        return f"say {words} in {self.table}" if self.table else otherwise
+
+    def refuse(self, what: str) -> InputError:
+        """A refusal of the header, which lists its columns."""
+        listed = f"; there are: {', '.join(map(brief_name, self.names))}" if len(what) < 180 else ""
+        line = f"line {self.line}" if self.line else f"line {self.body[0][0]}: no header above it"
+        return InputError(f"{self.place}: {line}: {what}{listed[: 213 - len(what)]}")
+
+    def both(self, columns: Sequence[int], are: str, key: str, otherwise: str) -> InputError:
+        """A refusal of two columns where one is wanted."""
+        mend = self.mend(f'columns = {{ {key} = "#{columns[0] + 1}" }}', otherwise)
+        return self.refuse(f"columns {columns[0] + 1} and {columns[1] + 1} {are}; {mend}")
+
+    def unsure(self, columns: Mapping[str, Sequence[int]]) -> InputError:
+        """A refusal of columns that stand in the file twice, or as what they shall be or were measured to be."""
+        column, own = next(iter(columns.items()))
+        sets = zip(*list(columns.values())[:3], strict=False)  # of two: a line may have 300 characters
+        pairs = (", ".join(f'{c} = "#{k + 1}"' for c, k in zip(columns, ks, strict=False)) for ks in sets)
+        are = f"column{'s' * (len(own) > 1)} {' and '.join(str(k + 1) for k in own)}{' both' * (len(own) > 1)} may be"
+        mend = self.mend(" or ".join(f"columns = {{ {pair} }}" for pair in pairs), "rename one")
+        return self.refuse(f"{are} {column} ({', '.join(brief_name(self.names[k]) for k in own)}); {mend}")
+
+
+def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> Layout:
+    """Where the header and the readings are."""
+    rows, begin = sheet.rows, sheet.begin
+    wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
+    heads = [
+        n for n in range(begin + 1) if wanted <= {p for c in rows[n][1] for p in (plain_name(c), name_and_unit(c)[0])}
+    ]
+    head = heads[-1] if wanted and heads else begin - 1
+    while head > 0 and not wanted and _says_more(rows[head][1], rows[head - 1][1]):
+        head -= 1
+    first = max(begin, head + 1)
+    body = rows[first:]
+    at = kinds(body[0][1]).find("t")  # the time's column
+    in_first = set(map(plain_name, body[0][1]))
+    while set(kinds(body[-1][1])) <= set("a-") or _sums_up(body[-1][1], at, in_first):
+        body = body[:-1]  # words behind the last reading, or the mean of all
+    line, given = rows[head] if head >= 0 else (0, [])
+    lengths = [len(cells) for _, cells in body]
+    width = len(given) or max(lengths)
+    if sheet.name not in ("comma", "blanks") and any(len(cells) == min(lengths) for _, cells in rows[:head]):
+        width = max(width, min(lengths))  # another row of the header says so
+    names = [(given[k] if k < len(given) else "") or f"#{k + 1}" for k in range(width)]
+    least = width if sheet.name == "blanks" else min(width, len(body[0][1]))
+    other = next(((n, c) for n, c in body if any(c[width:]) or len(c) < least), None)
+    if other is not None:
+        raise InputError(
+            f"{source}: line {other[0]}: {len(other[1])} cells where the header has {width}; give each column a cell "
+            "(commas, or blanks, in cells and between them? use others)"
+        )
+    beside = [*sheet.remarks, *rows[: max(head, 0)], *rows[head + 1 : first], *rows[first + len(body) :]]
+    polar = next((n for n, cells in beside if _POLAR.search(" ".join(cells))), None)
+    if polar is not None:
+        raise InputError(f"{source}: line {polar}: it says that the places are no X, Y, Z; export Cartesian ones")
+    return Layout(
+        place=source,
+        table=table,
+        dialect=dialect,
+        names=names,
+        units=_units(rows, head, begin, names, body),
+        unit_of_all=units_of_all(beside),
+        line=line,
+        parted=sheet.name,
+        body=body,
+    )
+
+
+def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], body: Sequence[Row]) -> list[set[str]]:
+    """The units that each column's name has, a row of units, or a column beside it that has nothing else."""
+    above = [cells for _, cells in rows[: max(head, 0)] if _UNIT_ROW.fullmatch(cells[0])]
+    units = []
+    for k, name in enumerate(names):
+        beside = {cells[k + 1] if k + 1 < len(cells) else "" for _, cells in body}
+        under = [cells[k] for _, cells in rows[head + 1 : begin] if k < len(cells)]
+        alone = {*map(unit_named, [*under, *list(beside) * (len(beside) == 1)])}
+        of_row = {unit_named(cells[k]) for cells in above if k < len(cells)}
+        alone |= {unit for unit in of_row if measured_by(unit) == "temperature"}  # lengths and angles may be of all
+        units.append(({name_and_unit(cell)[1] for cell in (name, *under)} | alone) - {""})
+    return units
+
+
+def units_of_all(rows: Iterable[Row]) -> set[str]:
+    """What lines that are no readings say of the unit of all; a line of other words than units says nothing."""
+    lines = (_SAYS_UNIT.match(" ".join(cells)) for _, cells in rows)
+    units = [{unit_named(word) for word in re.findall(r"[^\s,;]*\w[^\s,;]*", line[1])} for line in lines if line]
+    return {unit for said in units if "" not in said for unit in said}
+
+
+def _says_more(cells: Sequence[str], above: Sequence[str]) -> bool:
+    """Whether a row has no names of its own, but units, or words like ``Avg``, of the names above it.
+
+    A title above it is sparse and names nothing: K is a normal's then.
+    """
+    filled = [cell for cell in cells if cell]
+    more = len(set(filled)) < len(filled) or any(map(unit_named, filled))
+    return more and set(kinds(above)) <= set("a-") and 2 * sum(map(bool, above)) > len(filled)
+
+
+def _sums_up(cells: Sequence[str], at: int, in_first: set[str]) -> bool:
+    """Whether a row is no reading: a word in the time's column, or one of statistics that the first reading has not."""
+    return "".join(cells[at : at + 1]).isalpha() or bool(_STATISTICS.intersection(map(plain_name, cells)) - in_first)
+
+
+def check_last_rows(layout: Layout, used: set[int]) -> None:
+    """Raises InputError where rows below the readings have another kind of cell in a first column that is not read."""
+    first, *others = [kinds(cells[:1]) for _, cells in layout.body]
+    behind = "".join(others).lstrip(first)
+    if 0 not in used and first != "-" and 0 < len(behind) < min(5, len(others)) and set(behind) <= set("a-"):
+        where = layout.where(0, layout.body[-len(behind)][0])
+        raise InputError(f"{where}: another kind of cell than in all rows above: is it their mean or sum? remove it")

@@ -1,0 +1,120 @@
+"""Places and joints that a file has twice, as they shall be and as they were measured, and rows that sum others up."""
+
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.csv_table import read_csv
+from compgen.core.exceptions import InputError
+from compgen.core.recorded.layout import DialectTable
+from compgen.core.recorded.table import read_recorded
+
+PLACE = ("x_mm", "y_mm", "z_mm")
+JOINTS = tuple(f"j{k}_deg" for k in range(1, 7))
+KNOWN = ("time_s", "target", *JOINTS, *PLACE)
+WANTED = np.array([[800.25, -1200.5, 300.125], [810.5, 1200.25, -301.5]])
+MEASURED = WANTED + np.array([0.125, -0.25, 0.5])
+
+
+def read(folder, text, required=PLACE, known=KNOWN, **dialect):
+    file = folder / "points.csv"
+    file.write_bytes(text.encode())
+    return read_recorded(file, required, known, DialectTable(**dialect), "points.csv.toml")
+
+
+def refusal(*arguments, **dialect):
+    with pytest.raises(InputError) as caught:
+        read(*arguments, **dialect)
+    message = str(caught.value)
+    assert len(message.partition("points.csv: ")[2]) < 280
+    return message.partition("points.csv: ")[2]
+
+
+def lines_to_write(message):
+    """The lines that a refusal would have in the file beside, as a reader of TOML has them."""
+    return [tomllib.loads(line) for line in re.findall(r"columns = \{[^}]*\}", message)]
+
+
+def places(table):
+    return np.array([[float(cell) for cell in table.columns[table.header.index(name)]] for name in PLACE]).T
+
+
+HEADS = [
+    ("Punkt;X Soll [mm];Y Soll [mm];Z Soll [mm];X Ist [mm];Y Ist [mm];Z Ist [mm]", "columns 2 and 5 both may be x_mm"),
+    ("Point;Nominal X;Nominal Y;Nominal Z;Actual X;Actual Y;Actual Z", "(Nominal X, Actual X)"),
+    ("Name;X;Y;Z;X_meas;Y_meas;Z_meas", "(X, X_meas)"),  # it was read as the nominal one, and nothing was said
+    ("Nom;Xnom (mm);Ynom (mm);Znom (mm);Xact (mm);Yact (mm);Zact (mm)", "(Xnom (mm), Xact (mm))"),
+    ("Id;Cmd X [mm];Cmd Y [mm];Cmd Z [mm];X [mm];Y [mm];Z [mm]", "(Cmd X [mm], X [mm])"),
+    ("Id;X [mm];Y [mm];Z [mm];X [mm];Y [mm];Z [mm]", "columns 2 and 5 both may be x_mm"),
+]
+
+
+@pytest.mark.parametrize(("head", "words"), HEADS)
+def test_of_two_sets_of_places_both_lines_are_said_and_each_reads_its_own(tmp_path, head, words):
+    rows = (np.hstack([WANTED, MEASURED])).tolist()
+    text = "\n".join([head, *(f"P{n};" + ";".join(map(str, row)) for n, row in enumerate(rows))]) + "\n"
+    message = refusal(tmp_path, text)
+    assert words in message
+    lines = lines_to_write(message)
+    assert len(lines) == 2
+    for line, truth in zip(lines, (WANTED, MEASURED), strict=True):
+        assert_allclose(places(read(tmp_path, text, **line)), truth)
+
+
+def test_a_set_that_says_what_it_is_needs_the_users_word(tmp_path):
+    text = "Nom;X mesuré (mm);Y mesuré (mm);Z mesuré (mm)\nP1;800,25;-1200,5;300,125\nP2;810,5;1200,25;-301,5\n"
+    message = refusal(tmp_path, text)
+    assert "column 2 may be x_mm (X mesuré (mm)); say columns" in message
+    assert_allclose(places(read(tmp_path, text, **lines_to_write(message)[0])), WANTED)
+
+
+def test_deviations_are_no_places(tmp_path):
+    text = "Id;dX [mm];dY [mm];dZ [mm];X [mm];Y [mm];Z [mm]\n" + "".join(
+        f"P{n};0.1;0.2;0.3;{x};{y};{z}\n" for n, (x, y, z) in enumerate(MEASURED.tolist())
+    )
+    assert_allclose(places(read(tmp_path, text)), MEASURED)
+
+
+def test_joints_without_a_unit_are_settled_by_one_line(tmp_path):
+    text = "Name;A1;A2;A3;A4;A5;A6\nP1;1,5;2,5;3,5;4,5;5,5;6,5\nP2;1,5;2,5;3,5;4,5;5,5;6,5\n"
+    bare = text.replace("A", "J")
+    message = refusal(tmp_path, bare, JOINTS)
+    assert "or j1_rad" in message
+    table = read(tmp_path, bare, JOINTS, **lines_to_write(message)[0])
+    assert [table.columns[table.header.index(name)][0] for name in JOINTS] == ["1.5", "2.5", "3.5", "4.5", "5.5", "6.5"]
+
+
+SHOTS = "No;X [mm];Y [mm];Z [mm]\n" + "".join(f"{n};1,5;{n},25;3,5\n" for n in range(1, 7))
+
+
+@pytest.mark.parametrize("row", ["Moyenne;1,5;3,75;3,5\n", "Media;1,5;3,75;3,5\nSpannweite;0;5;0\n"])
+def test_a_row_that_is_named_a_sum_is_no_reading(tmp_path, row):
+    assert len(read(tmp_path, SHOTS + row).line) == 6
+
+
+@pytest.mark.parametrize("row", ["\n;1,5;3,75;3,5\n", "all shots;1,5;3,75;3,5\n", ";1,5;3,75;3,5\n;0;1,7;0\n"])
+def test_a_row_that_may_be_a_sum_is_refused(tmp_path, row):
+    assert f"line {SHOTS.count(chr(10)) + 1 + (row[0] == chr(10))}, column 1 'No': another kind" in refusal(
+        tmp_path, SHOTS + row
+    )
+
+
+def test_remarks_in_a_first_column_are_no_sums(tmp_path):
+    text = SHOTS.replace("No", "Remark").replace("\n1;", "\n;").replace("\n3;", "\nx;")
+    assert len(read(tmp_path, text).line) == 6
+
+
+def test_a_counter_is_not_called_seconds(tmp_path):
+    known = ("time_s", "j2_degC")
+    message = refusal(tmp_path, "Sample;J2 [C]\n1;20,5\n2;20,5\n", known[:1], known)
+    assert 'columns = { time_s = "Sample" } if it counts seconds (or time_min, time_h, time_d) in' in message
+
+
+def test_no_column_is_called_as_one_that_is_there(tmp_path):
+    file = tmp_path / "own.csv"
+    file.write_text("x_mm,y_mm,z_mm,x_act_mm\n1,2,3,4\n")
+    with pytest.raises(InputError, match="column x_act_mm: unknown; remove it; known: "):
+        read_csv(file, PLACE, PLACE)
