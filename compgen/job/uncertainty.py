@@ -14,6 +14,7 @@ from compgen.error_model.source import DirectionDependent, Expanding, Source, Vi
 from compgen.error_model.uncertain_sources import Cause, Quantity
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
+from compgen.job.part_frame import PartFrame
 from compgen.job.taught_frame import TakenUp, frame_rows, is_own_teaching, is_probe, open_of_frame, taken_up
 from compgen.planning.tables import TaughtTable
 from compgen.thermal.uncertainty import HeatChange
@@ -43,17 +44,17 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
     about = middle if middle is not None or frame is None else frame.place.position
     in_frame = quantities_in_frame(cell, taught, tool, about)
     nothing, quantities = _no_cause(cell, in_frame.parameters), list(in_frame.quantities)
-    if not is_taught_with_its_tool(job):
+    if not is_taught_with(tool, frame, cell):
         quantities += _of_tool(job, in_frame.parameters, nothing)
     if window > 0:
         quantities.append(Quantity("start delay", "start delay", replace(nothing, delay=1.0), (0.0, window)))
     return replace(in_frame, quantities=tuple(quantities))
 
 
-def is_taught_with_its_tool(job: Job) -> bool:
-    """Whether this robot taught the part's frame with the job's tool: the touches know both."""
-    taught = None if job.frame is None else job.frame.taught
-    return taught is not None and is_own_teaching(job.cell, taught) and is_probe(job.tool.pose, taught)
+def is_taught_with(tool: Pose, frame: PartFrame | None, cell: Cell) -> bool:
+    """Whether this robot taught the part's frame with the tool: the touches know both."""
+    taught = None if frame is None else frame.taught
+    return taught is not None and is_own_teaching(cell, taught) and is_probe(tool, taught)
 
 
 def quantities_in_frame(

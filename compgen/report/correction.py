@@ -17,6 +17,7 @@ from compgen.core.files import PROVENANCE
 from compgen.core.json_text import json_text
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.station_band import is_tool_taught
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.uncertainty.not_known import not_known, setting_of
 from compgen.report.averaged import served_figure, served_record
@@ -94,7 +95,8 @@ def band_of_correction(result: Correction) -> dict[str, Any] | None:
     if result.band is None:
         return None
     poses, rise = result.plan.poses, result.plan.stations.rise
-    setting = setting_of(poses.in_cell(result.plan.drive.pose[result.plan.free]), poses.tools.position, rise)
+    place = poses.in_cell(result.plan.drive.pose[result.plan.free])
+    setting = setting_of(place, poses.tools.position, rise, is_tool_taught=is_tool_taught(result))
     unknown = with_motion(not_known(result.cell, result.band, setting), result.motion)
     return band_record(result.band, unknown, result.draws, of_job=False)
 

@@ -144,7 +144,9 @@ def test_the_band_is_what_the_taught_frame_leaves(cell, z):
     assert_allclose(band, half_widths(z), rtol=2e-3, atol=0.06)  # um
     assert "part's frame" in report["band"]["budget_um"]
     assert "part_stands_um" not in report["band"]
-    assert "part's frame" not in {row["what"] for row in report["band"]["unknown"]}
+    unknown = {row["what"] for row in report["band"]["unknown"]}
+    assert "part's frame" not in unknown
+    assert ("tool length" in unknown) == (z != PROBE[2])  # the band holds the probe's, as the touches know it
     assert "frame.uncertainty" in codes
 
 
@@ -152,6 +154,7 @@ def test_the_same_numbers_without_their_teaching_are_open_in_full(cell):
     write_tables(cell, uframe=by_numbers())
     band, report, codes = corrected(cell)
     assert_allclose(band, half_widths(50.0, taught=False), rtol=2e-3, atol=0.06)  # um
+    assert {"part's frame", "tool length"} <= {row["what"] for row in report["band"]["unknown"]}
     assert band.max() > 1.5 * half_widths(50.0).max()
     assert report["band"]["part_stands_um"] > report["band"]["when_taught_um"]
     assert not {c for c in codes if c.startswith("frame.")}

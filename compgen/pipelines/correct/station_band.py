@@ -18,7 +18,7 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.uncertain_sources import Cause
 from compgen.job.job import Cell
 from compgen.job.part_frame import PartFrame
-from compgen.job.uncertainty import JobUncertainty, changed_cell, is_identified, quantities_in_frame
+from compgen.job.uncertainty import JobUncertainty, changed_cell, is_identified, is_taught_with, quantities_in_frame
 from compgen.pipelines.correct.result import Correction, CorrectionPlan
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
@@ -62,7 +62,18 @@ def uncertainty_of_plan(cell: Cell, plan: CorrectionPlan, frames: Frames) -> Job
     poses, pose = plan.poses, plan.drive.pose[plan.free]
     place = poses.tcp.position[pose]
     middle = (place.min(axis=0) + place.max(axis=0)) / 2
-    return quantities_in_frame(cell, frame.taught, poses.tools[poses.tool[pose[0]]], middle)
+    return quantities_in_frame(cell, frame.taught, _one_tool(plan), middle)
+
+
+def is_tool_taught(result: Correction) -> bool:
+    """Whether this robot taught the frame of the free stations with their tool."""
+    frame = part_frame_of(result.plan, result.around.frames)
+    return frame is not None and is_taught_with(_one_tool(result.plan), frame, result.cell)
+
+
+def _one_tool(plan: CorrectionPlan) -> Pose:
+    """Of the free stations, which have one."""
+    return plan.poses.tools[plan.poses.tool[plan.drive.pose[plan.free][0]]]
 
 
 def station_band(cell: Cell, plan: CorrectionPlan, frames: Frames, before: Sequence[Duty]) -> Band | None:

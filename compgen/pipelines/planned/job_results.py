@@ -14,7 +14,7 @@ from compgen.error_model.direction_memory import DirectionState, direction_state
 from compgen.error_model.unmeasured import Unknown
 from compgen.job.job import Job
 from compgen.job.motion_plan import MotionPlan
-from compgen.job.uncertainty import is_taught_with_its_tool
+from compgen.job.uncertainty import is_taught_with
 from compgen.pipelines.planned.averaging import Averaged, planned_rises
 from compgen.pipelines.planned.delivery import Delivery
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
@@ -80,9 +80,10 @@ class Planned(MotionPlan):
 
     def not_known(self, band: Band) -> tuple[Unknown, ...]:
         """What a band of the program leaves out because nothing is known of it."""
-        places, tool = self.path.target.position, self.job.tool.pose.position[None]
-        setting = setting_of(places, tool, self.rise, is_tool_taught=is_taught_with_its_tool(self.job))
-        return not_known(self.job.cell, band, setting)
+        places, tool, cell = self.path.target.position, self.job.tool.pose, self.job.cell
+        is_tool_taught = is_taught_with(tool, self.job.frame, cell)
+        setting = setting_of(places, tool.position[None], self.rise, is_tool_taught=is_tool_taught)
+        return not_known(cell, band, setting)
 
     def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
         """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""

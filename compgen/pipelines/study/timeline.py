@@ -6,7 +6,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, owns
 from compgen.job.job import Job
-from compgen.job.uncertainty import is_taught_with_its_tool
+from compgen.job.uncertainty import is_taught_with
 from compgen.pipelines.study.geometry import band_at_samples, displacement, lay_out
 from compgen.pipelines.uncertainty.not_known import Setting, setting_of
 from compgen.thermal import rise_history
@@ -73,7 +73,7 @@ def timeline(job: Job) -> Timeline:
             geometry.path.target.position,
             job.tool.pose.position[None],
             run_rise,
-            is_tool_taught=is_taught_with_its_tool(job),
+            is_tool_taught=is_taught_with(job.tool.pose, job.frame, job.cell),
         ),
         band=(bands[0], bands[1]),
     )
