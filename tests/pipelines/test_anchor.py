@@ -366,7 +366,9 @@ def test_what_touches_off_by_more_than_is_open_leave_open_grows_with_them(days):
 def test_a_forecast_is_left_only_where_the_touches_agree_with_it(change, verdict):
     """Open by 50 um before and 49 after: touches that move the path by more than that are not left unsaid."""
     best, error = Judged(AS_FORECAST, 0.0, 24.0), np.full(8, 10 * UM)
-    assert verdict_of(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)[0] == verdict
+    said, reason = verdict_of(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)
+    assert said == verdict
+    assert ("with the touches to 49" in reason) is (verdict == "anchored")  # elsewhere a line of the screen's own
 
 
 def test_a_state_that_is_left_is_as_open_as_touches_lie_farther_off_than_it_allows(days):
@@ -407,6 +409,7 @@ def test_the_command_writes_state_page_and_record(days, tmp_path):
     assert result.returncode == 0, result.stderr
     first = target.read_bytes()
     assert read_state(str(target)).verdict in ("anchored", "leave it")
+    assert result.stdout.count("um rms, with the touches to ") == 1
     record = json.loads((tmp_path / "page" / "anchor.json").read_text())
     assert len(record["touches"]) == 8
     assert (tmp_path / "page" / "anchor.html").read_bytes().startswith(b"<!doctype html>")

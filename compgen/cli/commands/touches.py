@@ -126,7 +126,7 @@ def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
     print_lines(
         [
             f"{state.verdict}: {result.reason}",
-            *(line for line in (known,) if "rms" not in result.reason),
+            *(line for line in (known,) if result.verdict != "anchored"),  # that is its reason
             f"warmer than the reference by [K], +- at 95 %: {rises}",
             f"base moved in World by {base} um",
             f"the state holds for {limit_words(state.window)}, the robot standing",

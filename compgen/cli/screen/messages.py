@@ -106,10 +106,9 @@ def print_lines(lines: Iterable[str]) -> None:
     sys.stdout.write("".join(f"{line}\n" for line in lines))
 
 
-def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> None:
+def print_findings(console: "Console", records: Iterable[Mapping[str, str]], *, verbose: bool) -> None:
     """Print findings, a line each, but for the one that stands above them in words: that nothing was corrected."""
-    to_read = [finding for finding in in_reading_order(findings) if finding.code != Code.CORRECTION_NONE]
-    for line in finding_lines(to_read, verbose=verbose):
+    for line in finding_lines((r for r in records if r["code"] != Code.CORRECTION_NONE), verbose=verbose):
         console.print(line)
 
 

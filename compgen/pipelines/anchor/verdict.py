@@ -103,15 +103,11 @@ def verdict_of(
         return "something moved", " and ".join(f"{m.distance / MM:.2g} mm at {m.what}" for m in moved if m.is_sure)
     is_left = change <= after
     if is_left and after > GAIN * before:
-        return (
-            "leave it",
-            f"the forecast leaves {before / UM:.0f} um rms of the path open, the touches {after / UM:.0f}",
-        )
+        return "leave it", "the touches would leave about as much of the path open as the forecast does"
     without = float(np.sqrt(np.mean(forecast_error**2)))
     is_fine = best.hypothesis == AS_FORECAST and 3 * without**2 < after**2 + 3 * noise**2
     if is_left and is_fine and after > COARSE * noise:
-        message = f"the touches see nothing wrong with the forecast, and know the path to {after / UM:.0f} um rms only"
-        return "leave it", message
+        return "leave it", "the touches see nothing wrong with the forecast, and know too little to make it better"
     if best.hypothesis.day == 0:
         return "leave it", f"the forecast predicts the touches to {without / UM:.0f} um, as well as they can tell"
     return "anchored", known_words(before, after)
