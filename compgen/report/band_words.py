@@ -26,6 +26,8 @@ NAMED = 3  # of what is not measured, on the screen
 NO_BAND = "not stated (the robot file gives no number a sigma)"
 MOST = 3  # steps that are named
 LEAST_TAKEN = 0.02  # of a band, that a step must take off
+DOUBLED = sqrt(1 / 2)  # of a standard deviation, that twice as many measurements leave
+STANDS = "where the part stands"  # what a taught frame takes up, of each source alike
 
 
 def band_record(
@@ -56,7 +58,12 @@ def band_record(
             }
             for row in unknown
         ],
-        "next": next_steps(_um(band.largest), budget_um, STEPS if of_job else STEPS_OF_PROGRAM),
+        "next": next_steps(
+            _um(band.largest),
+            budget_um,
+            STEPS if of_job else STEPS_OF_PROGRAM,
+            taught_um=_um((band.parted or (band.largest,))[-1]),
+        ),
     }
 
 
@@ -242,12 +249,13 @@ def _um(value: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A measurement, and the sources of a budget that it ends."""
+    """A measurement, and the sources of a budget that it ends or makes smaller."""
 
     what: str
     ends: tuple[str, ...]
     hours: float  # of work; assumed
     command: str  # that uses it
+    leaves: float = 0.0  # of each source
 
 
 STEPS = (
@@ -265,13 +273,20 @@ STEPS = (
         "cgen generate PATH --set log.file=log.csv",
     ),
     Step("a sensor on every node", ("temperature log",), 2.0, "cgen generate PATH --set log.file=log.csv"),
-    Step("more touches of the spheres", ("anchored state",), 1.0, "cgen plan-touches PATH, then cgen anchor"),
-    Step("more touches of the part's frame", ("part's frame",), 0.5, "cgen teach-frame"),
+    Step(
+        "twice as many touches of the spheres", ("anchored state",), 1.0, "cgen plan-touches PATH, then cgen anchor",
+        DOUBLED,
+    ),
+    Step(
+        "the part's frame, taught", (STANDS,), 0.5,
+        "cgen teach-frame ROBOT --touches touches.csv --artefact artefact.toml",
+    ),
+    Step("twice as many touches of the part's frame", ("part's frame",), 0.5, "cgen teach-frame", DOUBLED),
     Step("the tool against a gauge", ("tool",), 0.5, "cgen generate PATH --set 'tool.sigma_um=[5,5,5]'"),
     Step("reversals of each joint", ("lost motion",), 2.0, "cgen plan-poses ROBOT, then cgen identify"),
     Step(
-        "more poses", ("identified parameters", "geometry", "fit noise"), 4.0,
-        "cgen plan-poses ROBOT, then cgen identify",
+        "twice as many poses", ("identified parameters", "geometry", "fit noise"), 4.0,
+        "cgen plan-poses ROBOT, then cgen identify", DOUBLED,
     ),
     Step("a warm-up", ("bends and drift", "profile shape"), 6.0, "cgen identify ROBOT --warm-up warm.csv"),
 )  # fmt: skip
@@ -283,26 +298,32 @@ STEPS_OF_PROGRAM = tuple(
 )
 
 
-def next_steps(p95_um: float, budget_um: dict[str, float], steps: Sequence[Step] = STEPS) -> list[dict[str, Any]]:
+def next_steps(
+    p95_um: float, budget_um: dict[str, float], steps: Sequence[Step] = STEPS, *, taught_um: float | None = None
+) -> list[dict[str, Any]]:
     """The steps that take most off a band an hour, and what is left with those before; sources add as squares.
 
     Args:
         p95_um: The band.
         budget_um: Its sources.
         steps: That may be taken.
+        taught_um: The band that is left once the part's frame is taught; None: no frame would take anything up.
     """
     whole = sum(size**2 for size in budget_um.values()) or 1.0
+    share = 1.0 if taught_um is None or not p95_um else min(taught_um / p95_um, 1.0)
+    sources = {name: share * size for name, size in budget_um.items()} | {STANDS: sqrt(whole * (1 - share**2))}
 
-    def left(ended: set[str]) -> float:
-        return p95_um * sqrt(sum(size**2 for name, size in budget_um.items() if name not in ended) / whole)
+    def left(steps: Sequence[Step]) -> float:
+        leaves = {name: step.leaves for step in steps for name in step.ends}
+        return p95_um * sqrt(sum((size * leaves.get(name, 1.0)) ** 2 for name, size in sources.items()) / whole)
 
-    gains = [(p95_um - left(set(step.ends)), step) for step in steps]
+    gains = [(p95_um - left([step]), step) for step in steps]
     best = sorted((g for g in gains if g[0] >= LEAST_TAKEN * p95_um > 0), key=lambda g: -g[0] / g[1].hours)[:MOST]
     return [
         {
             "what": step.what,
             "takes_um": float(f"{gain:.6g}"),
-            "left_um": float(f"{left({name for _, done in best[: k + 1] for name in done.ends}):.6g}"),
+            "left_um": float(f"{left([done for _, done in best[: k + 1]]):.6g}"),
             "hours": step.hours,
             "command": step.command,
         }

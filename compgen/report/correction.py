@@ -97,8 +97,8 @@ def band_of_correction(result: Correction) -> dict[str, Any] | None:
     poses, rise = result.plan.poses, result.plan.stations.rise
     place = poses.in_cell(result.plan.drive.pose[result.plan.free])
     setting = setting_of(place, poses.tools.position, rise, is_tool_taught=is_tool_taught(result))
-    unknown = with_motion(not_known(result.cell, result.band, setting), result.motion)
-    return band_record(result.band, unknown, result.draws, of_job=False)
+    unknown = not_known(result.cell, result.band, setting)
+    return band_record(result.band, with_motion(unknown, result.motion), result.draws, of_job=False)
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:

@@ -36,15 +36,31 @@ def test_a_step_that_takes_little_or_has_nothing_to_take_is_not_named():
     assert next_steps(0.0, {}) == []
     assert [s["what"] for s in next_steps(44.0, {"cte": 44.0, "tool": 2.0})] == ["one hot length"]
     (frame,) = next_steps(10.0, {"part's frame": 10.0})
-    assert frame["left_um"] == 0
+    assert frame["left_um"] == pytest.approx(10 / np.sqrt(2), rel=1e-5)
     assert frame["command"].startswith("cgen teach-frame")
 
 
 def test_an_hour_counts():
     """Poses take more off than a gauge for the tool, in eight times its time."""
     steps = next_steps(30.0, {"identified parameters": 25.0, "tool": 16.0})
-    assert [s["what"] for s in steps] == ["the tool against a gauge", "more poses"]
-    assert steps[0]["takes_um"] < steps[1]["takes_um"]
+    assert [s["what"] for s in steps] == ["the tool against a gauge", "twice as many poses"]
+
+
+def test_twice_as_many_measurements_leave_half_of_the_variance():
+    """Poses were said to end what the identified arm leaves open: 159 um were to become 36."""
+    (poses,) = next_steps(100.0, {"identified parameters": 80.0, "thermal physics missing": 60.0})
+    assert poses["what"] == "twice as many poses"
+    assert_allclose(poses["left_um"], np.sqrt(6400 / 2 + 3600), rtol=1e-5)
+
+
+def test_where_the_part_stands_is_taken_up_by_its_frame_and_by_no_pose():
+    """Teaching leaves 80 of 100 um: of each source 64 % of its variance."""
+    budget = {"identified parameters": 80.0, "thermal physics missing": 60.0}
+    frame, poses = next_steps(100.0, budget, taught_um=80.0)
+    assert frame["command"].startswith("cgen teach-frame ROBOT --touches")
+    assert_allclose([frame["takes_um"], frame["left_um"]], [20, 80], rtol=1e-5)
+    assert_allclose([poses["takes_um"], poses["left_um"]], [100 - np.sqrt(1e4 - 2048), np.sqrt(6400 - 2048)], rtol=1e-5)
+    assert [s["what"] for s in next_steps(100.0, budget, taught_um=10.0)] == ["the part's frame, taught"]
 
 
 def test_the_words_name_command_and_what_is_larger_than_the_band():

@@ -81,9 +81,8 @@ class Planned(MotionPlan):
     def not_known(self, band: Band) -> tuple[Unknown, ...]:
         """What a band of the program leaves out because nothing is known of it."""
         places, tool, cell = self.path.target.position, self.job.tool.pose, self.job.cell
-        is_tool_taught = is_taught_with(tool, self.job.frame, cell)
-        setting = setting_of(places, tool.position[None], self.rise, is_tool_taught=is_tool_taught)
-        return not_known(cell, band, setting)
+        taught = is_taught_with(tool, self.job.frame, cell)
+        return not_known(cell, band, setting_of(places, tool.position[None], self.rise, is_tool_taught=taught))
 
     def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
         """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""
