@@ -52,7 +52,7 @@ def read_motion(
     robot = prepared.twin.robot.at_acceleration(program.acc)
     length = np.maximum(length, SAME_POSITION)
     stops = np.flatnonzero(program.fine)
-    reached = np.repeat(np.maximum.reduceat(prepared.highest, stops[:-1]), np.diff(stops))
+    reached = np.repeat(np.maximum.reduceat(prepared.timing.highest, stops[:-1]), np.diff(stops))
     word = np.minimum(program.speed, reached)[chords.segment]
     whole = np.maximum(prepared.sweep.length, SAME_POSITION)[chords.segment]
     share = np.maximum(chords.length, SAME_POSITION) / whole
@@ -68,15 +68,15 @@ def read_motion(
         if share > use[1].max():
             hardest = int(np.searchsorted(chords.rows, np.argmax(qdd) + 1, side="right"))
         use[1, joint] = share
-    at_feed = float(prepared.at_word[program.speed >= feed * (1 - AT_FEED)].sum()) / float(length.sum())
-    as_written = float(prepared.unrounded[-1])
+    at_feed = float(prepared.timing.at_word[program.speed >= feed * (1 - AT_FEED)].sum()) / float(length.sum())
+    as_written = float(prepared.timing.unrounded[-1])
     effect = None if touching is None else motion_effect(prepared, touching)
     return WrittenMotion(
-        time=frozen(prepared.time),
+        time=frozen(prepared.timing.time),
         at_feed=at_feed,
         use=frozen(use),
         as_written=as_written,
-        rounded_up=prepared.rounded_up,
+        rounded_up=prepared.timing.rounded_up,
         hardest=hardest,
         effect=effect,
     )

@@ -227,8 +227,8 @@ def test_joints_keep_sigmas_of_the_band_from_their_limits_where_asked() -> None:
 def test_ramps_at_half_the_acceleration_take_the_program_longer(line: tuple[Planned, Corrected]) -> None:
     planned, made = line
     prepared = prepare(twin_of(planned.job), made.program, made.before, made.air)
-    np.testing.assert_array_equal(prepared.with_ramps(1.0).time, prepared.time)
+    np.testing.assert_array_equal(prepared.with_ramps(1.0).timing.time, prepared.timing.time)
     slower = prepared.with_ramps(0.5)
-    assert slower.time[-1] > 1.05 * prepared.time[-1]
+    assert slower.timing.time[-1] > 1.05 * prepared.timing.time[-1]
     gaps = np.linalg.norm(np.diff(prepared.program.position, axis=0), axis=1)
-    np.testing.assert_allclose(np.diff(slower.time) * slower.driven, gaps, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(np.diff(slower.timing.time) * slower.timing.driven, gaps, rtol=1e-9, atol=1e-12)

@@ -71,7 +71,7 @@ def test_a_long_program_is_heated_stretch_by_stretch() -> None:
     prepared = prepare(result.twin, result.program, result.before, result.air)
     other = on_other_model(planned)
     whole, parted = (fly_across(planned.job, other, prepared, result.deviation, stretch) for stretch in (10**6, 40))
-    assert len(prepared.time) > 80
+    assert len(prepared.timing.time) > 80
     assert abs(whole.largest - parted.largest) < 0.01 * UM
 
 

@@ -85,14 +85,14 @@ def test_a_longer_way_round_is_driven_the_longer_way(twin):
     program = on_circle(0.03, np.array([0, 0.8, 3.1]), (0, 0, 1), (0, 0, 0))
     assert sweeps(program).length.sum() == pytest.approx(0.03 * 3.1)
     short = replace(program, via=np.zeros(3, dtype=bool))
-    assert prepare(twin, program, []).time[-1] > prepare(twin, short, []).time[-1]
+    assert prepare(twin, program, []).timing.time[-1] > prepare(twin, short, []).timing.time[-1]
 
 
 def test_an_arc_takes_its_length_over_its_speed(twin):
     angles = np.arange(9) * 0.2
     program = on_circle(0.3, angles, (0, 0, 1), (0, 0, 0))
     prepared = prepare(twin, program, [])
-    inner = np.diff(prepared.time)[2:-2]
+    inner = np.diff(prepared.timing.time)[2:-2]
     assert_allclose(inner / inner[0], 1, rtol=1e-12)
     motion = read_motion(prepared, np.full(8, 0.06), 0.1)
     assert motion.at_feed > 0.9

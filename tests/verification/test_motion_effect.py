@@ -115,8 +115,8 @@ def test_a_known_motion_has_its_windows_by_run_where_the_tool_goes_and_how_long_
     assert effect.off.reshape(2, 2).max(axis=1) == pytest.approx([*map(beside_a_corner, windows)], abs=2 * DIGIT)
     lasts = 0.008 * np.ceil(np.array([[first, 200], [second, 200]]) / 200 / 0.008 - 1e-6)
     ends = np.cumsum(lasts.sum(axis=1) + 2 * np.array(windows))
-    assert prepared.time[[2, 4]] == pytest.approx(ends, abs=1e-6)  # as long as its statements and both means
-    assert prepared.rounded_up == pytest.approx(prepared.time[-1])
+    assert prepared.timing.time[[2, 4]] == pytest.approx(ends, abs=1e-6)  # as long as its statements and both means
+    assert prepared.timing.rounded_up == pytest.approx(prepared.timing.time[-1])
 
 
 def test_of_a_known_motion_there_is_one_size(job):

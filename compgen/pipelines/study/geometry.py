@@ -43,7 +43,7 @@ class Geometry:
     @property
     def motion(self) -> JointMotion:
         """The program at its positions."""
-        return JointMotion(self.prepared.time, self.prepared.theta, self.prepared.driven)
+        return JointMotion(self.prepared.timing.time, self.prepared.theta, self.prepared.timing.driven)
 
     def thinned(self, count: int) -> "Geometry":
         """At some of the samples only, both ends among them."""

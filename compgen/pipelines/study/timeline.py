@@ -42,7 +42,7 @@ def timeline(job: Job) -> Timeline:
     geometry = lay_out(job)
     history = job.history
     duties = [*history.before, *history.cycle, *history.after]
-    end = max(sum(d.duration for d in duties), history.clock + float(geometry.prepared.time[-1]))
+    end = max(sum(d.duration for d in duties), history.clock + float(geometry.prepared.timing.time[-1]))
     edges = np.cumsum([0.0, *(d.duration for d in duties)])
     even = np.linspace(0.0, end, POINTS)
     time = np.unique(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))

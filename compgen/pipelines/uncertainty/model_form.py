@@ -70,7 +70,7 @@ def fly_across(
     Raises:
         CompgenError: The other model cannot be driven.
     """
-    rows = np.unique(np.linspace(0, len(prepared.time) - 1, POSITIONS).astype(int))
+    rows = np.unique(np.linspace(0, len(prepared.timing.time) - 1, POSITIONS).astype(int))
     own_place = _places(job, prepared, rows, prepared.rises_at(rows))
     other_place = _places(other, prepared, rows, _rises(other, prepared, rows, stretch))
     moved, arc = other_place - own_place, deviation.arc[prepared.first_samples()[rows]]
@@ -122,12 +122,12 @@ def _places(job: Job, prepared: PreparedProgram, rows: IntArray, rise: Array) ->
 
 def _rises(job: Job, prepared: PreparedProgram, rows: IntArray, stretch: int) -> Array:
     """Rises of the job's heat model at some positions, (P, K) [K], a stretch of the program at a time."""
-    heat, air, time = job.heat, job.history.air, prepared.time
+    heat, air, time = job.heat, job.history.air, prepared.timing.time
     state, states = job.state(), []
     for first in range(0, len(time) - 1, stretch):
         last = min(first + stretch, len(time) - 1)
         part = slice(first, last + 1)
-        motion = JointMotion(time[part] - time[first], prepared.theta[part], prepared.driven[first:last])
+        motion = JointMotion(time[part] - time[first], prepared.theta[part], prepared.timing.driven[first:last])
         between = rows[(rows >= first) & ((rows < last) | (last == len(time) - 1))] - first
         at = states_at(heat, state, motion, np.append(between, last - first), air, job.clock + time[first])
         states.append(at[:-1])

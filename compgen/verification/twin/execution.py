@@ -29,7 +29,7 @@ from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.heat import mode_states, state_after_duties
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
 from compgen.verification.twin.real_arm import Twin, refuse_interference, refuse_wrong_inverse
-from compgen.verification.twin.timing import SAME_POSITION, statement_times, time_program, time_smoothed
+from compgen.verification.twin.timing import SAME_POSITION, ProgramTiming, statement_times, time_program, time_smoothed
 
 SPACING = 1e-3  # m between samples at most
 CHUNK = 16384  # segments at a time
@@ -63,13 +63,8 @@ class PreparedProgram:
 
     twin: Twin
     program: Program  # in World
-    time: Array  # (N,) [s]
+    timing: ProgramTiming
     rise: Array  # (N, K) [K] without what the air does from the first duty on
-    driven: Array  # (S,) [m/s] mean
-    highest: Array  # (S,) [m/s] that is reached on it
-    unrounded: Array  # (N,) [s] ``time`` where the controller does not round up
-    at_word: Array  # (S,) [m] how much of it is driven at the written speed
-    rounded_up: float  # [s] how long all takes where the controller rounds up
     theta: Array  # (N, 6) [rad]
     turn: Array  # (S, 3) [rad] rotation vector over each segment, in the axes of its start
     samples_per_segment: IntArray  # (S,)
@@ -131,7 +126,7 @@ class PreparedProgram:
         fraction = (np.arange(begin[-1]) - begin[segment - first]) / self.samples_per_segment[segment]
         if last == len(self.samples_per_segment):
             segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
-        time = self.time[segment] + fraction * np.diff(self.time[first : last + 1])[segment - first]
+        time = self.timing.time[segment] + fraction * np.diff(self.timing.time[first : last + 1])[segment - first]
         rise, growth = self.rise_and_growth(segment, fraction, time)
         has_arcs = bool(self.program.via[first : last + 1].any())
         function = build_segment_sample(twin.robot, self.program.posture, twin.tool, arcs=has_arcs)
@@ -167,8 +162,8 @@ class PreparedProgram:
             rise = self.rise[segment] + fraction[:, None] * (self.rise[segment + 1] - self.rise[segment])
         else:
             first, last = int(segment[0]), int(segment[-1]) + 1
-            steady = law.steady_rise("moving", self.driven[first:last])
-            since = (time - self.time[segment])[:, None]
+            steady = law.steady_rise("moving", self.timing.driven[first:last])
+            since = (time - self.timing.time[segment])[:, None]
             per_kelvin = self.twin.growth_per_kelvin().reshape(1, -1)
             rise, growth = evaluate(
                 build_rise_and_growth(K), IndexedRows(self.rise, segment), IndexedRows(steady, segment - first),
@@ -183,7 +178,7 @@ class PreparedProgram:
     def rises_at(self, rows: IntArray) -> Array:
         """Rises at some of the positions, (M,) rising numbers, to (M, K) [K]."""
         rise = self.rise[rows]
-        return rise if self.air.is_still else rise + self._air_rise(self.time[rows])
+        return rise if self.air.is_still else rise + self._air_rise(self.timing.time[rows])
 
     def _air_rise(self, time: Array) -> Array:
         """What the air adds: the exact response on a grid of seconds, a straight line between, (M, K) [K]."""
@@ -198,20 +193,19 @@ class PreparedProgram:
         robot, length = self.twin.robot, np.maximum(self.sweep.length, SAME_POSITION)
         if robot.motion is not None and robot.motion.is_smooth:
             timing = time_smoothed(robot.controller, robot.motion, self.program, length, slower.override)
-            return replace(slower, **timing._asdict(), led=slower.motion_deviation())
-        duration, controller = np.diff(self.unrounded) / share, robot.controller
+            return replace(slower, timing=timing, led=slower.motion_deviation())
+        duration, controller = np.diff(self.timing.unrounded) / share, robot.controller
         whole = statement_times(controller, duration, self.program.via, rounds_up=True)
         taken = whole if controller.rounds_up_to_period else duration
-        factor = np.diff(self.time) / taken
-        return replace(
-            slower,
+        factor = np.diff(self.timing.time) / taken
+        timing = self.timing._replace(
             time=np.concatenate([[0.0], np.cumsum(taken)]),
-            unrounded=self.unrounded / share,
+            unrounded=self.timing.unrounded / share,
             rounded_up=float(whole.sum()),
-            driven=self.driven * factor,
-            highest=self.highest * factor,
-            led=slower.motion_deviation(),
+            driven=self.timing.driven * factor,
+            highest=self.timing.highest * factor,
         )
+        return replace(slower, timing=timing, led=slower.motion_deviation())
 
     def motion_deviation(self) -> MotionDeviation | None:
         """Where the controller's motion leads the tool at this override."""
@@ -220,13 +214,13 @@ class PreparedProgram:
 
     def written_path(self) -> WrittenPath:
         """The path of its text, with the twin's times at full override."""
-        return WrittenPath(self.program, self.sweep, self.unrounded * self.override, self.theta, self.turn)
+        return WrittenPath(self.program, self.sweep, self.timing.unrounded * self.override, self.theta, self.turn)
 
     def with_ramps(self, share: float) -> "PreparedProgram":
         """The program with ramps at a share of the accelerations assumed; its warmth is left to ``reheated``."""
         robot = self.twin.robot
         slower = replace(robot, acceleration=share * robot.acceleration, jerk=share * robot.jerk)
-        return replace(self, **time_program(slower, self.program, self.sweep.length, self.theta)._asdict())
+        return replace(self, timing=time_program(slower, self.program, self.sweep.length, self.theta))
 
     def with_rise(self, rise: Array) -> "PreparedProgram":
         """The program with given rises at its positions, (N, K) [K], what the air does among them."""
@@ -238,7 +232,9 @@ class PreparedProgram:
 
     def motion(self) -> JointMotion:
         """What the drives do, from chord to chord."""
-        return JointMotion(self.chords.times(self.time), self.chord_theta, self.driven[self.chords.segment])
+        return JointMotion(
+            self.chords.times(self.timing.time), self.chord_theta, self.timing.driven[self.chords.segment]
+        )
 
 
 def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient | None = None) -> PreparedProgram:
@@ -274,7 +270,7 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
         sweep=sweep,
         chords=chords,
         chord_theta=chord_theta,
-        **timing._asdict(),
+        timing=timing,
         **thermal,
     )
     return replace(prepared, led=prepared.motion_deviation())
