@@ -15,11 +15,17 @@ from compgen.report.curves import sentence
 from compgen.report.figure import COOL, GREY, LIMIT, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.inputs import Inputs
 from compgen.report.page import PLAIN, PageOptions, fixed, page
+from compgen.robot.motion import MotionVerdict
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 
 REMARK = "Of the motion that the log shows: how the controller smooths what it is told, not where the tool was."
 
+VERDICTS = {  # in words
+    MotionVerdict.FORETELLS: "used to predict, not to correct",
+    MotionVerdict.COMMANDABLE: "used to predict, and to correct",
+    MotionVerdict.REJECTED: "nothing of it is used",
+}
 TICKS = [step * 10.0**power for power in range(-2, 5) for step in (1, 2, 5)]  # of an axis of logarithms
 
 
@@ -104,12 +110,14 @@ def motion_sentences(summary: dict[str, Any]) -> list[str]:
     return [
         f"{motion['kind']}{f': {words}' if words else ''}"
         f"{' (the last two in runs that begin with a long line)' if motion['after_long_ms'] else ''}; "
-        f"sigma {low:.2f} to {high:.2f} ms (95 %)",
-        f"stretches held out: {held['rms_um']:.2f} um rms where the plain program leaves {held['plain_um']:.2f}, 99 % "
-        f"below {held['p99_um']:.1f}, at most {held['max_um']:.1f}; commanded against up to {held['limit_um']:.2f} rms",
-        f"runs with bends that it explains begin with a line that is: "
-        f"{' and '.join(motion['runs_began']) or 'none: log the program of cgen plan-motion-log'}",
-        f"verdict: {summary['verdict']}",
+        f"sigma, how far it spreads a command in time, {low:.2f} to {high:.2f} ms (95 %)",
+        f"on stretches held out of the fit it leaves {held['rms_um']:.2f} um rms, 99 % below {held['p99_um']:.1f}, at "
+        f"most {held['max_um']:.1f}; the program without smoothing leaves {held['plain_um']:.2f} rms; "
+        f"used to correct up to {held['limit_um']:.2f} rms",
+        f"known for runs that begin with a {' and with a '.join(f'{began} line' for began in motion['runs_began'])}"
+        if motion["runs_began"]
+        else "no run with bends shows it: log the program of cgen plan-motion-log",
+        f"verdict: {summary['verdict']} ({VERDICTS[MotionVerdict(summary['verdict'])]})",
     ]
 
 

@@ -48,6 +48,7 @@ def test_a_run_as_planned_is_inside_and_has_a_page(folder, course):
     write(folder, course, logs.Logger(noise=2e-6, offset=1234.5, jitter=1e-3, drop=0.05))
     result = executed(folder, "--max-um", 20)
     assert result.returncode == 0, result.stderr
+    assert "verdict: inside\n" in result.stdout
     data = report(folder)
     assert data["verdict"] == "inside"
     assert [s["percent"] for s in data["override"]] == [100]
@@ -76,18 +77,20 @@ def test_a_deviation_beyond_the_bound_is_outside(folder, course):
 
 def test_the_override_is_named_and_a_change_midway_is_outside(folder, course):
     write(folder, course, run_of=logs.Run(ramp=0.25, override=0.37))
-    assert executed(folder).returncode == 0
+    result = executed(folder)
+    assert result.returncode == 0
+    assert "verdict: inside: no bound was given; give --max-um\n" in result.stdout
     assert report(folder)["override"][0]["percent"] == 37
     assert "executed.override" in codes(folder)
     write(folder, course, run_of=logs.Run(ramp=0.25, later=((9.0, 0.5),)))
-    refused(executed(folder), 1, "override changed midway", "100 % at first, 50 % from")
+    refused(executed(folder), 1, "override changed during the run", "100 % at first, 50 % from")
     turn = report(folder)["override"][1]["from_s"]
     assert turn == pytest.approx(9.0 + 1.5 * 0.25, abs=0.1)
 
 
 def test_half_a_run_is_named_with_where_it_ends(folder, course):
     write(folder, course, logs.Logger(noise=1e-6, end=0.5))
-    refused(executed(folder), 1, "of the path: from P[1] (0.0 %) to P[", "the rest is not judged")
+    refused(executed(folder), 1, "of the path, from P[1] (0.0 %) to P[", "the rest is not judged")
     assert 0.3 < report(folder)["covered"]["share"] < 0.7
 
 
@@ -245,7 +248,7 @@ def test_an_older_correction_is_told_from_the_text_that_was_given(folder, course
     older = course_of_text(logs.part(name="OLD", shift=shift), robot, default_frames())
     smoothed = logs.Run(ramp=0.25, means=(0.2, 0.1))
     write(folder, older, logs.Logger(noise=2e-6), smoothed)
-    refused(executed(folder, "--also", "OLD.LS"), 1, "the log is of OLD.LS, not of this text")
+    refused(executed(folder, "--also", "OLD.LS"), 1, "the robot ran OLD.LS, not this program")
     assert report(folder)["also"][0]["share"] == pytest.approx(1, abs=0.1)
     refused(executed(folder), 1, "older correction")
     write(folder, course, logs.Logger(noise=2e-6), smoothed)

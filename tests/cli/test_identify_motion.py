@@ -108,7 +108,7 @@ def test_a_controller_of_another_kind_is_not_commanded_against_and_foretells(fol
     write(folder, robot, means=(0.1,), lags=(0.03,))
     result = identify(folder, "-o", "new.toml")
     assert result.returncode == 0
-    assert "it foretells, and is not commanded against" in result.stdout
+    assert "it is used to predict, not to correct" in result.stdout
     motion = tomllib.loads((folder / "new.toml").read_text())["motion"]
     assert motion["identified"]["verdict"] == "foretells"
     held = json.loads((folder / "new.json").read_text())["held_out"]

@@ -190,9 +190,9 @@ def test_a_run_that_is_faster_than_its_text_is_another_program(tmp_path):
     time, place = driven(TO_AND_FRO, 300, [True] * 5)
     write(tmp_path, time, place, program(TO_AND_FRO, 200, [True] * 5))
     result, report = executed(tmp_path)
-    refused(result, 1, "150 % of its written speeds", "no override is above 100 %")
+    refused(result, 1, "150 % of the written speeds", "no override is above 100 %")
     assert "the plan is slower" in next(f["message"] for f in report["findings"] if f["code"] == "executed.time")
-    refused(identify(tmp_path)[0], 2, "log.csv", "150 % of its written speeds")
+    refused(identify(tmp_path)[0], 2, "log.csv", "150 % of the written speeds")
 
 
 def test_a_curve_whose_every_corner_waits_is_not_taken_for_a_run_at_a_lower_override(tmp_path):

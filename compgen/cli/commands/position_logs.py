@@ -134,21 +134,24 @@ def executed(
 
 def _lines(summary: dict[str, Any]) -> list[str]:
     """What the command prints."""
+    from compgen.report.executed import LABELS
+
     log, time, covered = summary["log"], summary["time"], summary["covered"]
     off = "" if time["off_percent"] is None else f" ({time['off_percent']:+.2f} %)"
     overrides = ", then ".join(s["words"] for s in summary["override"]) or "not known"
     lines = [
-        f"{summary['name']}: {log['rows']} rows every {log['period_ms']:.3g} ms, {100 * covered['share']:.1f} % of the "
-        f"path ({covered['from']} to {covered['to']})",
-        f"override {overrides}; {time['took_s']:.2f} s between its first and last steady row, planned "
+        f"{summary['name']}: the log has {log['rows']} rows, one every {log['period_ms']:.3g} ms, of "
+        f"{100 * covered['share']:.1f} % of the path ({covered['from']} to {covered['to']})",
+        f"override {overrides}; from the first to the last row at steady speed {time['took_s']:.2f} s, planned "
         f"{time['expected_s']:.2f} s{off}; the program began at {time['start_s']:.3f} s of the log's clock",
     ]
     lines += [
-        f"{name}: max {d['max_um']:.1f}, p99 {d['p99_um']:.1f}, rms {d['rms_um']:.1f} um; largest at {d['at']}"
+        f"{LABELS[name]}: at most {d['max_um']:.1f} um, at {d['at']}; 99 % of the rows below {d['p99_um']:.1f}, rms "
+        f"{d['rms_um']:.1f}"
         for name, d in summary["deviation"].items()
     ]
-    lines.append(f"verdict: {summary['verdict']}")
-    return lines
+    unjudged = "" if summary["bounds"] or summary["verdict"] != "inside" else ": no bound was given; give --max-um"
+    return [*lines, f"verdict: {summary['verdict']}{unjudged}"]
 
 
 def identify_motion(

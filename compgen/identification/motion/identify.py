@@ -52,6 +52,8 @@ SAME = 0.02  # of the mean square: kinds that leave as much foretell as well
 SURE = 3.0  # standard errors, beyond which one kind foretells better
 UNSURE = 0.15  # of the mean square, beyond which it does too: few blocks may tell all
 LEAST_BLOCKS = 6
+NO_MORE = "it is used to predict, not to correct"
+NONE_TRIED = "the controller smooths in none of the ways that were tried"
 SCANNED = np.geomspace(3e-3, 0.3, 24)  # [s] sigma of a moving mean, tried where none is seen
 BLIND = 0.02  # [s] sigma: a log that leaves more possible has not looked
 KNOWN = 0.1  # of a time, or one interpolation period: how well it must be known, 95 %
@@ -272,11 +274,11 @@ def _findings(identified: IdentifiedMotion, period: float, apart: float) -> tupl
     ]
     if identified.slowed > 0:
         message = (
-            f"{100 * identified.slowed:.0f} % of the rows are left out: there the motion had another speed than its "
-            "words, by the controller or by its operator"
+            f"{100 * identified.slowed:.0f} % of the rows are left out: there the robot had another speed than the "
+            "program says, by the controller or by its operator"
         )
         findings.append(Finding(Level.NOTE, Code.MOTION_SLOWED, message))
-    message = "a lag of the whole motion only shifts the log's clock: this log does not show it, and it moves no path"
+    message = "a delay of the whole motion does not show in a log, and moves no path"
     return (*findings, Finding(Level.NOTE, Code.MOTION_LAG, message))
 
 
@@ -284,7 +286,7 @@ def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterato
     """Why a controller foretells nothing."""
     kind = identified.chosen.kind
     if identified.blocks < LEAST_BLOCKS:
-        message = f"{identified.blocks} blocks of rows are too few to hold some out; log a longer run"
+        message = f"{identified.blocks} blocks of rows are too few to keep some for the check; log a longer run"
         yield Finding(Level.REFUSED, Code.MOTION_SHORT, message)
     if not kind.count and identified.sigma[1] > BLIND:
         message = (
@@ -300,20 +302,20 @@ def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterato
         yield Finding(Level.REFUSED, Code.MOTION_NONE, message)
     elif identified.misses_bends:
         message = (
-            f"{kind.words} explains the ramps at stops, but the bends have another speed than it gives them: "
-            f"{100 * identified.slowed:.0f} % of the rows, and with them all bends, are left out: it is none tried"
+            f"{kind.words} explains how the robot starts and stops, but not its speed in bends "
+            f"({100 * identified.slowed:.0f} % of the rows, all bends among them, are left out): {NONE_TRIED}"
         )
         yield Finding(Level.REFUSED, Code.MOTION_HELD_OUT, message)
     elif _whole(identified, 1) > max(BETTER * _whole(identified, 0), identified.seen):
         message = (
-            f"{kind.words} foretells stretches that it was not fitted to with {identified.held_out / UM:.2f} um rms, "
-            f"the plain program with {identified.plain / UM:.2f}: it is none of those tried"
+            f"on stretches held out of the fit {kind.words} leaves {identified.held_out / UM:.2f} um rms, the program "
+            f"without smoothing {identified.plain / UM:.2f}: {NONE_TRIED}"
         )
         yield Finding(Level.REFUSED, Code.MOTION_HELD_OUT, message)
     elif apart > APART:
         message = (
-            f"two halves of the log disagree: what one tells leaves {100 * apart:.0f} % of what the plain program "
-            "leaves of the other; log one run of one program again"
+            f"two halves of the log disagree: the smoothing of one leaves {100 * apart:.0f} % of the other's error; "
+            "log one run of one program again"
         )
         yield Finding(Level.REFUSED, Code.MOTION_PARTS, message)
 
@@ -328,25 +330,25 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
     if max(identified.plain, identified.unexplained) <= identified.seen:
-        message = f"only its ramps at stops show smoothing, no bend: it foretells, and is not commanded against; {more}"
+        message = f"only starts and stops show smoothing, no bend: {NO_MORE}; {more}"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
     elif identified.held_out > identified.limit:
         message = (
-            f"{kind.words} leaves {identified.held_out / UM:.2f} um rms of {identified.plain / UM:.2f} on stretches "
-            f"that it was not fitted to, above {identified.limit / UM:.2f}: it foretells, and is not commanded against"
+            f"on stretches held out of the fit {kind.words} leaves {identified.held_out / UM:.2f} um rms of "
+            f"{identified.plain / UM:.2f}, more than {identified.limit / UM:.2f}: {NO_MORE}"
         )
         yield Finding(Level.WARNING, Code.MOTION_MISFIT, message)
     if kind.reach_at is not None:
-        message = "the means differ from line to line: it foretells, and is not commanded against"
+        message = f"the times differ from line to line: {NO_MORE}"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
     if others:
-        message = f"the log cannot tell {kind.words} from {others[0].words}: only the smoothing's {known}; {more}"
+        message = (
+            f"the log does not show whether it is {kind.words} or {others[0].words}; known is that {known}; {more}"
+        )
         yield Finding(Level.WARNING, Code.MOTION_ALIKE, message)
     times = zip(times_of(kind, identified.chosen.numbers), identified.intervals.tolist(), strict=True)
     for time, (low, high) in times:
         if (high - low) / 2 > max(KNOWN * time, period):
-            message = (
-                f"a time of {time / MS:.0f} ms is known as {low / MS:.0f} to {high / MS:.0f} ms only; {known}; {more}"
-            )
+            message = f"the time {time / MS:.0f} ms may be {low / MS:.0f} to {high / MS:.0f} ms (95 %); {known}; {more}"
             yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
             return

@@ -80,9 +80,9 @@ def stray_corner(run: ExecutedRun, robot: Robot) -> Finding | None:
     if stray is None:
         return None
     message = (
-        f"near {run.course.point_name(float(arc[stray.row]))} it passed {stray.size / UM:.0f} um from where its lines "
-        "and the log's own smoothing lead: a position is elsewhere there, or it is another program along the same way; "
-        "give the program that ran"
+        f"near {run.course.point_name(float(arc[stray.row]))} the robot passed {stray.size / UM:.0f} um from where "
+        "this program leads it, smoothed as in the rest of the log: a position there is another, or another program "
+        "ran along the same way; give the program that ran"
     )
     return Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
 

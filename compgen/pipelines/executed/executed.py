@@ -128,7 +128,7 @@ def judge_log(
         if like is not None:
             likenesses.append(like)
             continue
-        message = f"{name} is another path: the log does not follow it"
+        message = f"{name} is another path; the robot did not follow it"
         findings.append(Finding(Level.NOTE, Code.EXECUTED_UNLIKE, message))
     findings += [*findings_of_run(course, followed, deviation, clock, likenesses, bound), *text.findings]
     run = ExecutedRun(

@@ -16,7 +16,7 @@ from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.beginnings import identify_runs
-from compgen.identification.motion.identify import IdentifiedMotion
+from compgen.identification.motion.identify import NO_MORE, IdentifiedMotion
 from compgen.identification.motion.speeds import shown_speeds
 from compgen.identification.motion.timed_windows import timed_windows
 from compgen.identification.motion.windows import Window, fitted
@@ -77,9 +77,9 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
             f"it was run at {run.clock.main.override / PERCENT:.0f} % override, and programs are made for 100"
         )
     if any((window.kept < LEAST_CNT).any() for window in windows):
-        unlike.append(f"its corners pass at less than CNT{LEAST_CNT / PERCENT:.0f}, whose waits no log has shown")
+        unlike.append(f"it has corners below CNT{LEAST_CNT / PERCENT:.0f}, and how long these wait no log has shown")
     for what in unlike:
-        message = f"{what}: it foretells, and is not commanded against; log a run at 100 % with corners at CNT100"
+        message = f"{what}: {NO_MORE}; log a run at 100 % with corners at CNT100"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
 
 
@@ -93,8 +93,8 @@ def _another_time(shown: Sequence[Array], passed: Sequence[Array]) -> Iterator[F
     lasts, takes = (sum(float(np.ptp(times)) for times in of) for of in (shown, passed))
     if not 1 / LASTING < lasts / takes < LASTING:
         message = (
-            f"it lasted {lasts:.1f} s where this motion takes {takes:.1f}: what its corners wait, and its override, "
-            "are not told; log a run at 100 % override with corners at CNT100"
+            f"the run lasted {lasts:.1f} s, with this smoothing it takes {takes:.1f}: how long its corners wait, or "
+            "its override, is not known; log a run at 100 % override with corners at CNT100"
         )
         yield Finding(Level.REFUSED, Code.MOTION_PARTS, message)
 

@@ -123,14 +123,14 @@ def _of_identity(
     for like in likenesses:
         differs = f"the two differ by {like.differs / UM:.1f} um rms"
         if like.is_other:
-            words = f"not of this text ({differs}, {100 * like.beta:.0f} % of it in the log)"
-            message = f"the log is of {like.name}, {words}; load the program that was meant"
+            words = f"{differs}, and the log shows {100 * like.beta:.0f} % of that"
+            message = f"the robot ran {like.name}, not this program ({words}); load the program that you meant"
             yield Finding(Level.OUTSIDE, Code.EXECUTED_OTHER, message)
         elif like.is_sure:
-            message = f"the log is of this text and not of {like.name} ({differs})"
+            message = f"the robot ran this program, not {like.name} ({differs})"
             yield Finding(Level.NOTE, Code.EXECUTED_THIS, message)
         else:
-            message = f"the log cannot tell this text from {like.name}: {differs}"
+            message = f"the log does not show whether this program or {like.name} ran: {differs}"
             yield Finding(Level.WARNING, Code.EXECUTED_UNSURE, message)
     largest = deviation.extents["total"].max if deviation.extents else 0.0
     offset = None if any(like.is_other for like in likenesses) else _offset_or_older(course, followed, deviation)
@@ -138,9 +138,9 @@ def _of_identity(
         yield offset
     elif largest > CLAMP and _straight_deviation(course, deviation) > CLAMP / 3:
         message = (
-            f"it leaves the path by up to {largest / MM:.2f} mm, near "
-            f"{course.point_name(deviation.extents['total'].where)}: corrections are clamped to "
-            f"{CLAMP / MM:g} mm, so it is another program along the same way"
+            f"the robot left the path by up to {largest / MM:.2f} mm, near "
+            f"{course.point_name(deviation.extents['total'].where)}. No correction is larger than {CLAMP / MM:g} mm: "
+            "another program ran along the same way"
         )
         yield Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
 
@@ -176,8 +176,9 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
         return None
     where = course.point_name(float(stops[int(np.argmax(away))]))
     message = (
-        f"where it stood it was {np.median(away) / UM:.0f} um off the text (up to {away.max() / UM:.0f} at {where}), "
-        "and no controller smooths there: another frame or tool, or an older correction: give that with --also"
+        f"where the robot stood it was {np.median(away) / UM:.0f} um off the program (up to {away.max() / UM:.0f} at "
+        f"{where}). No controller smooths there: it had another frame or tool, or an older correction ran: give that "
+        "with --also"
     )
     return Finding(Level.OUTSIDE, Code.EXECUTED_OLDER, message)
 
@@ -201,35 +202,35 @@ def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Find
     missing = 1 - (last - first) / course.length
     if missing > 1 - WHOLE:
         begin, end = (f"{course.point_name(s)} ({100 * s / course.length:.1f} %)" for s in (first, last))
-        message = f"the log has {100 * (1 - missing):.1f} % of the path: from {begin} to {end}; the rest is not judged"
+        message = f"the log has {100 * (1 - missing):.1f} % of the path, from {begin} to {end}; the rest is not judged"
         yield Finding(Level.OUTSIDE, Code.EXECUTED_PART, message + course.frames_hint)
 
 
 def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
     if not clock.stretches:
-        message = "no steady motion in it long enough: neither override nor time is known; log a longer run"
+        message = "no steady motion in the log is long enough: override and time are not known; log a longer run"
         yield Finding(Level.WARNING, Code.EXECUTED_NO_CLOCK, message)
         return
     if clock.rounded and not counted:
         message = (
-            "lines take whole interpolation periods: that explains its speeds, written speeds do not; set "
-            "controller.rounds_up_to_period = true in the robot file"
+            "the controller rounds the time of each line up to whole interpolation periods: that explains the logged "
+            "speeds, the written speeds do not; set controller.rounds_up_to_period = true in the robot file"
         )
         yield Finding(Level.WARNING, Code.EXECUTED_PERIODS, message)
     first, *later = clock.stretches
     fastest = max(s.rate for s in clock.stretches)
     if fastest > FASTEST:
         message = (
-            f"it drove at {100 * fastest:.0f} % of its written speeds, and no override is above 100 %: another program "
-            "along the same way, or a clock that runs slow; give the program that ran"
+            f"the robot drove at {100 * fastest:.0f} % of the written speeds, and no override is above 100 %: another "
+            "program ran along the same way, or the log's clock is slow; give the program that ran"
         )
         yield Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
     if later:
         turns = [f"{s.words} from {s.begin:.2f} s" for s in later]
-        message = f"the override changed midway: {first.words} at first, {_named(turns, 'changes')}"
+        message = f"the override changed during the run: {first.words} at first, {_named(turns, 'changes')}"
         yield Finding(Level.OUTSIDE, Code.EXECUTED_OVERRIDE_CHANGED, message)
     elif first.override != 1:
-        message = f"it ran at an override of {first.words}, its speeds are written for 100 %"
+        message = f"the program ran at {first.words} override; its speeds are for 100 %"
         yield Finding(Level.WARNING, Code.EXECUTED_OVERRIDE, message)
 
 
@@ -246,18 +247,18 @@ def _of_time(clock: ClockFit) -> Iterator[Finding]:
     if abs(off) > TIME_BOUND:
         rate = max(abs(s.rate / s.override - 1) for s in clock.stretches)
         reason = (
-            "away from stops and corners it kept its speeds: these cost another time than the robot file says"
+            "away from stops and corners it kept its speeds: stops and corners take another time than planned"
             if rate <= TIME_BOUND
-            else f"also away from stops: the plan is {'faster' if off > 0 else 'slower'}, or the log's clock is off"
+            else f"away from stops it drove {'slower' if off > 0 else 'faster'} than planned, or the log's clock is off"
         )
-        message = f"it took {clock.took:.2f} s where the plan has {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
+        message = f"the run took {clock.took:.2f} s, planned were {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
         yield Finding(Level.WARNING, Code.EXECUTED_TIME, message)
 
 
 def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
     for at_stop, level, code, words in (
-        (False, Level.WARNING, Code.EXECUTED_HELD, "it was held where the program does not stop"),
-        (True, Level.NOTE, Code.EXECUTED_WAITED, "it stood at stops"),
+        (False, Level.WARNING, Code.EXECUTED_HELD, "the robot stood where the program does not stop"),
+        (True, Level.NOTE, Code.EXECUTED_WAITED, "the robot stood at the program's stops"),
     ):
         stands = [s for s in clock.stands if s.at_stop is at_stop and s.duration + s.planned > 0.05]
         if stands:
@@ -267,13 +268,13 @@ def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
 
 def _of_bound(course: ProgramCourse, deviation: PathDeviation, bound: float | None) -> Iterator[Finding]:
     if not deviation.extents:
-        message = "no row lies on a straight or circular way that the program surely drives: nothing is judged"
+        message = "no row lies on a line or an arc that the program drives for certain: nothing is judged"
         yield Finding(Level.OUTSIDE, Code.EXECUTED_NOTHING, message)
     elif bound is not None and (total := deviation.extents["total"]).max > bound:
         size = beyond_text(total.max / UM, bound / UM, 1)
         message = (
-            f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m along, is "
-            f"above --max-um {bound / UM:g}; p99 {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
+            f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m from its start: more "
+            f"than --max-um {bound / UM:g}; 99 % of the rows below {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
         )
         yield Finding(Level.OUTSIDE, Code.EXECUTED_MAX, message)
 
@@ -283,19 +284,20 @@ def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding
     missing = step > 2.5 * followed.log.period
     if missing.any() or followed.log.gaps:
         message = (
-            f"{int(missing.sum())} gaps in the log, the longest {step.max() / MS:.0f} ms, and {followed.log.gaps} rows "
-            "without a position: what happened there is not seen"
+            f"rows are missing at {int(missing.sum())} places of the log, for {step.max() / MS:.0f} ms at most"
+            f"{f', and {followed.log.gaps} rows have no position' * bool(followed.log.gaps)}: what happened there is "
+            "not seen"
         )
         yield Finding(Level.NOTE, Code.EXECUTED_GAPS, message)
     if deviation.away:
-        message = f"{deviation.away} rows between its first and its last are over 20 mm off the path and are not judged"
+        message = f"{deviation.away} rows between the first and the last are over 20 mm off the path, and not judged"
         yield Finding(Level.WARNING, Code.EXECUTED_AWAY, message)
     unjudged = 1 - float(np.mean(deviation.judged))
     if unjudged > 0.01:
-        message = f"{100 * unjudged:.0f} % of its rows are on joint motions or on ways that are not sure: not judged"
+        message = f"{100 * unjudged:.0f} % of the rows are not judged: there the joints move, or the way is not certain"
         yield Finding(Level.NOTE, Code.EXECUTED_UNJUDGED, message)
     message = (
-        "these are positions that the controller knows, by its own model of the arm: they do not show heat, geometry, "
-        "compliance or play; where the tool was, only measuring tells"
+        "the log has positions as the controller believes them. Heat, wrong lengths of the arm, compliance (how far it "
+        "gives under load) and play are not in them: only measuring tells where the tool was"
     )
     yield Finding(Level.NOTE, Code.EXECUTED_NOT_THE_TOOL, message)
