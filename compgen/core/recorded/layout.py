@@ -93,9 +93,11 @@ class Layout(NamedTuple):
         column, own = next(iter(columns.items()))
         sets = zip(*list(columns.values())[:3], strict=False)  # of two: a line may have 300 characters
         pairs = (", ".join(f'{c} = "#{k + 1}"' for c, k in zip(columns, ks, strict=False)) for ks in sets)
-        are = f"column{'s' * (len(own) > 1)} {' and '.join(str(k + 1) for k in own)}{' both' * (len(own) > 1)} may be"
         mend = self.mend(" or ".join(f"columns = {{ {pair} }}" for pair in pairs), "rename one")
-        return self.refuse(f"{are} {column} ({', '.join(brief_name(self.names[k]) for k in own)}); {mend}")
+        return self.refuse(
+            f"column{'s' * (len(own) > 1)} {' and '.join(str(k + 1) for k in own)}{' both' * (len(own) > 1)} may be "
+            f"{column} ({', '.join(brief_name(self.names[k]) for k in own)}); {mend}"
+        )
 
 
 def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> Layout:
@@ -185,5 +187,7 @@ def check_last_rows(layout: Layout, used: set[int]) -> None:
     first, *others = [kinds(cells[:1]) for _, cells in layout.body]
     behind = "".join(others).lstrip(first)
     if 0 not in used and first != "-" and 0 < len(behind) < min(5, len(others)) and set(behind) <= set("a-"):
-        where = layout.where(0, layout.body[-len(behind)][0])
-        raise InputError(f"{where}: another kind of cell than in all rows above: is it their mean or sum? remove it")
+        raise InputError(
+            f"{layout.where(0, layout.body[-len(behind)][0])}: another kind of cell than in all rows above: is it "
+            "their mean or sum? remove it"
+        )

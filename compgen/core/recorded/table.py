@@ -105,8 +105,10 @@ def read_recorded(
         several = len(missing) > 1
         example = "its name here" if several and layout.line else layout.key(theirs)
         pair = f'{missing[0]} = "{example}"{", ..." * several}'
-        counted = " if it counts seconds (or time_min, time_h, time_d)" * (missing[0] == TIME)
-        mend = layout.mend(f"columns = {{ {pair} }}{counted}", f"name {'them' if several else 'it'} so in a header")
+        mend = layout.mend(
+            f"columns = {{ {pair} }}{' if it counts seconds (or time_min, time_h, time_d)' * (missing[0] == TIME)}",
+            f"name {'them' if several else 'it'} so in a header",
+        )
         mend = mend if theirs >= 0 else f"no other column has numbers, or times as {_MOMENT}; add it so"
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
@@ -129,10 +131,12 @@ def _assigned(layout: Layout, known: Sequence[str], required: Sequence[str]) -> 
     unsure = {c: ks for c, ks in fits.items() if len(ks) > 1 or (c in required and sided.issuperset(ks[:1]) and ks)}
     if unsure:
         raise layout.unsure(unsure)
-    keys = {column: named.get(base, ("",))[0] for base, column in bases.items()}
     return {
-        c: (ks[0], _unit(layout, ks[0], name_and_unit(keys[c])[1], c, fits) if name_and_unit(c)[1] else "")
-        for c, ks in fits.items()
+        c: (
+            ks[0],
+            _unit(layout, ks[0], name_and_unit(named.get(base, ("",))[0])[1], c, fits) if name_and_unit(c)[1] else "",
+        )
+        for (base, c), ks in zip(bases.items(), fits.values(), strict=True)
         if ks and ks[0] not in sided
     }
 
