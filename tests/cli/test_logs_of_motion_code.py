@@ -191,7 +191,7 @@ def test_a_run_that_is_faster_than_its_text_is_another_program(tmp_path):
     write(tmp_path, time, place, program(TO_AND_FRO, 200, [True] * 5))
     result, report = executed(tmp_path)
     refused(result, 1, "150 % of the written speeds", "no override is above 100 %")
-    assert "the plan is slower" in next(f["message"] for f in report["findings"] if f["code"] == "executed.time")
+    assert "drove faster than planned" in next(f["message"] for f in report["findings"] if f["code"] == "executed.time")
     refused(identify(tmp_path)[0], 2, "log.csv", "150 % of the written speeds")
 
 
