@@ -219,7 +219,7 @@ def test_strokes_shorter_than_what_is_smoothed_over_are_no_other_program(tmp_pat
     assert (result.returncode, report["verdict"]) == (0, "inside")
     place[np.abs(place[:, 0] - 1100) < 99] += [0, 0, 1.5]  # another program, but for its stops
     write(tmp_path, time, place, program(raster, 200, fine))
-    refused(executed(tmp_path)[0], 1, "another program along the same way")
+    refused(executed(tmp_path)[0], 1, "another program ran along the same way")
 
 
 @pytest.mark.parametrize("dwell", [0.0, 1.0])
@@ -269,7 +269,7 @@ def test_corners_that_are_rounded_by_a_distance_and_not_slowed_are_of_no_control
     time, place = along_a_square_with_rounded_corners(distance, speed, 0.1)
     write(tmp_path, time, place, program(SQUARE, speed, ROUND), digits=4)
     result, _ = identify(tmp_path)
-    refused(result, 1, "the bends have another speed than it gives them", "new.toml not written")
+    refused(result, 1, "not its speed in bends", "new.toml not written")
 
 
 @pytest.mark.parametrize(("head", "words"), [
@@ -359,7 +359,7 @@ def test_a_run_whose_waits_are_not_told_from_its_override_is_refused(tmp_path):
     result, motion = identify(tmp_path)
     assert result.returncode == 1
     assert not motion
-    assert "what its corners wait, and its override, are not told" in " ".join(result.stdout.split())
+    assert "how long its corners wait, or its override, is not known" in " ".join(result.stdout.split())
 
 
 def test_corners_below_cnt50_are_not_commanded_against(tmp_path):
@@ -371,4 +371,4 @@ def test_corners_below_cnt50_are_not_commanded_against(tmp_path):
     result, motion = identify(tmp_path)
     assert result.returncode == 0, result.stderr
     assert motion["identified"]["verdict"] == "foretells"
-    assert "less than CNT50" in " ".join((result.stdout + result.stderr).split())
+    assert "corners below CNT50" in " ".join((result.stdout + result.stderr).split())
