@@ -146,3 +146,21 @@ def test_means_that_grow_from_line_to_line_are_those_of_each_line_and_add_up(lag
         alike = ControllerMotion(moving_averages=(0.25 * longer, 0.17 * longer), lag=lag)
         expected += smooth(np.cumsum(steps, axis=0), 0.002, alike)
     assert_allclose(smooth(rows, 0.002, grown, spread), expected, atol=1e-13)
+
+
+@pytest.mark.parametrize(("means", "shares"), [
+    ((0.264, 0.204), [0.004021, 0.025764, 0.107854, 0.261727, 0.486854, 0.738273, 0.919656, 0.991451]),  # M-710iC/70
+    ((0.300, 0.168), [0.004298, 0.027532, 0.111755, 0.262532, 0.486856, 0.737468, 0.915615, 0.990864]),  # M-900iA/350
+])  # fmt: skip
+def test_a_joint_motion_of_the_makers_motion_code_is_a_steady_turn_through_two_means_of_the_joints(means, shares):
+    """Shares of a J move at 100 % that its joints have turned, of rpiRobotics/fanuc_motion_program_exec's log.
+
+    It lasts 38 periods of 12 ms and the means; angles are written to 1e-4 deg, of turns of 45.7 and 52.1 deg.
+    """
+    lasts, step = 38 * 0.012, 0.001
+    time = step * np.arange(1000)
+    turned = smooth((time / lasts).clip(0, 1)[:, None], step, ControllerMotion(space="joint", moving_averages=means))
+    row = 12 * np.array([7, 13, 21, 29, 38, 48, 58, 68])  # of the log, from the one before it moves
+    assert_allclose(turned[row, 0], shares, atol=2.5e-6)
+    assert turned[924 - 12, 0] < 1 - 1e-6
+    assert_allclose(turned[924 + 1 :, 0], 1, atol=1e-12)
