@@ -57,18 +57,21 @@ class _Stray:
     row: int
 
 
-def stray_corner(run: ExecutedRun, robot: Robot) -> Finding | None:
-    """Where a run passed elsewhere than its text and every motion that is tried; None where it did nowhere."""
+def stray_corner(run: ExecutedRun, robot: Robot) -> tuple[Finding | None, FittedWindows | None]:
+    """Where a run passed elsewhere than its text and every motion that is tried; None where it did nowhere.
+
+    With it the windows as far as they were fitted; None of too short a run.
+    """
     tool, noise = run.course.tool, NOISES * run.deviation.noise
     try:
         fitted = fitted_windows(run, robot)
     except InputError:  # too short a run to say
-        return None
+        return None, None
     if not fitted.windows or _left(fitted, robot, tool).max() <= OFF_BEND + noise:
-        return None
+        return None, fitted
     fitted = timed_windows(run, robot, fitted)
     if _left(fitted, robot, tool).max() <= OFF_BEND + noise:
-        return None
+        return None, fitted
     windows = fitted.windows
     arc = np.concatenate([w.row_arc for w in windows])
     way, chord = chords(run.course, arc)
@@ -78,13 +81,13 @@ def stray_corner(run: ExecutedRun, robot: Robot) -> Finding | None:
     kinds = KINDS if windows[0].theta is not None else KINDS[::2]
     stray = _off_a_line(rows, left, kinds, noise) or _off_a_bend(rows, left, kinds, noise, fitted.motion)
     if stray is None:
-        return None
+        return None, fitted
     message = (
         f"near {run.course.point_name(float(arc[stray.row]))} the robot passed {stray.size / UM:.0f} um from where "
         "this program leads it, smoothed as in the rest of the log: a position there is another, or another program "
         "ran along the same way; give the program that ran"
     )
-    return Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
+    return Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message), fitted
 
 
 def _left(fitted: FittedWindows, robot: Robot, tool: Pose) -> Array:

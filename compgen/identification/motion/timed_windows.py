@@ -1,7 +1,7 @@
 """Rows of a run with the first motion that is fitted to them, and the times that its statements really took."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -26,6 +26,7 @@ class FittedWindows:
     windows: list[Window]
     motion: ControllerMotion  # two Cartesian means (``first_motion``)
     left: float  # [m] rms
+    timed: bool = False  # whether its statements are as long as the log says
 
 
 def fitted_windows(run: ExecutedRun, robot: Robot) -> FittedWindows:
@@ -47,19 +48,21 @@ def timed_windows(run: ExecutedRun, robot: Robot, first: FittedWindows | None = 
     Args:
         run: Of a log.
         robot: Its arm and interpolation period.
-        first: The windows as its clock has them, where they are known.
+        first: The windows as its clock has them, or timed already, where they are known.
 
     Raises:
         InputError: The log has no motion long enough at one override.
     """
     best = first or fitted_windows(run, robot)
+    if best.timed:
+        return best
     for _ in range(RETIMINGS if best.windows else 0):
         run = retimed(run, best.windows, robot, run.course.tool, best.motion)
         timed = fitted_windows(run, robot)
         if timed.left > RETIMED * best.left:
             break
         best = timed
-    return best
+    return replace(best, timed=True)
 
 
 def first_motion(windows: Sequence[Window], robot: Robot, tool: Pose, kind: Kind = FIRST) -> ControllerMotion:

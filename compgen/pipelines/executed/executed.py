@@ -11,6 +11,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.json_text import read_record
 from compgen.identification.motion.stray_corner import stray_corner
+from compgen.identification.motion.timed_windows import FittedWindows
 from compgen.pipelines.correct.program_file import planned_in
 from compgen.pipelines.files.program_course import course_of_text, listing_of
 from compgen.program.frames import Frames
@@ -115,6 +116,18 @@ def judge_log(
     Raises:
         InputError: Not a program, or a log that is not of it.
     """
+    return judge_and_fit(text, course, log, situation, also, bound)[0]
+
+
+def judge_and_fit(
+    text: ProgramText,
+    course: ProgramCourse,
+    log: PositionLog,
+    situation: Situation,
+    also: Sequence[tuple[str, bytes]] = (),
+    bound: float | None = None,
+) -> tuple[ExecutedRun, FittedWindows | None]:
+    """``judge_log``, with the windows of the log as far as the judgement fitted them: no need to fit them twice."""
     followed = follow_log(log, course, situation.robot, world=situation.world)
     deviation, clock = measure(course, followed)
     others = [*also, *([("the planned program", text.planned)] if text.planned is not None else [])]
@@ -139,7 +152,9 @@ def judge_log(
         likeness=tuple(likenesses),
         findings=(),
     )
-    if IDENTITY.isdisjoint(f.code for f in findings) and (stray := stray_corner(run, situation.robot)) is not None:
-        findings.append(stray)
+    stray, fitted = None, None
+    if IDENTITY.isdisjoint(f.code for f in findings):
+        stray, fitted = stray_corner(run, situation.robot)
+    findings += [stray] if stray is not None else []
     order = list(Level)
-    return replace(run, findings=tuple(sorted(findings, key=lambda f: order.index(f.level))))
+    return replace(run, findings=tuple(sorted(findings, key=lambda f: order.index(f.level)))), fitted

@@ -20,7 +20,7 @@ from compgen.identification.motion.identify import NO_MORE, IdentifiedMotion
 from compgen.identification.motion.speeds import shown_speeds
 from compgen.identification.motion.timed_windows import timed_windows
 from compgen.identification.motion.windows import Window, fitted
-from compgen.pipelines.executed.executed import ProgramText, Situation, judge_log
+from compgen.pipelines.executed.executed import ProgramText, Situation, judge_and_fit
 from compgen.robot.motion import SAME_OVERRIDE
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse
@@ -50,14 +50,14 @@ def identify_motion(
     Raises:
         InputError: Not a program, a log that is not of it or of a part of it, or one of a run with no steady motion.
     """
-    run = judge_log(text, course, log, situation)
+    run, first = judge_and_fit(text, course, log, situation)
     another = (Code.EXECUTED_ANOTHER, Code.EXECUTED_OLDER, Code.EXECUTED_OFFSET)
     wrong = next((f for f in run.findings if f.code in another), None)
     if wrong is not None:
         raise InputError(f"{log.table.source}: {wrong.message}")
     if any(f.code is Code.EXECUTED_PART for f in run.findings):
         raise InputError(f"{log.table.source}: it has a part of the program's path only; log a whole run of it")
-    timed = timed_windows(run, situation.robot)
+    timed = timed_windows(run, situation.robot, first)
     windows = timed.windows
     if not windows:
         raise InputError(f"{log.table.source}: too few rows on lines that the program surely drives; log a whole run")
