@@ -25,6 +25,7 @@ CELLS = 48  # a piece, for its curvature
 ALL_CELLS = 2_000_000  # of all pieces: a path of so many short ones has fewer each, two at least
 SAFETY = 0.98  # of the spacing, for what the cells do not see
 REFINEMENTS = 8  # rounds of narrowing the spacing where curvature changes faster than the cells see
+ALIKE = 1e-7  # shares of their sag by which two lines may differ that are as long: rounding makes some 1e-10 of it
 SIDES = 2.0  # of a line, to each of which it may leave the path by the chord
 AT_STOP = (
     1.5  # times as far, in chords, a line leaves the path whose end at a stop stands on it: 3/4 of its sag, not 1/2
@@ -254,12 +255,13 @@ def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray, *, ba
 def balance_of(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> Array:
     """By how much the ends of lines stand beside the path, (N, 3) [m]: half the sag of the longer line at each.
 
-    Then a line leaves the path by half its sag on either side. A corner between two curves stands on the path.
+    Then a line leaves the path by half its sag on either side. A corner between two curves stands on the path. Of two
+    lines as long, as on a circle, it is the next one's, whatever a processor makes of their last digits.
     """
     sag, none = exact.sag(piece, span), np.zeros((1, 3))
     before, after = np.concatenate([none, sag]), np.concatenate([sag, none])
     size = row_norms(before), row_norms(after)
-    balance = np.where((size[0] > size[1])[:, None], before, after) / 2
+    balance = np.where((size[0] > size[1] * (1 + ALIKE))[:, None], before, after) / 2
     turns = dot(before, after) < SAME_SIDE * size[0] * size[1]  # a stop for a page's sake is no corner
     balance[stop & (np.minimum(*size) > STRAIGHT) & turns] = 0.0
     return balance

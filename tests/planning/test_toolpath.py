@@ -333,3 +333,17 @@ def test_a_piece_that_is_dust_hands_its_stop_to_the_piece_before():
     tool = path(way, "plane", lift=0.0)
     corners = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.2, 0.1, 0]])
     assert_allclose(tool.target.position[tool.stop] - tool.target.position[0], corners, atol=1e-9)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "iso9283", "spiral"])
+def test_where_lines_end_does_not_hang_on_a_processor_s_last_digits(pattern):
+    """Lines of a circle are all as long: which of two neighbours is the longer is not for rounding to say."""
+    way, rng = path(pattern, "plane", lift=0.0), np.random.default_rng(3)
+    goes_on = way.piece[:-1] == way.piece[1:]
+    ends = way.span[:-1, 1] + np.where(goes_on, 1e-13 * rng.standard_normal(len(goes_on)), 0.0)
+    shaken = way.span.copy()
+    shaken[:-1, 1] = ends
+    shaken[1:, 0] = np.where(goes_on, ends, shaken[1:, 0])
+    found = [toolpath.balance_of(way.exact, way.piece, span, way.stop) for span in (way.span, shaken)]
+    assert np.abs(found[0] - found[1]).max() < 1e-10
+    assert np.abs(found[0]).max() > 1e-7
