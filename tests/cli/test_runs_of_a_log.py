@@ -84,7 +84,7 @@ def test_a_log_with_runs_of_one_kind_is_for_jobs_of_that_kind_alone(tmp_path, te
     assert motion["identified"]["runs_began"] == began
     assert "after_long_ms" not in motion
     np.testing.assert_allclose(motion["moving_average_ms"], 1e3 * np.array(means), atol=8)
-    assert f"begin with a line that is: {began}\n" in screen
+    assert f"known for runs that begin with a {began} line\n" in screen
     planned = generate.predict(load_job(path_file("circle_1300"), None, sets_of(motion)), quiet)
     assert ("motion.predistorted" in {f.code for f in planned.findings}) is (began == "short")
     assert ("motion.runs" in {f.code for f in planned.findings}) is (began == "long")
