@@ -30,8 +30,11 @@ return [...document.querySelectorAll(".chart .main-svg text")].filter(text => {
       box.top < whole.top - 1 || box.bottom > whole.bottom + 1);
 }).map(text => text.closest(".chart").querySelector(".plotly-graph-div").id + ": " + text.textContent)
 """
+#: scrolls on, as a reader does: a figure in space is drawn when it comes near; at last whether all are, and to the top
 ALL_DRAWN = """
-return [...document.querySelectorAll(".chart")].every(chart => chart.querySelector(".main-svg, .still"))
+const open = [...document.querySelectorAll(".chart")].find(chart => !chart.querySelector(".main-svg"));
+if (open) open.scrollIntoView(); else scrollTo(0, 0);
+return !open;
 """
 
 
@@ -86,7 +89,7 @@ class Browser:
             self.wait_for(lambda: self._has("noscript *") and self._has("footer"))
 
     def show(self, page: Path, **how) -> None:
-        """Open a page and wait until its figures are drawn."""
+        """Open a page, scroll through it and wait until its figures are drawn."""
         self.open(page, **how)
         self.wait_for(lambda: self.run(ALL_DRAWN))
 

@@ -109,7 +109,10 @@ const cgenFigures = (() => {
     // Draw a figure into the element with its key, now and whenever the page changes: one in space, which a machine
     // without graphics draws for seconds, when it is about to be seen; until then its still picture stands there.
     draw(key, data, layout) {
-      const start = () => redraw(specifications.set(key, { data, layout }) && key);
+      const start = () => {
+        specifications.set(key, { data, layout });
+        redraw(key);
+      };
       if (!data.some((trace) => trace.type.endsWith("3d"))) start();
       else if (hasWebGL()) whenNear(document.getElementById(key).parentElement, start); // else the still picture stays
     },

@@ -43,12 +43,13 @@ def test_the_number_of_a_bar_stands_upright_beside_it(browser, every_page, width
 
 
 def test_a_figure_in_space_is_drawn_once_it_is_near_the_screen_and_still_on_paper(browser, every_page):
-    browser.show(every_page["generate"])
+    browser.open(every_page["generate"])
     settle(browser)
     live, still = SHOWN.format("#space"), SHOWN.format(".chart:has(#space) .still")
     assert browser.run(f"return [{live}, {still}]") == [False, True]
     assert browser.run("return document.querySelectorAll('canvas').length") == 0
-    scroll_to_space(browser)
+    browser.run("document.querySelector('.chart:has(#space)').scrollIntoView()")
+    browser.wait_for(lambda: browser.run("return document.querySelector('.chart:has(#space)').matches('.drawn')"))
     assert browser.run("return document.querySelectorAll('#space canvas').length") >= 1
     assert browser.run(f"return [{live}, {still}]") == [True, False]
     with browser.print_media():
@@ -74,12 +75,6 @@ def test_without_a_script_the_still_picture_stands_in_place(browser, every_page)
     assert all(svg.is_displayed() for svg in stills)
 
 
-def scroll_to_space(browser):
-    """Bring the path's figure in space onto the screen, and wait until it is drawn."""
-    browser.run("document.querySelector('.chart:has(#space)').scrollIntoView()")
-    browser.wait_for(lambda: browser.run("return document.querySelector('.chart:has(#space)').matches('.drawn')"))
-
-
 def settle(browser):
     """Wait until the page has drawn what an event asks for."""
     frames = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done)))"
@@ -103,10 +98,8 @@ def test_the_words_of_a_figure_change_with_the_page_to_dark_and_back(browser, ev
 def test_scenes_stand_beside_each_other_on_a_screen_and_below_each_other_on_a_phone(browser, every_page):
     tops = "return [...document.querySelectorAll('#space [id^=scene]')].map(e => e.getBoundingClientRect().top)"
     browser.show(every_page["generate"])
-    scroll_to_space(browser)
     one, other = browser.run(tops)
     assert one == other
     browser.show(every_page["generate"], width=400)
-    scroll_to_space(browser)
     one, other = browser.run(tops)
     assert abs(one - other) > 300

@@ -44,6 +44,7 @@ def test_an_hour_counts():
     """Poses take more off than a gauge for the tool, in eight times its time."""
     steps = next_steps(30.0, {"identified parameters": 25.0, "tool": 16.0})
     assert [s["what"] for s in steps] == ["the tool against a gauge", "twice as many poses"]
+    assert steps[0]["takes_um"] < steps[1]["takes_um"]
 
 
 def test_twice_as_many_measurements_leave_half_of_the_variance():
