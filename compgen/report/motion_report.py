@@ -8,7 +8,7 @@ from compgen.core.commands import Command
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.core.version import __version__
 from compgen.identification.motion.fit import times_of, variance_of
-from compgen.identification.motion.identify import IdentifiedMotion
+from compgen.identification.motion.identify import NO_MORE, IdentifiedMotion
 from compgen.identification.motion.speeds import SpeedStretch
 from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.curves import sentence
@@ -22,7 +22,7 @@ from compgen.verification.executed.judgement import ExecutedRun
 REMARK = "Of the motion that the log shows: how the controller smooths what it is told, not where the tool was."
 
 VERDICTS = {  # in words
-    MotionVerdict.FORETELLS: "used to predict, not to correct",
+    MotionVerdict.FORETELLS: NO_MORE,
     MotionVerdict.COMMANDABLE: "used to predict, and to correct",
     MotionVerdict.REJECTED: "nothing of it is used",
 }

@@ -52,7 +52,7 @@ SAME = 0.02  # of the mean square: kinds that leave as much foretell as well
 SURE = 3.0  # standard errors, beyond which one kind foretells better
 UNSURE = 0.15  # of the mean square, beyond which it does too: few blocks may tell all
 LEAST_BLOCKS = 6
-NO_MORE = "it is used to predict, not to correct"
+NO_MORE = "used to predict, not to correct"
 NONE_TRIED = "the controller smooths in none of the ways that were tried"
 SCANNED = np.geomspace(3e-3, 0.3, 24)  # [s] sigma of a moving mean, tried where none is seen
 BLIND = 0.02  # [s] sigma: a log that leaves more possible has not looked
@@ -330,16 +330,16 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
     if max(identified.plain, identified.unexplained) <= identified.seen:
-        message = f"only starts and stops show smoothing, no bend: {NO_MORE}; {more}"
+        message = f"only starts and stops show smoothing, no bend: it is {NO_MORE}; {more}"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
     elif identified.held_out > identified.limit:
         message = (
             f"on stretches held out of the fit {kind.words} leaves {identified.held_out / UM:.2f} um rms of "
-            f"{identified.plain / UM:.2f}, more than {identified.limit / UM:.2f}: {NO_MORE}"
+            f"{identified.plain / UM:.2f}, more than {identified.limit / UM:.2f}: it is {NO_MORE}"
         )
         yield Finding(Level.WARNING, Code.MOTION_MISFIT, message)
     if kind.reach_at is not None:
-        message = f"the times differ from line to line: {NO_MORE}"
+        message = f"the times differ from line to line: it is {NO_MORE}"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
     if others:
         message = (

@@ -79,7 +79,7 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
     if any((window.kept < LEAST_CNT).any() for window in windows):
         unlike.append(f"it has corners below CNT{LEAST_CNT / PERCENT:.0f}, and how long these wait no log has shown")
     for what in unlike:
-        message = f"{what}: {NO_MORE}; log a run at 100 % with corners at CNT100"
+        message = f"{what}: it is {NO_MORE}; log a run at 100 % with corners at CNT100"
         yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
 
 
