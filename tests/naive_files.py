@@ -18,6 +18,20 @@ PENDANT = [f"j{n}_deg" for n in range(1, 7)]
 POSE = ["x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"]
 
 
+# a table of an instrument: the reader is told all that there is to tell, and looks for nothing
+
+
+def told(data, encoding, delimiter, above, count, columns, comma):
+    """Numbers of some columns, from 0, of ``count`` rows below ``above`` lines."""
+    lines = data.decode(encoding).split("\n")[above : above + count]
+    rows = [line.strip("\r").split(delimiter) for line in lines]
+    plain = [
+        [row[k].replace(".", "").replace(",", ".") if comma else row[k].replace(",", "") for k in columns]
+        for row in rows
+    ]
+    return [[float(cell) for cell in row] for row in plain]
+
+
 # STL: 80 bytes, a count, and 50 bytes a facet, little-endian; or words between solid and endsolid
 
 

@@ -81,7 +81,9 @@ class CsvTable:
         return f"{self.source}: line {self.line[row]}" + (f", {self.label(column)}" if column else "")
 
     def label(self, column: str) -> str:
-        """A column for a message: by its name, or by its number from 1 where the name cannot be quoted."""
+        """A column for a message: by its name, or by its number from 1 where it cannot be quoted or is ours."""
+        if self.recorded and column in self.recorded.columns:
+            return f"column {self.recorded.columns[column][0] + 1} ({column})"
         return f"column {column if QUOTABLE.fullmatch(column) else self.header.index(column) + 1}"
 
     def words(self, column: str) -> list[str]:

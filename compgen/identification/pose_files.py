@@ -140,8 +140,9 @@ def _instrument(table: CsvTable) -> str:
     )
     is_other, plain = np.array(names) != names[0], "letters, figures, '_', '.', '+' and '-'"
     table.refuse_first(is_other, "instrument", lambda n: f"{quote_cell(names[n])} {mixed}")
-    is_strange = np.array([not quote_cell(names[0], "")])
-    table.refuse_first(is_strange, "instrument", lambda n: f"no plain name; give one of {plain}")
+    table.refuse_first(
+        np.array([not quote_cell(names[0], "")]), "instrument", lambda n: f"no plain name; give one of {plain}"
+    )
     return names[0]
 
 
@@ -192,12 +193,14 @@ def _check_duplicates(table: CsvTable, pose: IntArray, reflector: IntArray, name
 
 
 def _check_measured_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:
+    mend = "measure it at two poses or more, or remove the row"
+    mend = "so are all: if they are names of shots, remove the column" if len(reflectors) == len(reflector) else mend
     table.refuse_first(
         np.bincount(reflector)[reflector] < 2,
         "target",
         lambda n: (
             f"reflector {quote_cell(reflectors[reflector[n]], 'of this row')} is seen once, which only fixes where it "
-            "sits; measure it at two poses or more, or remove the row"
+            f"sits; {mend}"
         ),
     )
 

@@ -1,5 +1,6 @@
 """Touches of an artefact's spheres and planes by a probe in the flange: both files, in SI."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,6 +37,7 @@ from compgen.robot.turns import apply_turns
 
 NORMAL = ("nx", "ny", "nz")
 KNOWN = ("time_s", "target", *POSE_KEYS, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
+_VECTOR = re.compile(r"(?i)(?:^|[^a-z])[ijk]$|^(?:norm|vec|dir)[a-z]*[ _]?[xyz]$")  # how others call a direction
 CERTIFIED_AT = 20.0  # degC
 LEAST_CTE = 0.1  # um/m/K: of no material but 0; glass ceramics have less and are given as 0
 UNIT = 1e-3  # of the length of a direction
@@ -224,23 +226,34 @@ def read_touches(
         InputError: Anything wrong, naming file, line and column.
     """
     table = read_table(source, ("target",), KNOWN)
-    N = len(table.line)
+    vector = [n for n in table.recorded.left_out if _VECTOR.search(n)] if table.recorded else []
+    if len(vector) > 2 and not table.has("nx"):
+        raise InputError(
+            f"{source}: columns {', '.join(vector[:3])}: the way the probe went, into the material? say columns = {{ "
+            + ", ".join(f'{c} = "{name}"' for c, name in zip(NORMAL, vector, strict=False))
+            + f" }} in {Path(source).name}.toml (of normals out of it turn the signs); remove them if the spheres' "
+            "centres were located"
+        )
     names = table.words("target")
-    spheres = "cgen anchor takes planes, identification and frames need spheres; leave its touches out"
-    is_plane = np.isin(names, artefact.planes) & (not planes)
-    table.refuse_first(is_plane, "target", lambda n: f"'{names[n]}' is a plane: {spheres}")
+    table.refuse_first(
+        np.isin(names, artefact.planes) & (not planes),
+        "target",
+        lambda n: (
+            f"'{names[n]}' is a plane: cgen anchor takes planes, identification and frames need spheres; leave its "
+            "touches out"
+        ),
+    )
     known = f"is no sphere of {artefact.source} (known: {', '.join(artefact.targets)})"
     table.refuse_first(~np.isin(names, artefact.targets), "target", lambda n: f"{quote_cell(names[n])} {known}")
     if table.has("time_s"):  # the same touch at another time counts
         same = "the same touch at the same time_s as in line"
         refuse_doubled(table, zip(*table.columns, strict=True), lambda n, line: f"{same} {line}; keep one")
     target = np.array([artefact.targets.index(name) for name in names])
-    time = numbers_or(table, "time_s", np.arange(N, dtype=float))
     theta = _joints(table, robot, artefact, uframes)
     normal, deflection = _directions(table, artefact, target)
     return Touches(
         label=tuple(row_labels(table)),
-        time=time,
+        time=numbers_or(table, "time_s", np.arange(len(names), dtype=float)),
         timed=table.has("time_s"),
         target=target,
         theta=theta,
@@ -367,6 +380,5 @@ def _directions(table: CsvTable, artefact: Artefact, target: IntArray) -> tuple[
                 f"{artefact.source}: sphere '{artefact.names[target[n]]}': diameter_mm: missing; a touch from one side "
                 f"({table.location(n)}) needs it"
             )
-    gaps = np.zeros(len(target))
-    deflection = table.numbers("value_mm", gaps=True, largest=100.0) if table.has("value_mm") else gaps
+    deflection = table.numbers("value_mm", gaps=True, largest=100.0) if table.has("value_mm") else np.zeros(len(target))
     return normal, np.nan_to_num(deflection) * MM

@@ -22,9 +22,9 @@ from compgen.core.arrays import Array
 from compgen.core.csv_table import CsvTable, Row, ended_rows, float_of, read_csv, table_of_rows
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
-from compgen.core.recorded.cells import brief_name
+from compgen.core.recorded.cells import LONG, brief_name, name_and_unit
 from compgen.core.recorded.layout import PLAIN, DialectTable
-from compgen.core.recorded.table import read_recorded
+from compgen.core.recorded.table import dialect_beside, read_recorded
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MINUTE
 from compgen.thermal.state_from_log import TemperatureLog
@@ -121,14 +121,18 @@ def _table(
 ) -> CsvTable:
     """The table of a log, of compgen's own form or a logger's."""
     known = ("time_s", "ambient_degC", *(f"{name}_degC" for name in (*nodes, *sensors)))
-    where = "" if type(dialect) is DialectTable else "[log]"
+    dialect, where = dialect_beside(source) if type(dialect) is DialectTable else (dialect, "[log]")
     table = read_recorded(source, required, known, dialect, where, data) or read_csv(source, required)
     if table.recorded and nodes and set(table.header) <= set(known[:2]):
-        theirs = ", ".join(map(brief_name, table.recorded.left_out))[:100]
-        mend = (
-            f'in [log] as columns = {{ {nodes[0]} = "TC 03" }}, unit = "degC", or in thermal.sensors of the robot file'
+        left = table.recorded.left_out
+        like = {n: c for c in left for n in nodes if n in re.split(r"[\W_]+", c.casefold()) and len(c) <= LONG}
+        mend = ", ".join(f'{n} = "{c}"' for n, c in (like or {nodes[0]: "TC 03"}).items())
+        mend += " }" if any(name_and_unit(c)[1] for c in left) else ' }, unit = "degC"'
+        raise InputError(
+            f"{source}: line {table.line[0]}: no sensor; name it in {where} as columns = {{ {mend}, or in "
+            "thermal.sensors of the robot file"
+            + ("" if like else f"; there are: {', '.join(map(brief_name, left))[:100]}")
         )
-        raise InputError(f"{source}: line {table.line[0]}: no sensor; name it {mend}; there are: {theirs}")
     return table
 
 

@@ -3,8 +3,8 @@
     python tests/campaigns/user_files.py --seeds 0:2000
 
 A seed is a file of each kind: STL, URDF, touches with their artefact, poses, distances, a log of a run, a state, a
-posterior. Half of them are changed in one way. Whatever the package takes, ``naive_files`` has to read to the same
-numbers; a file that was not changed has to be taken.
+posterior, poses as an instrument's software exports them. Half of them are changed in one way. Whatever the package
+takes, ``naive_files`` has to read to the same numbers; a file that was not changed has to be taken.
 """
 
 import json
@@ -433,7 +433,61 @@ def posterior(rng, folder):
     return change, judge
 
 
-KINDS = {f.__name__: f for f in (stl, urdf, touches, poses, distances, log, state, posterior)}
+#: what two sets of places are called, each with the other
+SETS = (
+    ("Nominal", "Actual"), ("Soll", "Ist"), ("Measured", "Nominal"), ("Sollwerte", "Messwerte"), ("THEO", "MEAS"),
+    ("Nominal values", "Measured values"), ("Deviation", "Actual"),
+)  # fmt: skip
+
+
+def exports(rng, folder):
+    """Poses as an instrument's software exports them: titles, two header rows, units below, sums behind."""
+    comma = bool(rng.random() < 0.5)
+    delimiter, encoding = str(rng.choice([";", "\t"])), str(rng.choice(["utf-8", "utf-8-sig", "utf-16", "utf-16-le"]))
+    sets = SETS[int(rng.integers(len(SETS)))] if rng.random() < 0.7 else ("",)
+    merged, unit_row, end = rng.random() < 0.7, rng.random() < 0.5, str(rng.choice(["\n", "\r\n"]))
+    places = [f"{axis}{'' if unit_row else ' [mm]'}" for _ in sets for axis in "XYZ"]
+    head = ["Name", *places, *(f"J{n}{'' if unit_row else ' (deg)'}" for n in range(1, 7)), "RMS"]
+    joints = rng.uniform([-100, -40, -60, -300, -120, -300], [100, 60, 40, 300, 120, 300], (8, 6))
+    values = rng.uniform(-2e3, 2e3, (8, 3 * len(sets)))
+
+    def cells(numbers):
+        grouped = [f"{v:,.{digits}f}" for v, digits in zip(numbers, [4] * len(numbers), strict=True)]
+        return [cell.translate(str.maketrans(",.", ".,")) if comma else cell for cell in grouped]
+
+    lines = [["Report 5"], ["Operator", "N. N."]][: int(rng.integers(3))]
+    if sets != ("",):
+        lines.append(["", *(cell for name in sets for cell in [name, *["" if merged else name] * 2]), *[""] * 7])
+    lines.append(head)
+    if unit_row:
+        lines.append(["", *["mm"] * len(places), *["deg"] * 6, ""])
+    above = len(lines)
+    lines += [[f"r{n % 2}", *cells([*values[n], *joints[n]]), "0"] for n in range(8)]
+    sums = [["Mean"], ["Std.Dev."], ["Max"]][: int(rng.integers(4))]
+    lines += [[*name, *cells([*values.mean(axis=0), *joints.mean(axis=0)]), "0"] for name in sums]
+    which = int(rng.integers(len(sets))) if "Deviation" not in sets else 1
+    says = "" if sets == ("",) else ", ".join(f'{axis}_mm = "#{2 + 3 * which + k}"' for k, axis in enumerate("xyz"))
+    change = str(rng.choice(["", "", "nobody says which", "a letter"])) if says else str(rng.choice(["", "a letter"]))
+    if change == "a letter":
+        lines[above + 3][2] += "O"
+    data = end.join(delimiter.join(line) for line in lines).encode(encoding)
+    (folder / "exports.csv").write_bytes(data)
+    if says and change != "nobody says which":
+        (folder / "exports.csv.toml").write_text(f"columns = {{ {says} }}\n")
+
+    def judge():
+        read = read_poses(str(folder / "exports.csv"), M710, 0)
+        if change == "nobody says which":
+            raise WrongError("one of two sets taken without a word")
+        columns = [*range(1 + 3 * which, 4 + 3 * which), *range(1 + len(places), 7 + len(places))]
+        its = np.array(naive.told(data, encoding, delimiter, above, 8, columns, comma))
+        same(read.position / MM, its[:, :3], "places", 1e-9)
+        same(M710.to_pendant(read.theta[read.pose]) / DEG, its[:, 3:], "joints", 1e-9)
+
+    return change, judge
+
+
+KINDS = {f.__name__: f for f in (stl, urdf, touches, poses, distances, log, state, posterior, exports)}
 
 
 def tried(seed: int) -> dict:

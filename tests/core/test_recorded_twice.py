@@ -64,6 +64,86 @@ def test_of_two_sets_of_places_both_lines_are_said_and_each_reads_its_own(tmp_pa
         assert_allclose(places(read(tmp_path, text, **line)), truth)
 
 
+ROWS = "".join(
+    f"P{n};" + ";".join(f"{v:.4f}" for v in [*wanted, *measured]) + ";9;\n"
+    for n, (wanted, measured) in enumerate(zip(WANTED.tolist(), MEASURED.tolist(), strict=True))
+)
+AXES = "Name;X [mm];Y [mm];Z [mm];X [mm];Y [mm];Z [mm];RMS;\n"
+
+
+@pytest.mark.parametrize(
+    ("above", "words"),
+    [
+        (";Nominal;;;Actual;;;;\n", "(Nominal X [mm], Actual X [mm])"),
+        (";Soll;Soll;Soll;Ist;Ist;Ist;;\n", "(Soll X [mm], Ist X [mm])"),  # the row above was taken for the names
+        ("Report;;;;;;;;\n;Sollwerte;;;Messwerte;;;;\n", "(Sollwerte X [mm], Messwerte X [mm])"),
+        (";Nominal values;;;Measured values;;;;\n", "(Nominal values X [mm], Measured values X [mm])"),
+    ],
+)
+def test_a_row_above_the_header_says_which_set_is_which(tmp_path, above, words):
+    message = refusal(tmp_path, above + AXES + ROWS)
+    assert words in message
+    for line, truth in zip(lines_to_write(message), (WANTED, MEASURED), strict=True):
+        assert_allclose(places(read(tmp_path, above + AXES + ROWS, **line)), truth)
+
+
+def test_places_below_the_word_nominal_need_the_users_word(tmp_path):
+    """They were taken for measured ones, and nothing was said."""
+    text = ";Nominal [mm];;;;\nName;X;Y;Z;RMS\n" + "".join(f"P{n};1;{n};3;9\n" for n in range(3))
+    message = refusal(tmp_path, text)
+    assert "column 2 may be x_mm (Nominal [mm] X)" in message
+    assert places(read(tmp_path, text, **lines_to_write(message)[0]))[2].tolist() == [1, 2, 3]
+
+
+def test_deviations_in_a_second_set_are_no_places(tmp_path):
+    text = ";Deviation;;;Actual;;;;\n" + AXES + ROWS
+    message = refusal(tmp_path, text)
+    assert "column 5 may be x_mm (Actual X [mm])" in message
+    assert_allclose(places(read(tmp_path, text, **lines_to_write(message)[0])), MEASURED)
+
+
+@pytest.mark.parametrize("title", ["Actual", "Actual points of 22.11.", "Deviation report"])
+def test_a_title_names_no_set(tmp_path, title):
+    text = f"{title};;;;\nName;X [mm];Y [mm];Z [mm];RMS\n" + "".join(f"P{n};1;{n};3;9\n" for n in range(3))
+    assert places(read(tmp_path, text))[2].tolist() == [1, 2, 3]
+
+
+def test_a_name_that_stands_a_row_higher_is_the_columns(tmp_path):
+    text = "Punkt;Soll;;;Ist;;;;\n" + AXES.replace("Name", "") + ROWS
+    assert read(tmp_path, text, columns={"x": "#2", "y": "#3", "z": "#4"}).words("target") == ["P0", "P1"]
+
+
+def test_a_row_for_each_axis_is_told_so(tmp_path):
+    text = "Name,Control,Nom,Meas\n" + "".join(f"P{n},{axis},1.5,1.25\n" for n in range(3) for axis in "XYZ")
+    assert "line 1, column 2 'Control': a row for each of X, Y and Z; export one row a point" in refusal(tmp_path, text)
+
+
+def test_a_file_with_too_few_columns_is_told_to_add_some(tmp_path):
+    message = refusal(tmp_path, "Point  X(mm)  Y(mm)  Z(mm)  RMS\nP1  1.5  2  3  0.1\nP2  1  2  3  0.1\n", JOINTS)
+    assert "missing; beside them, numbers stand only in RMS; add columns" in message
+
+
+def test_a_nought_before_a_comma_parts_no_thousands(tmp_path):
+    text = "Name;X [mm];Y [mm];Z [mm]\nP1;1,500;2,250;0,125\nP2;1,500;2,250;3,125\n"
+    assert places(read(tmp_path, text)).tolist() == [[1.5, 2.25, 0.125], [1.5, 2.25, 3.125]]
+    assert "may be thousands or a decimal comma" in refusal(tmp_path, text.replace("0,125", "9,125"))
+
+
+def test_a_wide_text_without_a_mark_is_read(tmp_path):
+    text = "Name;X [mm];Y [mm];Z [mm]\n" + "".join(f"P{n};1;{n};3\n" for n in range(3))
+    file = tmp_path / "points.csv"
+    file.write_bytes(text.encode("utf-16-le"))
+    table = read_recorded(file, PLACE, KNOWN)
+    assert table is not None
+    assert places(table)[2].tolist() == [1, 2, 3]
+
+
+def test_a_cell_of_anothers_table_is_named_by_its_column_there(tmp_path):
+    table = read(tmp_path, "Name;X [mm];Y [mm];Z [mm]\nP1;1;;3\nP2;1;2;3\n")
+    with pytest.raises(InputError, match=r"line 2, column 3 \(y_mm\): empty"):
+        table.numbers("y_mm")
+
+
 def test_a_set_that_says_what_it_is_needs_the_users_word(tmp_path):
     text = "Nom;X mesuré (mm);Y mesuré (mm);Z mesuré (mm)\nP1;800,25;-1200,5;300,125\nP2;810,5;1200,25;-301,5\n"
     message = refusal(tmp_path, text)
@@ -90,7 +170,9 @@ def test_joints_without_a_unit_are_settled_by_one_line(tmp_path):
 SHOTS = "No;X [mm];Y [mm];Z [mm]\n" + "".join(f"{n};1,5;{n},25;3,5\n" for n in range(1, 7))
 
 
-@pytest.mark.parametrize("row", ["Moyenne;1,5;3,75;3,5\n", "Media;1,5;3,75;3,5\nSpannweite;0;5;0\n"])
+@pytest.mark.parametrize(
+    "row", ["Moyenne;1,5;3,75;3,5\n", "Media;1,5;3,75;3,5\nSpannweite;0;5;0\n", "Std.Dev.;0;1,7;0\n"]
+)
 def test_a_row_that_is_named_a_sum_is_no_reading(tmp_path, row):
     assert len(read(tmp_path, SHOTS + row).line) == 6
 

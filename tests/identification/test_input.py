@@ -83,6 +83,10 @@ BAD = {
         ("J5", "126", "125"),
     ),
     "seen once": (lambda r: text(changed(r, 0, "target", "lonely")), ("line 2", "lonely", "seen once")),
+    "names of shots": (
+        lambda r: text([[x[0], f"p{n}", *x[2:]] for n, x in enumerate(r)]),
+        ("'p0' is seen once", "so are all: if they are names of shots, remove the column"),
+    ),
     "constant joint": (
         lambda r: text([[v if k != 5 else "12" for k, v in enumerate(x)] for x in r]),
         ("column j4_deg", "constant at 12", "--force"),

@@ -63,6 +63,28 @@ def test_joints_of_which_one_is_missing_are_not_left_out_in_silence(tmp_path):
         read_touches(str(file), load_any_robot("m710ic50"), artefact(tmp_path), {})
 
 
+DIRECTED = "Name;X [mm];Y [mm];Z [mm];W [deg];P [deg];R [deg];{};{};{}\na;1200;100;200;180;0;0;0;0;-1\n"
+
+
+@pytest.mark.parametrize(
+    "names", [("I", "J", "K"), ("MEAS_I", "MEAS_J", "MEAS_K"), ("Vector X", "Vector Y", "Vector Z")]
+)
+def test_a_direction_by_another_name_is_asked_for(tmp_path, names):
+    """The centres were taken for the sphere's, and were off by its radius: all to one side where all touches were."""
+    file = tmp_path / "touches.csv"
+    file.write_text(DIRECTED.format(*names))
+    (tmp_path / "artefact.toml").write_text(ARTEFACT.replace("z_mm = 200\n", "z_mm = 200\ndiameter_mm = 20\n", 1))
+    known = read_artefact(str(tmp_path / "artefact.toml"))
+    with pytest.raises(InputError) as refusal:
+        read_touches(str(file), load_any_robot("m710ic50"), known, {})
+    message = str(refusal.value).replace(str(tmp_path), "")
+    assert len(message) <= 300
+    assert "turn the signs" in message
+    line = message[message.index("columns = {") : message.index("}") + 1]
+    (tmp_path / "touches.csv.toml").write_text(line + "\n")
+    assert read_touches(str(file), load_any_robot("m710ic50"), known, {}).normal.tolist() == [[0, 0, -1]]
+
+
 @pytest.mark.parametrize(
     ("row", "unit"),
     [("0,a,1.2,0.1,0.2,180,0,0", "metres"), ("0,a,47.24,3.94,7.87,180,0,0", "inches")],

@@ -137,9 +137,33 @@ def test_a_log_whose_sensors_nobody_named_says_how_to_name_them(tmp_path):
     with pytest.raises(InputError) as caught:
         read_temperature_log(tmp_path / "log.csv", NODES, SENSORS)
     message = str(caught.value)
-    assert 'no sensor; name it in [log] as columns = { j2 = "TC 03" }, unit = "degC", or in thermal.sensors' in message
+    line = 'columns = { j2 = "TC 03" }'
+    assert f'no sensor; name it in log.csv.toml as {line}, unit = "degC", or in thermal.sensors of the' in message
     assert "there are: TC 01, TC 03, TC 09" in message
     assert len(message) - len(str(tmp_path)) <= 300
+    (tmp_path / "log.csv.toml").write_text(f'{line}\nunit = "degC"\n')
+    assert read_temperature_log(tmp_path / "log.csv", NODES, SENSORS).readings.keys() == {"j2"}
+
+
+def test_of_sensors_whose_names_hold_a_rises_the_line_is_said_whole(tmp_path):
+    (tmp_path / "log.csv").write_text("Zeit;Kanal 1 [°C] J2;Temp_Face [°C]\n22.11.2026 08:15:00;20,5;21,5\n")
+    with pytest.raises(InputError) as caught:
+        read_temperature_log(tmp_path / "log.csv", NODES, SENSORS)
+    line = 'columns = { j2 = "Kanal 1 [°C] J2", face = "Temp_Face [°C]" }'
+    assert f"name it in log.csv.toml as {line}, or in thermal.sensors" in str(caught.value)
+    (tmp_path / "log.csv.toml").write_text(line)
+    log = read_temperature_log(tmp_path / "log.csv", NODES, SENSORS)
+    assert {name: values.tolist() for name, values in log.readings.items()} == {"j2": [20.5], "face": [21.5]}
+
+
+def test_a_trend_with_a_row_for_each_series_is_read(tmp_path):
+    rows = [f'"{name}";"2026-11-22 08:{n:02}:00";"{20 + n}"\n' for name in ("j2 [C]", "face [C]") for n in range(3)]
+    (tmp_path / "log.csv").write_text('"Series";"Time";"Value"\n' + "".join(rows))
+    log = read_temperature_log(tmp_path / "log.csv", NODES, SENSORS)
+    assert {name: values.tolist() for name, values in log.readings.items()} == {
+        "j2": [20, 21, 22],
+        "face": [20, 21, 22],
+    }
 
 
 def warming(tau_h, step_s, digit, noise=0.05, hours=6.0, seed=0):

@@ -40,7 +40,7 @@ LONG = 24  # characters of a name
 OTHER_SIGN = {".": ",", ",": "."}
 _NUMBER = {
     sign: re.compile(
-        rf"[+-]? *(?=[{sign}]?\d)(?:\d{{1,3}}([{_GROUPS}{other}])\d{{3}}(?:\1\d{{3}})*|\d+)?(?:[{sign}]\d*)?"
+        rf"[+-]? *(?=[{sign}]?\d)(?:[1-9]\d{{0,2}}([{_GROUPS}{other}])\d{{3}}(?:\1\d{{3}})*|\d+)?(?:[{sign}]\d*)?"
         r"(?:[eE][+-]?\d+)?",
         re.ASCII,
     )

@@ -13,10 +13,19 @@ from compgen.core.recorded.cells import LONG, brief_name, measured_by, name_and_
 from compgen.core.recorded.sheets import Sheet, kinds
 from compgen.core.toml import Table
 
+#: what says of two columns of one name which is the wanted place or joint, and which the measured one
+SIDE = re.compile(
+    r"^(?:{0})(?: (?=.)|(?=.$))|(?<=.) ?(?:{0})$".format(
+        "(?:nominal|nom|soll|commanded|command|comm|cmd|target|ref|reference|theo|theoretical|théorique|"
+        "actual|act|ist|measured|meas|mess|gemessen|mesuré|measurement)(?: ?(?:values?|werte?|points?|coordinates?))?"
+    )
+)
+#: what a row above the header calls columns that are no places
+_DIFFERENCE = re.compile(r"(?i)\W*(dev|diff|delta|abw|[eé]cart|err|tol|soll ?- ?ist|ist ?- ?soll)")
 #: of rows behind the last reading
 _STATISTICS = {
     *("mean", "average", "avg", "median", "mittel", "mittelwert", "min", "minimum", "max", "maximum", "range", "rms"),
-    *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "std. dev", "stdev", "stddev", "sigma"),
+    *("sum", "summe", "total", "count", "anzahl", "std", "std dev", "stdev", "stddev", "std abw", "sigma"),
     *("moyenne", "somme", "écart type", "ecart type", "media", "promedio", "standardabweichung", "stabw", "spannweite"),
 }
 #: a line beside the readings that says their unit: "Units: Inches, Degrees", "Temperature unit;Fahrenheit"
@@ -91,7 +100,7 @@ class Layout(NamedTuple):
     def unsure(self, columns: Mapping[str, Sequence[int]]) -> InputError:
         """A refusal of columns that stand in the file twice, or as what they shall be or were measured to be."""
         column, own = next(iter(columns.items()))
-        sets = zip(*list(columns.values())[:3], strict=False)  # of two: a line may have 300 characters
+        sets = zip(*list(columns.values())[: 3 if len(own) > 1 else 9], strict=False)  # a line may have 300 characters
         pairs = (", ".join(f'{c} = "#{k + 1}"' for c, k in zip(columns, ks, strict=False)) for ks in sets)
         mend = self.mend(" or ".join(f"columns = {{ {pair} }}" for pair in pairs), "rename one")
         return self.refuse(
@@ -121,7 +130,7 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
     width = len(given) or max(lengths)
     if sheet.name not in ("comma", "blanks") and any(len(cells) == min(lengths) for _, cells in rows[:head]):
         width = max(width, min(lengths))  # another row of the header says so
-    names = [(given[k] if k < len(given) else "") or f"#{k + 1}" for k in range(width)]
+    names = _grouped(rows[head - 1][1] if head > 0 else [], [*given, *[""] * (width - len(given))])
     least = width if sheet.name == "blanks" else min(width, len(body[0][1]))
     other = next(((n, c) for n, c in body if any(c[width:]) or len(c) < least), None)
     if other is not None:
@@ -144,6 +153,19 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
         parted=sheet.name,
         body=body,
     )
+
+
+def _grouped(above: Sequence[str], given: Sequence[str]) -> list[str]:
+    """Names with what the row above says of a set of them, Nominal of X, Y, Z; empty ones from there, else a number."""
+    twice = {name for name in given if name and given.count(name) > 1}
+    above = [*above, *[""] * len(given)][: len(given)]
+    names = [name or cell or f"#{k}" for k, (name, cell) in enumerate(zip(given, above, strict=True), 1)]
+    for k in (k for k, name in enumerate(given) if name in twice or (name and not twice)):
+        group = next(filter(None, above[k:0:-1]), "")  # the first cell is a title's
+        is_set = SIDE.sub("", f"{name_and_unit(group)[0]} x") == "x" or (twice and _DIFFERENCE.match(group))
+        is_other = name_and_unit(group)[1] and name_and_unit(names[k])[1]  # each has a unit of its own
+        names[k] = f"{group} {names[k]}" if is_set and not is_other else names[k]
+    return names
 
 
 def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], body: Sequence[Row]) -> list[set[str]]:
@@ -173,13 +195,17 @@ def _says_more(cells: Sequence[str], above: Sequence[str]) -> bool:
     A title above it is sparse and names nothing: K is a normal's then.
     """
     filled = [cell for cell in cells if cell]
-    more = len(set(filled)) < len(filled) or any(map(unit_named, filled))
+    twice = [pair for pair in zip(cells, above, strict=False) if pair[0] and cells.count(pair[0]) > 1]
+    is_set = len({a for _, a in twice}) < len({c for c, _ in twice})  # it says whose X, Y, Z they are
+    more = not is_set and (len(set(filled)) < len(filled) or any(map(unit_named, filled)))
     return more and set(kinds(above)) <= set("a-") and 2 * sum(map(bool, above)) > len(filled)
 
 
 def _sums_up(cells: Sequence[str], at: int, in_first: set[str]) -> bool:
     """Whether a row is no reading: a word in the time's column, or one of statistics that the first reading has not."""
-    return "".join(cells[at : at + 1]).isalpha() or bool(_STATISTICS.intersection(map(plain_name, cells)) - in_first)
+    return "".join(cells[at : at + 1]).isalpha() or bool(
+        _STATISTICS.intersection(plain_name(cell.replace(".", " ")) for cell in cells) - in_first
+    )
 
 
 def check_last_rows(layout: Layout, used: set[int]) -> None:

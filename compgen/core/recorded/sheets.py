@@ -17,7 +17,7 @@ from compgen.core.recorded.times import time_of
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": " "}
 _SAMPLE = 200_000  # characters that say what parts the cells
 _SEEN = 2000  # rows that say how a file is laid out
-_TREND = ("varname", "timestring", "varvalue")  # of WinCC
+_TRENDS = (("varname", "timestring", "varvalue"), ("series", "time", "value"))  # of WinCC, of Grafana
 _REMARK = ("#", "//", "!")
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # xlsx or ods, and xls
 
@@ -65,7 +65,8 @@ def sheet_of(source: str, data: bytes, delimiter: str | None) -> Sheet:
 
 def _text(data: bytes) -> str:
     """Text by its byte order mark, else UTF-8, else Windows's Latin letters, else what Japanese loggers write."""
-    for code in ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", "cp1252"):
+    wide = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-16-le" if data[1:2] == b"\0" else ""
+    for code in (wide or "utf-8-sig", "cp1252"):
         with suppress(UnicodeDecodeError):
             return data.decode(code)
     return data.decode("cp932", "replace")
@@ -116,9 +117,10 @@ def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
 def _by_time(sheet: Sheet) -> Sheet:
     """A row a time, of a trend that has a row for each variable."""
     head = [cell.casefold() for cell in sheet.rows[sheet.begin - 1][1]] if sheet.begin else []
-    if not set(_TREND) <= set(head):
+    trend = next((names for names in _TRENDS if set(names) <= set(head)), ())
+    if not trend:
         return sheet
-    variable, moment, value = map(head.index, _TREND)
+    variable, moment, value = map(head.index, trend)
     body = [row for row in sheet.rows[sheet.begin :] if not row[1][variable].startswith("$")]  # $RT_OFF$: it stopped
     names = list(dict.fromkeys(cells[variable] for _, cells in body))
     rows: dict[str, Row] = {}

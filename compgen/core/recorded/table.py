@@ -4,7 +4,6 @@ A column is known by its name or by ``columns``; its unit stands in the header, 
 in a line that is no reading, or in ``unit``.
 """
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -25,7 +24,7 @@ from compgen.core.recorded.cells import (
     unit_named,
     units_like,
 )
-from compgen.core.recorded.layout import PLAIN, DialectTable, Layout, check_last_rows, layout_of, units_of_all
+from compgen.core.recorded.layout import PLAIN, SIDE, DialectTable, Layout, check_last_rows, layout_of, units_of_all
 from compgen.core.recorded.sheets import sheet_of
 from compgen.core.recorded.times import seconds_of, time_of
 from compgen.core.toml import check, read_toml
@@ -36,13 +35,6 @@ _ALIASES = {
     "target": {"point", "point name", "point id", "pointid", "name", "id", "punkt", "punktname", "punktnummer", "nom"},
     "ambient": {"air", "room", "luft", "raum", "umgebung", "raumluft", "ambient temperature", "air temperature"},
 }
-#: what says of two columns of one name which is the wanted place or joint, and which the measured one
-_SIDE = re.compile(
-    r"^(?:{0})(?: (?=.)|(?=.$))|(?<=.) ?(?:{0})$".format(
-        "nominal|nom|soll|sollwert|commanded|command|comm|cmd|target|ref|reference|theo|theoretical|théorique|"
-        "actual|act|ist|istwert|measured|meas|gemessen|mesuré"
-    )
-)
 #: columns of the day to which a clock time belongs
 _DAYS = {"date", "datum", "day", "tag", "fecha", "jour", "giorno"}
 _MOMENT = "2026-11-22 08:15:00"
@@ -61,9 +53,14 @@ def read_table(source: str | Path, required: Sequence[str], known: Sequence[str]
     Raises:
         InputError: What ``read_recorded`` and ``read_csv`` refuse, or a file beside it that has other keys.
     """
+    dialect, beside = dialect_beside(source)
+    return read_recorded(source, required, known, dialect, beside) or read_csv(source, required, known)
+
+
+def dialect_beside(source: str | Path) -> tuple[DialectTable, str]:
+    """What ``<source>.toml`` says of a file, where there is one, and its name for messages."""
     beside = Path(f"{source}.toml")
-    dialect = check(DialectTable, read_toml(beside, "."), str(beside)) if beside.exists() else PLAIN
-    return read_recorded(source, required, known, dialect, beside.name) or read_csv(source, required, known)
+    return check(DialectTable, read_toml(beside, "."), str(beside)) if beside.exists() else PLAIN, beside.name
 
 
 def read_recorded(
@@ -90,26 +87,31 @@ def read_recorded(
     data = read_named(source, "give a CSV file", MAX_BYTES) if data is None else data
     lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
-    remarks = ((0, [line]) for line in lines if line.lstrip().startswith("#"))
-    is_plain = not any(getattr(dialect, key) for key in DialectTable.model_fields) and not units_of_all(remarks)
+    says = units_of_all((0, [line]) for line in lines if line.lstrip().startswith("#"))
+    is_plain = not says and not any(getattr(dialect, key) for key in DialectTable.model_fields)
     if not first or (is_plain and set(required) <= {cell.strip(' "') for cell in first.split(",")}):
         return None
     layout = layout_of(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
+    upright = next((k for k in range(len(layout.names)) if set("xyz") <= {*map(str.lower, layout.column(k))}), None)
+    if upright is not None and "x_mm" in required:
+        raise InputError(f"{layout.where(upright, layout.line)}: a row for each of X, Y and Z; export one row a point")
     times = _times(layout) if TIME in known else []
     assigned = _assigned(layout, [column for column in known if column != TIME or not times], required)
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
     if missing:
         taken = {k for k, _ in assigned.values()}
-        cells = enumerate(layout.body[0][1][: len(layout.names)])
-        theirs = next((k for k, cell in cells if cell and is_number(cell) and k not in taken), -1)
+        cells = layout.body[0][1][: len(layout.names)]
+        theirs = [k for k, cell in enumerate(cells) if cell and is_number(cell) and k not in taken]
         several = len(missing) > 1
-        example = "its name here" if several and layout.line else layout.key(theirs)
+        example = "its name here" if several and layout.line else layout.key(theirs[0]) if theirs else ""
         pair = f'{missing[0]} = "{example}"{", ..." * several}'
         mend = layout.mend(
             f"columns = {{ {pair} }}{' if it counts seconds (or time_min, time_h, time_d)' * (missing[0] == TIME)}",
             f"name {'them' if several else 'it'} so in a header",
         )
-        mend = mend if theirs >= 0 else f"no other column has numbers, or times as {_MOMENT}; add it so"
+        few = f"beside them, numbers stand only in {', '.join(map(layout.key, theirs[:3]))}; add columns"
+        few = few if theirs else f"no other column has numbers, or times as {_MOMENT}; add it so"
+        mend = few if len(theirs) < len(missing) else mend
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
 
@@ -127,7 +129,7 @@ def _assigned(layout: Layout, known: Sequence[str], required: Sequence[str]) -> 
         wanted = name_and_unit(column)[1]
         others = _fitting(layout, {base}, wanted) or _fitting(layout, _ALIASES.get(base, set()), wanted)
         fits[column] = [named[base][1]] if base in named else [k for k in others if k not in taken]
-    sided = {k for k, name in enumerate(layout.names) if _SIDE.search(name_and_unit(name)[0])} - taken
+    sided = {k for k, name in enumerate(layout.names) if SIDE.search(name_and_unit(name)[0])} - taken
     unsure = {c: ks for c, ks in fits.items() if len(ks) > 1 or (c in required and sided.issuperset(ks[:1]) and ks)}
     if unsure:
         raise layout.unsure(unsure)
@@ -144,7 +146,7 @@ def _assigned(layout: Layout, known: Sequence[str], required: Sequence[str]) -> 
 def _fitting(layout: Layout, names: set[str], wanted: str) -> list[int]:
     """The columns of some names, or of seconds, whose units measure what is wanted or are not said."""
     bare = [name_and_unit(name)[0] for name in layout.names]
-    fits = [k for k, name in enumerate(bare) if not names.isdisjoint((name, _SIDE.sub("", name)))]
+    fits = [k for k, name in enumerate(bare) if not names.isdisjoint((name, SIDE.sub("", name)))]
     if wanted == "s" and not fits:
         fits = [k for k, units in enumerate(layout.units) if units]
     return [k for k in fits if all(measured_by(unit) == measured_by(wanted) for unit in layout.units[k])]
