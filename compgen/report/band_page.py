@@ -95,7 +95,8 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     if sized:
         low, high = np.array([row["size_um"] for row in sized]).T
         names, extents = [row["what"] for row in sized], [size_words(row) for row in sized]
-        place = {"xaxis": "x2", "yaxis": "y2", "base": low.tolist(), "text": extents}
+        brief = [size_words({**row, "expected_um": None}) for row in sized]  # a long one is cut at the edge
+        place = {"xaxis": "x2", "yaxis": "y2", "base": low.tolist(), "text": brief}
         traces.append(trace("bar", (high - low).tolist(), names, **place, marker=HATCHED, **BAR))
         axes["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", range=[0, 1.5 * high.max()])
         axes["yaxis2"] = {"anchor": "x2", "automargin": True}
@@ -112,7 +113,13 @@ def _below_each_other(above: int, below: int, reach: list[float]) -> dict[str, A
         "height": tall + 60,
         "xaxis": {"domain": [0.0, 1.0], "title": {"text": "left open [µm], 95 %"}},
         "yaxis": {"domain": [height / tall, 1.0]},
-        "xaxis2": {"domain": [0.0, 1.0], "range": reach, "title": {"text": "not known [µm]"}},
+        "xaxis2": {
+            "domain": [0.0, 1.0],
+            "range": reach,
+            "nticks": 3,
+            "tickangle": 0,
+            "title": {"text": "not known [µm]"},
+        },
         "yaxis2": {"domain": [0.0, max(height / tall - 75 / tall, 0.05)]},
     }
 

@@ -161,9 +161,12 @@ def _beside(summary: dict[str, Any]) -> str:
     ]
     blocks, scale = fit["forecast_blocks"], fit["forecast_scale"]
     parts.append(
-        f"{blocks} stretches of warm poses, foretold from those before, make the band {scale:.2f} times as wide"
-        if blocks
-        else "no warm poses were foretold from those before"
+        (
+            f"{blocks} stretches of poses, each foretold from those before, "
+            if blocks
+            else "no poses could be foretold, "
+        )
+        + (f"make the band {scale:.2f} times as wide" if round(scale, 2) > 1 else "leave the band as it is")
     )
     return f"beside the parameters: {'; '.join(parts)}"
 

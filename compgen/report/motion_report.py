@@ -1,5 +1,6 @@
 """An identified controller's motion as data and as one page."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -111,9 +112,9 @@ def motion_sentences(summary: dict[str, Any]) -> list[str]:
         f"{motion['kind']}{f': {words}' if words else ''}"
         f"{' (the last two in runs that begin with a long line)' if motion['after_long_ms'] else ''}; "
         f"sigma, how far it spreads a command in time, {low:.2f} to {high:.2f} ms (95 %)",
-        f"on stretches held out of the fit it leaves {held['rms_um']:.2f} um rms, 99 % below {held['p99_um']:.1f}, at "
-        f"most {held['max_um']:.1f}; the program without smoothing leaves {held['plain_um']:.2f} rms; "
-        f"used to correct up to {held['limit_um']:.2f} rms",
+        f"off the path, on stretches that it was not fitted to, it leaves {held['rms_um']:.2f} um rms, 99 % below "
+        f"{held['p99_um']:.1f} um, at most {held['max_um']:.1f} um; without smoothing {held['plain_um']:.2f} um rms; "
+        f"to be used to correct it may leave {held['limit_um']:.2f} um rms",
         f"known for runs that begin with a {' and with a '.join(f'{began} line' for began in motion['runs_began'])}"
         if motion["runs_began"]
         else "no run with bends shows it: log the program of cgen plan-motion-log",
@@ -143,7 +144,7 @@ def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: 
             ]
             for fit in summary["tried"]
         ],
-        drawn=_kinds(summary),
+        drawn=kinds_figure(summary),
         speeds=[(_lost(stretch), _speed(stretch)) for stretch in summary["speeds"]],
     )
 
@@ -177,7 +178,7 @@ def _speed(stretch: dict[str, Any]) -> Figure:
     )
 
 
-def _kinds(summary: dict[str, Any]) -> Figure:
+def kinds_figure(summary: dict[str, Any]) -> Figure:
     """A mark for each kind that was tried, what it leaves on an axis of logarithms, and what is accepted."""
     limit = summary["held_out"]["limit_um"]
     traces, words = [], []
@@ -195,14 +196,15 @@ def _kinds(summary: dict[str, Any]) -> Figure:
     )
     kinds = [str(fit["kind"]) for fit in summary["tried"]][::-1]
     order = {"categoryorder": "array", "categoryarray": kinds}
-    in_two_lines = {"tickvals": kinds, "ticktext": [kind.replace(" in ", "<br>in ") for kind in kinds]}
+    in_lines = {"tickvals": kinds, "ticktext": [re.sub("(,|;)? (in|where|shorter) ", r"\1<br>\2 ", k) for k in kinds]}
+    short = {"title": {"text": "left, rms [µm]"}, "tickvals": TICKS[::3], "tickangle": 0}
     label = {"text": f"limit {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
     look = {"showarrow": False, "xanchor": "left", "yanchor": "top", "font": {"color": LIMIT, "size": 11}}
     return figure(
         traces,
         90 + 34 * len(summary["tried"]),
         alt,
-        {"yaxis": in_two_lines},
+        {"yaxis": in_lines, "xaxis": short, "height": 150 + 45 * len(kinds)},
         xaxis=axis("left on stretches held out, rms [µm]", type="log", tickvals=TICKS),
         yaxis={**order, "automargin": True},
         shapes=[vertical_line(limit, LIMIT)],

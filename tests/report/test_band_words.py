@@ -19,7 +19,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.uncertainty.band_columns import assumed_findings
-from compgen.report.band_page import band_facts, band_rows
+from compgen.report.band_page import band_facts, band_rows, budget_figure
 from compgen.report.band_words import (
     band_record,
     before_and_after,
@@ -127,6 +127,14 @@ def test_where_the_part_stands_is_said_apart():
     )
     rows = [row for row in band_rows(record) if "of it" in row[0]]
     assert [row[1] for row in rows] == ["38", "12"]
+
+
+def test_a_bars_words_are_short_enough_for_its_figure():
+    """``expected 1032, up to 1630`` was cut at the edge; the bar is between the two."""
+    seen = Unknown("the controller's motion", (1032 * UM, 1630 * UM), "a maker", (), 1032 * UM)
+    drawn = budget_figure(band_record(BAND, [seen]))
+    assert drawn["data"][1]["text"] == ["1032 to 1630"]
+    assert "expected 1032, up to 1630" in drawn["alt"]
 
 
 def test_what_is_expected_stands_before_its_range_with_whose_word_it_is():
