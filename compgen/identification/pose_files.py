@@ -193,8 +193,11 @@ def _check_duplicates(table: CsvTable, pose: IntArray, reflector: IntArray, name
 
 
 def _check_measured_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:
-    mend = "measure it at two poses or more, or remove the row"
-    mend = "so are all: if they are names of shots, remove the column" if len(reflectors) == len(reflector) else mend
+    mend = (
+        "so are all: if they are names of shots, remove the column"
+        if len(reflectors) == len(reflector)
+        else "measure it at two poses or more, or remove the row"
+    )
     table.refuse_first(
         np.bincount(reflector)[reflector] < 2,
         "target",

@@ -361,6 +361,17 @@ def test_a_workbook_is_read_without_being_saved_as_text(tmp_path):
     assert "sheet 'Tuesday' and sheet 'Monday' both hold" in refusal(file, columns={"j2": "TC 03", "ambient": "TC 01"})
 
 
+def test_merged_cells_above_a_workbooks_header_say_which_set_is_which(tmp_path):
+    axes = [f"{axis} [mm]" for axis in "XYZ"]
+    rows: list[list[object]] = [["Report"], ["Name", "Soll", "", "", "Ist", "", ""], ["", *axes, *axes]]
+    rows += [[f"P{n}", 1.5, 2.0, n + 0.25, 1.75, 2.0, n + 0.5] for n in range(5)]
+    file = workbook(tmp_path / "log.xlsx", Data=rows)
+    assert "columns 2 and 5 both may be x_mm (Soll X [mm], Ist X [mm])" in refusal(file, PLACE, (*PLACE, "target"))
+    table = read(file, PLACE, (*PLACE, "target"), columns={"x": "#5", "y": "#6", "z": "#7"})
+    assert_allclose(column(table, "z_mm"), np.arange(5) + 0.5)
+    assert table.words("target")[0] == "P0"
+
+
 TRACKER = "".join(
     f"Path, G1, {n}, {2255.5 + n / 7:.6f}, -2602.986613, {-275.1 - n:.6f}, 02/12/25 16:56:08\n" for n in range(5)
 )

@@ -162,9 +162,9 @@ def _grouped(above: Sequence[str], given: Sequence[str]) -> list[str]:
     names = [name or cell or f"#{k}" for k, (name, cell) in enumerate(zip(given, above, strict=True), 1)]
     for k in (k for k, name in enumerate(given) if name in twice or (name and not twice)):
         group = next(filter(None, above[k:0:-1]), "")  # the first cell is a title's
-        is_set = SIDE.sub("", f"{name_and_unit(group)[0]} x") == "x" or (twice and _DIFFERENCE.match(group))
-        is_other = name_and_unit(group)[1] and name_and_unit(names[k])[1]  # each has a unit of its own
-        names[k] = f"{group} {names[k]}" if is_set and not is_other else names[k]
+        base, unit = name_and_unit(group)
+        if SIDE.sub("", f"{base} x") == "x" or (twice and _DIFFERENCE.match(group)):
+            names[k] = names[k] if unit and name_and_unit(names[k])[1] else f"{group} {names[k]}"
     return names
 
 

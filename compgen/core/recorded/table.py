@@ -100,18 +100,18 @@ def read_recorded(
     missing = [c for c in required if c not in assigned and not (c == TIME and times)]
     if missing:
         taken = {k for k, _ in assigned.values()}
-        cells = layout.body[0][1][: len(layout.names)]
-        theirs = [k for k, cell in enumerate(cells) if cell and is_number(cell) and k not in taken]
+        cells = enumerate(layout.body[0][1][: len(layout.names)])
+        theirs = [k for k, cell in cells if cell and is_number(cell) and k not in taken]
         several = len(missing) > 1
         example = "its name here" if several and layout.line else layout.key(theirs[0]) if theirs else ""
-        pair = f'{missing[0]} = "{example}"{", ..." * several}'
         mend = layout.mend(
-            f"columns = {{ {pair} }}{' if it counts seconds (or time_min, time_h, time_d)' * (missing[0] == TIME)}",
+            f'columns = {{ {missing[0]} = "{example}"{", ..." * several} }}'
+            f"{' if it counts seconds (or time_min, time_h, time_d)' * (missing[0] == TIME)}",
             f"name {'them' if several else 'it'} so in a header",
         )
-        few = f"beside them, numbers stand only in {', '.join(map(layout.key, theirs[:3]))}; add columns"
-        few = few if theirs else f"no other column has numbers, or times as {_MOMENT}; add it so"
-        mend = few if len(theirs) < len(missing) else mend
+        if len(theirs) < len(missing):
+            mend = f"beside them, numbers stand only in {', '.join(map(layout.key, theirs[:3]))}; add columns"
+        mend = mend if theirs else f"no other column has numbers, or times as {_MOMENT}; add it so"
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
 
@@ -177,9 +177,11 @@ def _unit(layout: Layout, k: int, by_key: str, column: str, fits: Mapping[str, S
     keys = ", or ".join(column.removesuffix(wanted) + unit for unit in some[1:])
     bare = {c: ks[0] for c, ks in fits.items() if ks and name_and_unit(c)[1] == wanted and not layout.units[ks[0]]}
     pairs = ", ".join(f'{c} = "{f"#{n + 1}" if len(bare) > 1 else name}"' for c, n in (bare or {column: k}).items())
-    words = f"columns = {{ {pairs} }}, or {keys},"
-    if measured in ("temperature", "length"):
-        words = " or ".join(f'unit = "{unit}"' for unit in some)
+    words = (
+        " or ".join(f'unit = "{unit}"' for unit in some)
+        if measured in ("temperature", "length")
+        else f"columns = {{ {pairs} }}, or {keys},"
+    )
     mend = layout.mend(words, f"write it in the header, as '{name} [{some[0]}]'")
     cell = layout.column(k)[0]
     what = (
@@ -201,8 +203,8 @@ def _times(layout: Layout) -> list[int]:
     both, dates, clocks = ([k for k, kind in is_time.items() if kind == wanted] for wanted in ("dc", "d", "c"))
     several = next((some for some in (both, dates, clocks) if len(some) > 1), [])
     if several:
-        date = f'date = "#{dates[0] + 1}", ' if dates and several is clocks else ""
-        raise layout.both(several, "both hold times", f"{date}time", "keep one")
+        key = f'date = "#{dates[0] + 1}", time' if dates and several is clocks else "time"
+        raise layout.both(several, "both hold times", key, "keep one")
     return both or dates + clocks
 
 
@@ -211,8 +213,8 @@ def _table(layout: Layout, assigned: Mapping[str, tuple[int, str]], times: Seque
     cells = {column: layout.column(k) for column, (k, _) in assigned.items()}
     numeric = [c for c, (_, unit) in assigned.items() if unit or all(map(is_number, cells[c]))]
     sign = _decimal(layout, [assigned[c][0] for c in numeric])
-    units = {unit for _, unit in assigned.values()} - {""}
-    words = ", ".join([layout.parted, f"decimal {'comma' if sign == ',' else 'point'}", *sorted(units)])
+    words = f"{layout.parted}, decimal {'comma' if sign == ',' else 'point'}"
+    words += "".join(f", {unit}" for unit in sorted({unit for _, unit in assigned.values()} - {""}))
     for column in numeric:
         given, wanted = assigned[column][1], name_and_unit(column)[1]
         cells[column] = [in_unit(number_text(cell, sign) or "", given, wanted) for cell in cells[column]]
@@ -227,15 +229,19 @@ def _table(layout: Layout, assigned: Mapping[str, tuple[int, str]], times: Seque
         cells[TIME] = list(map(repr, seconds))
         kind = time_of(moments[0])[0]
         if "d" not in kind and not _DAYS.isdisjoint(map(plain_name, layout.names)):
-            what = f"'{moments[0]}' is of a day that is not read; write {_MOMENT}"
-            raise InputError(f"{layout.where(times[0], lines[0])}: {what}")
+            raise InputError(
+                f"{layout.where(times[0], lines[0])}: '{moments[0]}' is of a day that is not read; write {_MOMENT}"
+            )
         clock = " in hours and minutes" if moments[0].count(":") == 1 else ""
         words += f", {_WORDS[kind.strip('z')]}{clock} with{'' if 'z' in kind else 'out'} a zone"
-    own = {c: layout.names[k] for c, (k, _) in assigned.items()}
     used = {*times, *(k for k, _ in assigned.values())}
     left = tuple(name for k, name in enumerate(layout.names) if k not in used and any(layout.column(k)))
     check_last_rows(layout, used)
-    words += "".join(f"; {brief_name(name)} is {c}" for c, name in own.items() if plain_name(c) != plain_name(name))
+    words += "".join(
+        f"; {brief_name(layout.names[k])} is {c}"
+        for c, (k, _) in assigned.items()
+        if plain_name(c) != plain_name(layout.names[k])
+    )
     words += f"; left out: {', '.join(map(brief_name, left))}" if left else ""
     return CsvTable(
         source=layout.place,
