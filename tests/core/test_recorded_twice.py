@@ -95,6 +95,13 @@ def test_places_below_the_word_nominal_need_the_users_word(tmp_path):
     assert places(read(tmp_path, text, **lines_to_write(message)[0]))[2].tolist() == [1, 2, 3]
 
 
+def test_a_unit_of_its_own_keeps_a_column_out_of_a_set(tmp_path):
+    head = "Name;X;Y;Z;" + ";".join(f"J{n} [deg]" for n in range(1, 7))
+    text = f";Nominal [mm]{9 * ';'}\n{head}\n" + "".join(f"P{n};1;{n};3;4;5;6;7;8;9.5\n" for n in range(3))
+    (line,) = lines_to_write(refusal(tmp_path, text, (*JOINTS, *PLACE)))
+    assert read(tmp_path, text, (*JOINTS, *PLACE), **line).numbers("j6_deg").tolist() == [9.5] * 3
+
+
 def test_deviations_in_a_second_set_are_no_places(tmp_path):
     text = ";Deviation;;;Actual;;;;\n" + AXES + ROWS
     message = refusal(tmp_path, text)
