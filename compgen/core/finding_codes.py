@@ -316,8 +316,8 @@ class Code(StrEnum):
         "Clean probe and spheres, and touch again, or give the true sigma_um.", WARNING)
     ANCHOR_LEFT_OUT = ("anchor.left_out", "pipelines", "The others foretell a touch badly.", "Touch it again.", WARNING)
     ANCHOR_SIGMA = ("anchor.sigma", "pipelines", "No sigma_um of touches: the usual is taken.", "Give sigma_um.", NOTE)
-    ANCHOR_COLD = ("anchor.cold", "pipelines", "No history is given: the forecast is a cold robot.",
-        "Give [[before]] or a log if it was warm.", NOTE)
+    ANCHOR_PLAY = ("anchor.play", "pipelines", "A joint stood: its play may be another.", "Turn it first.", WARNING)
+    ANCHOR_COLD = ("anchor.cold", "pipelines", "Nothing says that it was warm.", "Give [[before]] or a log.", NOTE)
     TOUCHES_CERTIFIED = ("touches.certified", "pipelines", "The artefact does not say whether it is certified.",
         "Say artefact.certified.", NOTE)
     TOUCHES_UNKNOWN_PLACE = ("touches.unknown_place", "pipelines",

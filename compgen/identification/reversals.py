@@ -56,7 +56,7 @@ class LostMotion:
 
     law: Law
     width: Array  # (6,) [rad]; the one given where there is no run
-    width_sigma: Array  # (6,) of its logarithm; infinite where runs do not tell
+    width_sigma: Array  # (6,) of its logarithm; infinite where there is no run
     half_width: Array  # (6,) [rad] b; NaN where there is no run
     half_sigma: Array  # (6,) [rad]
 
@@ -68,7 +68,7 @@ class LostMotion:
     @property
     def measured(self) -> BoolArray:
         """Which joints' widths are known from runs, (6,)."""
-        return np.asarray(np.isfinite(self.width_sigma))
+        return np.asarray((self.width_sigma < KNOWN) & (np.abs(self.half_width) > self.half_sigma / KNOWN))
 
 
 def fit_lost_motion(data: Measurements, assumed: ReversalWidths | None) -> LostMotion | None:
@@ -88,11 +88,10 @@ def fit_lost_motion(data: Measurements, assumed: ReversalWidths | None) -> LostM
     likelihood = {law: sum(f.likelihood for f in joints) for law, joints in fitted.items()}
     law: Law = "play" if likelihood["play"] > likelihood["dahl"] else "dahl"
     best = fitted[law]
-    known = np.array([f.sigma < KNOWN and abs(f.half) > f.half_sigma / KNOWN for f in best])
     return LostMotion(
         law=law,
         width=np.where([f.rows > 0 for f in best], [f.width for f in best], assumed.joint),
-        width_sigma=np.where(known, [f.sigma for f in best], np.inf),
+        width_sigma=np.array([f.sigma for f in best]),
         half_width=np.where([f.rows > 0 for f in best], [f.half for f in best], np.nan),
         half_sigma=np.array([f.half_sigma for f in best]),
     )

@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
+from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.uncertain_sources import Cause, Quantity
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
@@ -20,6 +21,7 @@ from compgen.planning.tables import TaughtTable
 from compgen.thermal.uncertainty import HeatChange
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
+DIGITS = 1e-6  # of the largest eigenvalue: below it are the digits of a posterior's file
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -252,18 +254,23 @@ def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> lis
 
 
 def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
-    r"""The identified numbers together: the columns of F, C_p = F F^T by its eigenvectors, each a quantity."""
+    r"""The identified numbers together: the columns of F, C = F F^T, each a quantity.
+
+    Of play p, which runs through each reversal measure, what the rest r does not tell stands by itself:
+
+        C = F_r F_r^T + F_p F_p^T,    F_r = (I, G) C_rr^1/2,    F_p = (0, (C_pp - G C_rp)^1/2),    G = C_pr C_rr^+
+    """
     posterior = cell.posterior
     if posterior is None:
         return []
     size = np.where(posterior.sigma > 0, posterior.sigma, 1.0)
-    values, vectors = np.linalg.eigh(posterior.covariance / np.outer(size, size))
-    factor = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    play = np.array([p.table == Hysteresis.NAME for p in posterior.parameters])
+    F = size[:, None] * _factor(posterior.covariance / np.outer(size, size), play)
     names = [source.NAME for source in parameters.sources]
     places = {(e.source, e.field, e.index): n for n, e in enumerate(parameters.entries)}
-    R, K = factor.shape[1], len(cell.heat.names)
+    R, K = len(F), len(cell.heat.names)
     changes, width, scale, lag = (np.zeros((R, n)) for n in (len(places), 6, K, K))
-    for parameter, value, row in zip(posterior.parameters, posterior.value.tolist(), factor, strict=True):
+    for parameter, value, row in zip(posterior.parameters, posterior.value.tolist(), F, strict=True):
         if parameter.table == "thermal.node":
             (scale if parameter.key == "rise_K" else lag)[:, parameter.index[0]] = row / value
             continue
@@ -274,11 +281,26 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
             width[:, parameter.index[0]] = row / value
     return [
         Quantity(
-            f"identified {k + 1}", "identified parameters",
+            f"identified {k + 1}", Hysteresis.BUDGET if k >= R - play.sum() else "identified parameters",
             Cause(changes[k], replace(nothing.heat, scale=scale[k], lag=lag[k]), width[k]),
         )
         for k in range(R)
     ]  # fmt: skip
+
+
+def _factor(C: Array, last: BoolArray) -> Array:
+    """F of C = F F^T, (R, R), whose last columns are not zero in the last rows alone, (R,)."""
+    a, b, F = np.flatnonzero(~last), np.flatnonzero(last), np.zeros_like(C)
+    root, G = _root(C[np.ix_(a, a)]), C[np.ix_(b, a)] @ np.linalg.pinv(C[np.ix_(a, a)], rcond=DIGITS, hermitian=True)
+    F[a, : len(a)], F[b, : len(a)] = root, G @ root
+    F[b, len(a) :] = _root(C[np.ix_(b, b)] - G @ C[np.ix_(a, b)])
+    return F
+
+
+def _root(C: Array) -> Array:
+    """A square root of a covariance, by its eigenvectors."""
+    values, vectors = np.linalg.eigh(C)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:

@@ -27,7 +27,7 @@ NO_BAND = "not stated (the robot file gives no number a sigma)"
 MOST = 3  # steps that are named
 LEAST_TAKEN = 0.02  # of a band, that a step must take off
 DOUBLED = sqrt(1 / 2)  # of a standard deviation, that twice as many measurements leave
-STANDS = "where the part stands"  # what a taught frame takes up, of each source alike
+STANDS = "where the part stands"  # what a taught frame takes up
 
 
 def band_record(
@@ -42,10 +42,16 @@ def band_record(
         of_job: Of a path file, whose keys a measurement may go into; else of a program that exists.
     """
     promised = None if draws is None else draws.guarantee
-    budget_um = {share.source: _um(share.largest) for share in band.budget}
+    budget_um, parted = _budget_um(band), {}
+    p95_um = _um(band.largest)
+    following = next_steps(p95_um, budget_um, steps := STEPS if of_job else STEPS_OF_PROGRAM)
+    if band.parted is not None:
+        stands, rest = band.parted
+        parted = dict(zip(PARTED, (_um(stands), _um(rest.largest)), strict=True))
+        following = next_steps(p95_um, _budget_um(rest), steps, taught_um=_um(rest.largest))
     return {
-        "p95_um": _um(band.largest),
-        **dict(zip(PARTED, map(_um, band.parted or ()), strict=False)),
+        "p95_um": p95_um,
+        **parted,
         **{key: getattr(promised, key, None) for key in DRAWN},
         "budget_um": budget_um,
         "budget_rms_um": {share.source: _um(share.rms) for share in band.budget},
@@ -58,12 +64,7 @@ def band_record(
             }
             for row in unknown
         ],
-        "next": next_steps(
-            _um(band.largest),
-            budget_um,
-            STEPS if of_job else STEPS_OF_PROGRAM,
-            taught_um=_um((band.parted or (band.largest,))[-1]),
-        ),
+        "next": following,
     }
 
 
@@ -243,6 +244,10 @@ def _size(row: dict[str, Any]) -> str:
     return f" ({size_words(row)} um{'' if row['expected_um'] is None else ', from ' + row['from']})"
 
 
+def _budget_um(band: Band) -> dict[str, float]:
+    return {share.source: _um(share.largest) for share in band.budget}
+
+
 def _um(value: float) -> float:
     return float(f"{value / UM:.6g}")
 
@@ -305,17 +310,17 @@ def next_steps(
 
     Args:
         p95_um: The band.
-        budget_um: Its sources.
+        budget_um: Its sources; where the part's frame may be taught, those of what is left then.
         steps: That may be taken.
-        taught_um: The band that is left once the part's frame is taught; None: no frame would take anything up.
+        taught_um: What is left then; None: no frame would take anything up.
     """
-    whole = sum(size**2 for size in budget_um.values()) or 1.0
-    share = 1.0 if taught_um is None or not p95_um else min(taught_um / p95_um, 1.0)
-    sources = {name: share * size for name, size in budget_um.items()} | {STANDS: sqrt(whole * (1 - share**2))}
+    rest = p95_um if taught_um is None else min(taught_um, p95_um)
+    unit = rest / (sqrt(sum(size**2 for size in budget_um.values())) or 1.0)
+    sources = {name: unit * size for name, size in budget_um.items()} | {STANDS: sqrt(p95_um**2 - rest**2)}
 
     def left(steps: Sequence[Step]) -> float:
         leaves = {name: step.leaves for step in steps for name in step.ends}
-        return p95_um * sqrt(sum((size * leaves.get(name, 1.0)) ** 2 for name, size in sources.items()) / whole)
+        return sqrt(sum((size * leaves.get(name, 1.0)) ** 2 for name, size in sources.items()))
 
     gains = [(p95_um - left([step]), step) for step in steps]
     best = sorted((g for g in gains if g[0] >= LEAST_TAKEN * p95_um > 0), key=lambda g: -g[0] / g[1].hours)[:MOST]

@@ -81,7 +81,7 @@ class Band:
     p99: float  # [m] what 99 % of the part's length stay at or below
     budget: tuple[BudgetShare, ...]  # the largest first
     hidden: float = 0.0  # [m] most on the part that a temperature sensor may add unseen; no part of the radius
-    parted: tuple[float, float] | None = None  # [m] where the part stands, and what is left once that is taught
+    parted: "tuple[float, Band] | None" = None  # [m] where the part stands, and what is left once that is taught
 
     def world(self) -> Array:
         """k = 2 along World x, y, z where it was evaluated, (M, 3) [m]."""
@@ -154,8 +154,8 @@ def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: fl
     )
 
 
-def parted_by_teaching(columns: Columns, place: Array, weight: Array, scale: float) -> tuple[float, float]:
-    """The largest radius of where the part stands, which teaching its frame would take up, and of what would be left.
+def parted_by_teaching(columns: Columns, place: Array, weight: Array, scale: float) -> tuple[float, Band]:
+    """The largest radius of where the part stands, which teaching its frame would take up, and what would be left.
 
     Args:
         columns: At some places of the path.
@@ -167,7 +167,7 @@ def parted_by_teaching(columns: Columns, place: Array, weight: Array, scale: flo
     left = share.left(columns.column, share.motion(columns.column), place)
     stands = replace(columns, column=columns.column - left, undirected={})
     rest = replace(columns, column=left)
-    return band_of([stands], rows, weight, scale).largest, band_of([rest], rows, weight, scale).largest
+    return band_of([stands], rows, weight, scale).largest, band_of([rest], rows, weight, scale)
 
 
 def radius_of(moment: Array) -> Array:

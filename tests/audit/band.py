@@ -130,9 +130,16 @@ def _of_identification(case):
     """The identified numbers together, and widths of reversals that nobody measured."""
     path, touches = _both(case)
     if len(case.arm.names):
-        values, vectors = np.linalg.eigh(case.arm.correlation)
-        factor = case.arm.sigma[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        yield Effects("identified parameters", *(spots.identified() @ factor for spots in (path, touches)))
+        C, play = case.arm.correlation, np.array([name[0] == "hysteresis" for name in case.arm.names])
+        rest = C[np.ix_(~play, ~play)]
+        told = np.eye(len(C))[:, ~play]
+        told[play] = C[np.ix_(play, ~play)] @ np.linalg.pinv(rest, 1e-6)
+        of_rest = told @ rest @ told.T
+        of_play = np.where(np.outer(play, play), C - of_rest, 0.0)
+        for source, S in (("identified parameters", of_rest), ("lost motion", of_play)):
+            values, vectors = np.linalg.eigh(S)
+            factor = case.arm.sigma[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+            yield Effects(source, *(spots.identified() @ factor for spots in (path, touches)))
     seen = [name[2][0] for name in case.arm.names if name[1] == "width_mdeg"]
     if case.arm.width is not None and len(seen) < 6:
         columns = study.WIDTH_SPREAD * np.delete(path.of_widths(path.by_joint()), seen, axis=2)

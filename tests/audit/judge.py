@@ -39,7 +39,6 @@ TURNED_MDEG, JOINT_DEG = 2.0, 0.005
 TIME_S, TIME, FEED, AT_FEED = 1e-3, 1e-6, 0.005, 0.002
 SAYABLE_MM_S = listing.STEPS_MM_S[-1]  # the finest step of a speed
 UNEVEN = 3.0
-WIDER = 1e-3  # of the way over which a joint forgets a reversal, of which the effect is differenced
 SHORT_MM = 2.0  # of lines with two samples
 TURNING = [0, 3, 5]  # joints that CONFIG has turns of
 DECIMALS = 3  # of a frame on the controller
@@ -254,6 +253,9 @@ def along(own_arm, pendant, rise, tool):
     theta, width = arm.dh_angles(pendant), own_arm.width
     if width is None:
         return Spots(own_arm, pendant, np.zeros_like(theta), rise, tool)
-    law = own_arm.sources["hysteresis"].get("law", "dahl")
-    more, less, side = (sides(theta, width * factor, law) for factor in (1 + WIDER, 1 - WIDER, 1.0))
-    return Spots(own_arm, pendant, side, rise, tool, (more - less) / (2 * WIDER))
+    own, off = own_arm.sources["hysteresis"], np.full(6, study.WIDTH_SPREAD)
+    for name, sigma in zip(own_arm.names, own_arm.sigma if own_arm.names else (), strict=True):
+        if name[1] == "width_mdeg":
+            off[name[2][0]] = sigma / own["width_mdeg"][name[2][0]]
+    more, less, side = (sides(theta, width * np.exp(k * off), own.get("law", "dahl")) for k in (1, -1, 0))
+    return Spots(own_arm, pendant, side, rise, tool, (more - less) / (2 * off))

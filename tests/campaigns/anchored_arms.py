@@ -60,6 +60,7 @@ PLACE, REPEAT, NOISE = 5 * UM, 8 * UM, 12 * UM  # of an instrument, of the arm, 
 PROBE = Pose(np.array([0, 0, 0.15]), np.eye(3))
 DOWN = np.diag([1.0, -1.0, -1.0])
 LIFT = 0.15  # m above a sphere, where the arm turns
+TURNED = 2 * DEG  # by which each joint is turned before the first touch
 KINDS = ("taught right", "taught wrong", "taught cold", "certified right", "certified wrong", "certified cold",
          "certified break")  # fmt: skip
 
@@ -129,14 +130,16 @@ def touched(arm, robot, places, rise, start, rng, approach):
     """Commanded joints at which the probe's centre met places one after the other, from above, with noise.
 
     Args:
-        approach: Whether the program begins above the last place, so that play at the first comes from there too.
+        approach: Whether the program begins above the last place, each joint that this does not turn turned by 2 deg
+            first, so that play at the first touch comes from there.
     """
     wanted = places + rng.normal(0, NOISE, places.shape)
     commanded = wanted.copy()
     above = joints(robot, places + np.array([0, 0, LIFT]))
+    begin = np.where(np.abs(above[-1] - above[0]) < TURNED, above[0] - TURNED, above[-1])
     for _ in range(5):
         q = joints(robot, commanded)
-        way, of_touch = ([above[-1]] if approach else []), []
+        way, of_touch = ([begin] if approach else []), []
         for n in range(len(q)):
             way += [above[n]] if not way else list(np.linspace(way[-1], above[n], 40)[1:])
             way += list(joints(robot, commanded[n] + np.linspace(LIFT, 0, 60)[:, None] * [0, 0, 1])[1:])

@@ -13,6 +13,7 @@ from shipped import path_file
 from simulated_days import AIR, IDENTIFIED, NOISE, SPHERES, anchored, drawn_day, outcome, share_of_shift
 
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code
 from compgen.core.pose import Pose
 from compgen.core.units import HOUR, MDEG, MM, UM
 from compgen.error_model.anchored_state import read_state
@@ -314,6 +315,18 @@ def test_play_of_no_known_sense_is_open_in_each_touch_and_in_all(days, tmp_path)
     assert np.sqrt(expected.max()) > 30 * UM
     taught = pieces(drawn_day(0, tmp_path, taught=True, overrides=(*IDENTIFIED, play)))
     assert_allclose(taught[3].field, pieces(drawn_day(0, tmp_path, taught=True))[3].field, atol=1e-13)
+
+
+def test_a_joint_that_stands_at_all_touches_is_named_where_the_robot_taught_and_the_arm_plays(tmp_path):
+    """J4 of a probe that points down: its play is as the way before has left it, and was otherwise when it taught."""
+    play = "robot.sources.hysteresis={backlash_mdeg=[2,1,1,2,1,0],width_mdeg=[200,200,200,200,200,200]}"
+    said = []
+    for taught, own in ((True, IDENTIFIED), (True, (*IDENTIFIED, play)), (False, (*IDENTIFIED, play))):
+        day = drawn_day(0, tmp_path, taught=taught, overrides=own)
+        still = [f"J{k + 1}" for k in range(6) if np.ptp(day.touches.theta[:, k]) < np.radians(1)]
+        said.append([f.message for f in anchored(day).findings if f.code == Code.ANCHOR_PLAY])
+    assert said[0] == said[2] == []
+    assert [m.partition(" did not turn")[0] for m in said[1]] == [", ".join(still)] == ["J4"]
 
 
 def test_what_identification_was_too_sure_of_is_open_by_its_scale(days):

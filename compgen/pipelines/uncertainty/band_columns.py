@@ -30,7 +30,6 @@ MISSING = "thermal physics missing"  # in the budget
 FIT_NOISE = "fit noise"  # there as well: of cold places, what no source explains
 MOTION = "the controller's motion"  # there as well
 PARTED = 256  # waypoints by which it is parted into where the part stands and the rest
-WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -47,7 +46,7 @@ class Places(PromptMotion):
     """M places on a program's way, with one tool."""
 
     tool: Pose  # TCP in the flange
-    turned: Array | None = None  # (M, 6) how each joint's direction changes with its own width, relative
+    turned: Array | None = None  # (M, 6) how each joint's direction changes with the logarithm of its width
 
 
 def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
@@ -249,16 +248,22 @@ def by_source(uncertainty: JobUncertainty) -> list[Quantity]:
 
 
 def _turned(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray) -> Array:
-    """How the direction of each joint changes with its own width, (M, 6), per relative change; zero if none is off."""
-    if not any(q.cause.width.any() for q in uncertainty.quantities):
+    r"""By how much each joint's direction changes with the logarithm of its width w, (M, 6); zero if none is off.
+
+    Over one standard deviation s to both sides, since a direction stays within [-1, 1]:
+
+        (u(w exp s) - u(w exp -s)) / 2 s
+    """
+    s = np.sqrt(sum(((q.deviation * q.cause.width) ** 2 for q in uncertainty.quantities), np.zeros(6)))
+    if not s.any():
         return np.zeros((len(rows), 6))
 
-    def directions(factor: float) -> Array:
-        sources = [s.with_widths(np.full(6, factor)) for s in program.job.sources if hasattr(s, "with_widths")]
+    def directions(factor: Array) -> Array:
+        sources = [k.with_widths(factor) for k in program.job.sources if hasattr(k, "with_widths")]
         states = direction_states(reversal_widths(sources), program.theta, program.path.target.position)
         return states.at(rows).direction
 
-    return np.asarray((directions(1 + WIDTH_STEP) - directions(1 - WIDTH_STEP)) / (2 * WIDTH_STEP))
+    return np.asarray((directions(np.exp(s)) - directions(np.exp(-s))) / np.where(s > 0, 2 * s, 1.0))
 
 
 def _part_lengths(path: ToolPath, rows: IntArray) -> Array:
