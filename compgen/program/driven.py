@@ -43,6 +43,7 @@ class DrivenProgram:
     via: BoolArray  # (S,) on the way of an arc
     stop: BoolArray  # (S,) the robot stops there
     length: Array  # (S,) [m] of the way there, NaN when an end is not known
+    written: Array  # (S,) [s] of the way there at its written speed, had it neither periods nor stops
     duration: Array  # (S,) [s] of the way there
     pause: Array  # (S,) [s] waited before leaving for it
     untimed: tuple[int, ...]  # lines whose speed, way or wait is not told, or whose override
@@ -53,8 +54,9 @@ class DrivenProgram:
     beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
 
     def at_override(self, share: float) -> "DrivenProgram":
-        """The same ways at a share of their speeds; what the program waits for, it waits for as long."""
-        return self if share == 1 else replace(self, duration=self.duration / share)
+        """The same ways at a share of their speeds; what the program waits for, and what settles, takes as long."""
+        written = self.written / share
+        return replace(self, written=written, duration=self.duration + (written - self.written))
 
     def joint_motion(self) -> JointMotion:
         """What the drives do, for heat: a pause and a way to each station, (2 S + 1) places."""

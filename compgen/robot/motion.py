@@ -15,6 +15,7 @@ from typing import Literal
 
 SAME_TIME = 1e-6  # [s]
 SAME_OVERRIDE = 0.01  # of 1
+SETTLED = 16.0  # time constants after which a first-order lag has come to rest: 0.1 um of a metre
 
 
 class RunBeginning(StrEnum):
@@ -75,6 +76,11 @@ class ControllerMotion:
     def variance(self) -> float:
         """sigma^2 of the pull v^2 sigma^2 / (2 R) on a radius R at speed v [s2]: sum T^2 / 12 of means, T^2 of lags."""
         return sum(t**2 for t in self.moving_averages) / 12 + sum(t**2 for t in self.first_orders)
+
+    @property
+    def settling(self) -> float:
+        """How long after the command the motion is still under way [s]."""
+        return sum(self.moving_averages) + SETTLED * sum(self.first_orders) + self.lag
 
     @property
     def long(self) -> float:

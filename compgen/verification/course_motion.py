@@ -22,7 +22,7 @@ from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.motion_effect import MotionEffect, expected_effect
 from compgen.verification.twin.controller.command import corner_wait
 from compgen.verification.twin.controller.deviation import cubic
-from compgen.verification.twin.controller.smoothing import moments, settling_time, smooth
+from compgen.verification.twin.controller.smoothing import moments, smooth
 
 
 def course_motion(course: ProgramCourse, robot: Robot) -> MotionEffect | None:
@@ -108,7 +108,7 @@ def _led(
     wait = corner_wait(replace(robot, motion=motion), np.where(course.stop[run], 1.0, course.kept[run]), before)
     arrive = clock[run] - clock[run.start] + np.cumsum(wait) - wait
     period = robot.controller.period
-    longest = settling_time(motion.on_line(float(max(motion.reach_at, *spread[run.start : run.stop - 1]))))
+    longest = motion.on_line(float(max(motion.reach_at, *spread[run.start : run.stop - 1]))).settling
     time = period * np.arange(int(np.ceil((arrive[-1] + longest) / period)) + 1, dtype=float)
     knots = np.column_stack([arrive, arrive + wait]).ravel()
     command = np.interp(time, knots, np.repeat(course.arc[run], 2))

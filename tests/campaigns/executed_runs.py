@@ -29,7 +29,6 @@ from compgen.pipelines.measure.identify_motion import identify_motion
 from compgen.program.frames import default_frames
 from compgen.robot.motion import ControllerMotion, MotionVerdict
 from compgen.verification.executed.position_log import read_position_log
-from compgen.verification.twin.controller.smoothing import settling_time
 
 UM = 1e-6
 
@@ -81,7 +80,7 @@ def one_run(seed, situation):
     dense = Logger(step=0.004, noise=0.0, digits=6, before=logger.before, after=logger.after)
     exact = judged(text, simulated_log(text, situation, motion, override, dense), situation)
     total, true = run.deviation.extents["total"], exact.deviation.extents["total"]
-    stretches, settle = run.clock.stretches, 0.0 if motion is None else settling_time(motion)
+    stretches, settle = run.clock.stretches, 0.0 if motion is None else motion.settling
     spread = np.sqrt(2) * run.deviation.noise
     return {
         "overrides": len(stretches) == 1 and is_right(stretches[0], round(100 * override)),

@@ -1,5 +1,7 @@
 """Times of the ways of a program, by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ls_text import cartesian, program
@@ -7,9 +9,10 @@ from numpy.testing import assert_allclose
 
 from compgen import fanuc
 from compgen.fanuc.analysis.poses import read_poses
-from compgen.fanuc.analysis.traversal import RAMP, read_traversal
+from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
+from compgen.robot.motion import ControllerMotion
 
 DOWN = (180.0, 0.0, 0.0)
 PLACES = [(1300.0, 0.0, 203.0, *DOWN), (1400.0, 0.0, 203.0, *DOWN), (1400.0, 0.0, 203.0, 180.0, 0.0, 90.0)]
@@ -55,16 +58,43 @@ def test_no_joint_outruns_its_speed_where_the_tool_turns_on_the_spot(arm):
     assert_allclose(drive.duration[2], whole((np.abs(poses.theta[2] - poses.theta[1]) / arm.speed).max()))
 
 
-def test_a_joint_motion_takes_its_longest_turn_over_its_share_of_the_speed(arm):
+def test_a_joint_motion_takes_its_longest_turn_over_its_share_of_the_speed_in_whole_periods(arm):
     poses, drive = traversal(arm, "J P[2] 20% CNT100")
-    assert_allclose(drive.duration[1], (np.abs(poses.theta[1] - poses.theta[0]) / arm.speed).max() / 0.2)
+    longest = (np.abs(poses.theta[1] - poses.theta[0]) / arm.speed).max() / 0.2
+    assert_allclose(drive.written[1], longest)
+    assert_allclose(drive.duration[1], whole(longest))
+    assert drive.duration[1] > drive.written[1]
 
 
-def test_each_stop_adds_half_a_ramp(arm):
-    """T = v / a + a / j of the joint that needs longest, at both ends of a way or at one; a way takes whole periods."""
-    poses, free = traversal(arm, "L P[2] 100mm/sec CNT100", "L P[1] 100mm/sec CNT100")
-    _, held = traversal(arm, "L P[2] 100mm/sec FINE", "L P[1] 100mm/sec CNT100")
-    rate = np.abs(poses.theta[1] - poses.theta[0]) / 1.0  # in one second
-    ramp = (rate / (RAMP * arm.acceleration)).max() + (arm.acceleration / arm.jerk).max()
-    assert_allclose(free.duration[1:], 1.0)
-    assert_allclose(held.duration[1:], whole(1.0 + ramp / 2))
+def test_each_stop_adds_both_means_of_the_run_it_ends_to_lines_and_joint_motions(arm):
+    """256 + 168 ms behind a first statement that lasts as long, 176 + 168 behind a shorter one."""
+    known = replace(arm, motion=ControllerMotion(moving_averages=(0.176, 0.168), after_long=(0.256, 0.168)))
+    moves = ["J P[2] 300msec FINE", "L P[1] 100mm/sec CNT100", "J P[2] 300msec FINE"]
+    moves += ["J P[1] 300msec CNT50", "L P[2] 100mm/sec CNT0"]
+    seconds = [0.304 + 0.344, 1.0, 0.304 + 0.424, 0.304, 1.0 + 0.344]  # where it comes from at first is not known
+    _, drive = traversal(known, *moves)
+    assert_allclose(drive.duration[1:], seconds)
+    _, expected = traversal(arm, *moves)  # where it is not known, as of its class
+    assert_allclose(expected.duration[1:], seconds)
+    slower = drive.at_override(0.5)
+    assert_allclose(slower.written, drive.written / 0.5)
+    assert_allclose(slower.duration - slower.written, drive.duration - drive.written, atol=1e-15)
+
+
+def test_nothing_settles_at_a_stop_where_the_robot_stood(arm):
+    _, drive = traversal(arm, "L P[2] 100mm/sec FINE", "J P[2] 20% FINE", "L P[2] 100mm/sec FINE")
+    assert_allclose(drive.duration[1:], [1.344, 0.008, 0.008])
+
+
+def test_both_halves_of_an_arc_last_whole_periods_together(arm):
+    _, drive = traversal(arm, "C P[2]\n    :  P[1] 1001msec CNT100")
+    assert_allclose(drive.written[1:3], 0.5005)
+    assert_allclose(drive.duration[1:3].sum(), 1.008)
+
+
+def test_without_a_robot_lines_take_their_lengths_over_their_speeds_alone():
+    read = fanuc.loads(
+        program(["L P[1] 100mm/sec FINE", "L P[2] 100mm/sec FINE"], [cartesian(n, p) for n, p in enumerate(PLACES, 1)])
+    )
+    drive = read_traversal(read, read_poses(read, None, default_frames()), None)
+    assert_allclose(drive.duration[1], 1.0)

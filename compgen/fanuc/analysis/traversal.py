@@ -1,14 +1,15 @@
 r"""DrivenProgram of any program in the order listed: where the robot goes, and how long each way takes.
 
 Times are those of one pass in the order listed; ``origin`` says where the robot surely comes from. A way of length l at
-a speed v takes l / v, and each stop at one of its ends half a ramp more, T(v) = v / a + a / j with what the joints
-allow along the way; no joint outruns its speed, as where the tool turns on the spot; a line takes whole interpolation
-periods where the controller rounds up. A joint motion at p percent takes
-the longest of its joints' turns over p percent of their speeds; a motion in seconds takes those. WAIT pauses.
+a speed v takes l / v, and no joint outruns its speed, as where the tool turns on the spot; a joint motion at p percent
+takes the longest of its joints' turns over p percent of their speeds; a motion in seconds takes those. Every motion
+takes whole interpolation periods where the controller rounds up, and at a stop what the robot's smoothing takes to
+settle, of lines and joints alike; where that is not known, what is expected of its class. WAIT pauses.
 """
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -25,7 +26,6 @@ from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.extended_axes import SAME_VALUE
 from compgen.robot.robot import Robot
 
-RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses
 ASSUMED = {"J": 0.25, "L": 0.1}  # share of joint speed, m/s: where a program leaves the speed to run time
 
 
@@ -37,7 +37,7 @@ def read_traversal(
     Args:
         program: Any program.
         poses: Of its positions.
-        robot: Whose speeds and ramps; without one no time is known that hangs on joints.
+        robot: Whose speeds and smoothing; without one no time is known that hangs on joints.
         motionless: Programs, in capitals, of which it is known that they do not move the arm.
     """
     m = program.motions
@@ -54,9 +54,10 @@ def read_traversal(
     position[known], theta[known] = poses.tcp.position[pose[known]], poses.theta[pose[known]]
     length = _lengths(position, letter == "C", last)
     turn = np.abs(np.diff(theta, axis=0, prepend=np.nan))
-    ways = _Ways(letter=letter, stop=stop, length=length, turn=turn, angle=_angles(poses, pose))
+    ways = _Ways(letter=letter, length=length, turn=turn, angle=_angles(poses, pose))
     value, unit = (column[motion] for column in parse_speeds(m.speed))
-    duration, untimed = _durations(ways, value, unit, robot)
+    written, untimed = _written(ways, value, unit, robot)
+    beside = np.zeros(len(last)) if robot is None else _beside(written, last, stop, robot)
     others = other_statements(program)
     pause, flow = _others(others, m.line[motion])
     waits = [number for number, text in others if UNTIMED.match(text)]
@@ -71,7 +72,8 @@ def read_traversal(
         via=~last,
         stop=stop,
         length=length,
-        duration=np.nan_to_num(duration, nan=0.0, posinf=0.0),
+        written=np.nan_to_num(written),
+        duration=np.nan_to_num(written + beside),
         pause=pause,
         untimed=tuple(sorted({*m.line[motion[untimed]].tolist(), *waits})),
         flow=flow,
@@ -92,13 +94,12 @@ class _Ways:
     """What the time of the way to each of S stations hangs on."""
 
     letter: np.ndarray  # (S,) of the motion
-    stop: BoolArray  # (S,) it ends at rest
     length: Array  # (S,) [m]
     turn: Array  # (S, 6) [rad] of the joints
     angle: Array  # (S,) [rad] of the tool
 
 
-def _durations(ways: _Ways, value: Array, unit: np.ndarray, robot: Robot | None) -> tuple[Array, BoolArray]:
+def _written(ways: _Ways, value: Array, unit: np.ndarray, robot: Robot | None) -> tuple[Array, BoolArray]:
     """How long each way takes at its programmed speed, (S,) [s], and where that is not known."""
     percent = unit == PERCENT
     rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
@@ -106,22 +107,36 @@ def _durations(ways: _Ways, value: Array, unit: np.ndarray, robot: Robot | None)
     with np.errstate(invalid="ignore", divide="ignore"):
         speed = np.where(np.isfinite(rate), value * rate, ASSUMED["L"])
         share = np.where(percent, value / 100, ASSUMED["J"])
-        top_speed, acceleration, jerk = (robot.speed, robot.acceleration, robot.jerk) if robot else 3 * (np.ones(6),)
-        fastest = (ways.turn / top_speed).max(axis=1)
-        by_joint = fastest / share
+        fastest = (ways.turn / (1.0 if robot is None else robot.speed)).max(axis=1)
         along = np.fmax(ways.length / speed, fastest)
         turning = np.fmax(ways.angle / (value * DEG), fastest)
-        duration = np.where(ways.letter == "J", by_joint, np.where(unit == TURN_RATE, turning, along))
-        joint_speed = ways.turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
-        ramp = (joint_speed / (RAMP * acceleration)).max(axis=1) + (acceleration / jerk).max()
-    begins = np.concatenate([[True], ways.stop[:-1]]) if len(ways.stop) else ways.stop
-    duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + ways.stop * 0.5)
+        duration = np.where(ways.letter == "J", fastest / share, np.where(unit == TURN_RATE, turning, along))
     duration = np.where(np.isfinite(seconds), value * seconds / np.where(ways.letter == "C", 2, 1), duration)
-    if robot is not None:
-        duration = np.where(ways.letter == "L", robot.controller.line_time(duration), duration)
+    duration = np.where(np.isfinite(duration), duration, np.nan)
     untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
     untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     return duration, untimed
+
+
+def _beside(written: Array, last: BoolArray, stop: BoolArray, robot: Robot) -> Array:
+    """What ways take beside their written times (S,) [s]: the rest of a period, and at a stop until all has settled.
+
+    Args:
+        written: Of the ways.
+        last: Those that end a motion, (S,).
+        stop: Those that end at rest, (S,).
+        robot: Its periods and its smoothing.
+    """
+    ends, beside = np.flatnonzero(last), np.zeros(len(written))
+    taken = np.asarray(np.bincount(np.cumsum(last) - last, written), dtype=float)
+    whole = robot.controller.line_time(taken)
+    begins = np.insert(stop[ends], 0, True)[:-1]
+    run = np.cumsum(begins) - 1
+    moves = np.bincount(run, taken)[run] != 0
+    motion = robot.expected_motion.expected if robot.motion is None else robot.motion
+    short, long = (motion.in_run(first).settling for first in (0.0, inf))
+    beside[ends] = whole - taken + stop[ends] * moves * np.where(whole[begins][run] > motion.long, long, short)
+    return beside
 
 
 def _carried(poses: Poses, pose: IntArray, origin: IntArray) -> BoolArray:

@@ -12,19 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compgen.core.arrays import Array, BoolArray, IntArray, step_lengths
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import CompgenError, InputError, naming_file
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import PERCENT
 from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.poses import Poses, require_frames
 from compgen.fanuc.analysis.program_context import ProgramContext
-from compgen.fanuc.analysis.traversal import ASSUMED, parse_speeds, read_traversal
+from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.paging.join_check import called_programs as called_pages
 from compgen.fanuc.paging.join_check import interpret_pages
-from compgen.fanuc.vocabulary import RATES, TIMES
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.program import Program
@@ -172,21 +171,14 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     judged = follows & _surely_driven(drive, at[1:]) & (poses.tool[pose[1:]] == poses.tool[pose[:-1]])
     via = drive.via[at] & np.append(judged, False) & np.append(False, judged)
     # a way along unknown places, and the first one, take what they take
-    pause, duration = drive.pause.copy(), drive.duration.copy()
-    passed = np.concatenate([[0.0], np.cumsum(pause + duration)])
-    total = passed[at[1:] + 1] - passed[at[:-1] + 1]
-    wait = np.append(np.where(follows, pause[at[1:]], 0.0), 0.0)
-    length = np.maximum(step_lengths(poses.tcp.position[pose]), SHORTEST)
-    length = np.where(np.isfinite(drive.length[at[1:]]) & follows, drive.length[at[1:]], length)
-    durations = _written_durations(
-        program, robot, poses, drive=drive, at=at, length=length, total=total - wait[:-1], judged=judged
-    )
+    planned, written = (np.cumsum(drive.pause + each)[at] for each in (drive.duration, drive.written))
+    wait = np.append(np.where(follows, drive.pause[at[1:]], 0.0), 0.0)
     stop = drive.stop[at] | ~np.append(False, judged) | ~np.append(judged, False)
     nodes = {
         "position": poses.tcp.position[pose],
         "judged": judged,
-        "cruise": clock_of(durations),
-        "planned": np.concatenate([[0.0], np.cumsum(total)]),
+        "cruise": clock_of(np.diff(written) - wait[:-1]),
+        "planned": planned - planned[0],
         "stop": stop,
         "kept": np.where(stop, 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
         "wait": wait,
@@ -227,29 +219,3 @@ def _surely_driven(drive: DrivenProgram, station: IntArray) -> BoolArray:
     """Stations reached on a straight or circular way from the one that is listed before."""
     sure = (drive.origin[station] == station - 1) | drive.via[station - 1]
     return np.asarray(sure & ~drive.joint[station])
-
-
-def _written_durations(  # noqa: PLR0913 - columns of the same stations
-    program: LsProgram,
-    robot: Robot,
-    poses: Poses,
-    drive: DrivenProgram,
-    at: IntArray,
-    length: Array,
-    total: Array,
-    judged: BoolArray,
-) -> Array:
-    """How long the ways between stations ``at`` take at written speeds; those not judged as traversed, (N - 1,) [s]."""
-    value, unit = (column[drive.motion[at[1:]]] for column in parse_speeds(program.motions.speed))
-    rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
-    speed = np.where(np.isfinite(rate) & (value > 0), value * np.nan_to_num(rate), np.nan)
-    turn = np.abs(np.diff(poses.theta[drive.pose[at]], axis=0))
-    fastest = np.nan_to_num((turn / robot.speed).max(axis=1))
-    stated = np.isfinite(speed) & judged
-    speed = np.where(stated, speed, np.inf)
-    straight = judged & ~(drive.via[at[1:]] | drive.via[at[:-1]])
-    timed = np.where(straight, value * np.array([TIMES.get(u, np.nan) for u in unit.tolist()]), np.nan)
-    total = np.where(np.isfinite(timed), timed, total)  # that of a drive is in whole periods at full override
-    least = np.where(stated, fastest, np.where(unit == "", np.fmax(length / ASSUMED["L"], fastest), total))
-    least = np.where(judged, least, total)
-    return np.fmax(length / speed, least)

@@ -32,7 +32,7 @@ from compgen.planning.toolpath import ToolPath
 from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning
 from compgen.robot.robot import Robot
 from compgen.verification.motion_effect import HALF, MotionEffect
-from compgen.verification.twin.controller.smoothing import moments, settling_time
+from compgen.verification.twin.controller.smoothing import moments
 
 WHAT = "the controller's motion"  # as a robot file's [[unknown]] calls it
 #: whose word it is that a motion is expected
@@ -226,7 +226,7 @@ class ShortLead(NamedTuple):
 def reach_of(motion: ControllerMotion) -> Reach:
     """Of a controller's smoothing; a lag, which delays all alike, has none."""
     delay = moments(motion).delay - motion.lag
-    return Reach(delay, settling_time(motion) - motion.lag - delay)
+    return Reach(delay, motion.settling - motion.lag - delay)
 
 
 def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: Array | None = None) -> list[Finding]:

@@ -11,7 +11,6 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.circular_motion import sweeps
 from compgen.verification.twin.controller.command import WrittenPath, command_clock, run_law, sample_command
-from compgen.verification.twin.controller.smoothing import settling_time
 
 PERIOD = 0.008
 
@@ -98,7 +97,7 @@ CORNER = program([[1, 0, 0], [1, 0.2, 0], [1.2, 0.2, 0]], 0.2, [True, False, Tru
 def test_a_stop_waits_until_the_smoothing_has_come_to_rest_and_nothing_more(robot):
     """1 s and 1 s of statements, and 0.3 s at each stop behind one; the ramps of the unknown do not count."""
     smoothing = replace(robot, motion=SMOOTHED)
-    assert settling_time(SMOOTHED) == pytest.approx(0.3)
+    assert SMOOTHED.settling == pytest.approx(0.3)
     clock = command_clock(smoothing, path_of(CORNER, 0.7))
     assert clock.end == pytest.approx(2.3)
     assert_allclose(clock.position_numbers(np.array([0.0, 0.25, 0.5, 1.0, 1.5, 1.9])), [0, 0.25, 0.5, 1.0, 1.5, 1.9])

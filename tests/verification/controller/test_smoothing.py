@@ -14,7 +14,6 @@ from compgen.verification.twin.controller.smoothing import (
     first_order,
     moments,
     moving_mean,
-    settling_time,
     smooth,
 )
 
@@ -61,7 +60,7 @@ def test_what_stands_still_stays(motion):
 def test_a_straight_line_at_steady_speed_is_only_late(motion):
     time = PERIOD * np.arange(800, dtype=np.float64)
     late = smooth(0.2 * time[:, None], PERIOD, motion)[:, 0]
-    settled = time > settling_time(motion) + 2 * PERIOD
+    settled = time > motion.settling + 2 * PERIOD
     assert_allclose(late[settled], 0.2 * (time[settled] - moments(motion).delay), atol=1e-9)
 
 

@@ -29,7 +29,6 @@ from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import SAME_PERIOD, Robot
 from compgen.verification.twin.circular_motion import Sweeps
-from compgen.verification.twin.controller.smoothing import settling_time
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
@@ -142,7 +141,7 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, kept: 
         length, program.speed * override, period, rounds_up=robot.controller.rounds_up_to_period, via=program.via
     )
     kept = np.ones(len(length) + 1) if kept is None else kept
-    wait = np.where(program.fine, 0.0 if robot.motion is None else settling_time(robot.motion), 0.0)
+    wait = np.where(program.fine, 0.0 if robot.motion is None else robot.motion.settling, 0.0)
     inner = np.where(program.fine, 0.0, corner_wait(robot, kept))
     stops = np.flatnonzero(program.fine)
     exact = np.add.reduceat(statement_times(length, program.speed, period, rounds_up=False), stops[:-1])
@@ -186,7 +185,7 @@ def corner_wait(robot: Robot, kept: Array, spread: Array | None = None) -> Array
     period = robot.controller.period
     motion = robot.motion
     longer = 0.0 if spread is None else motion.reach * (spread - motion.reach_at) * sum(motion.moving_averages)
-    periods = (settling_time(motion) - motion.lag + longer) / period
+    periods = (motion.settling - motion.lag + longer) / period
     return np.asarray(period * np.floor((periods - 1) * (1 - np.sqrt(kept)) + SAME_PERIOD))
 
 

@@ -35,7 +35,7 @@ from compgen.verification.twin.controller.command import (
     command_clock,
     first_statements,
 )
-from compgen.verification.twin.controller.smoothing import coarser, moments, settling_time, smooth
+from compgen.verification.twin.controller.smoothing import coarser, moments, smooth
 from compgen.verification.twin.nominal_arm import LENGTHS, build_grown_pose
 
 BLOCK = 1 << 16  # samples in time that are smoothed at once
@@ -218,7 +218,7 @@ def most_in_blocks(robot: Robot, path: WrittenPath, motion: ControllerMotion, ov
         clock.position_numbers(np.append(begin, begin[-1] + BLOCK * step)), np.arange(len(arc), dtype=float), arc
     )
     fastest = override * float(path.program.speed.max())
-    reach, spread = 2 * fastest * settling_time(motion), fastest * np.sqrt(moments(motion).variance)
+    reach, spread = 2 * fastest * motion.settling, fastest * np.sqrt(moments(motion).variance)
     turn = np.arccos(np.clip(_bends(path), -1.0, 1.0))
     theta = np.bincount((arc[1:-1] / (spread / 2)).astype(np.int64), turn, minlength=1)
     low, high = (
@@ -247,7 +247,7 @@ def _blocks(
     Each begins so early that what was before no longer counts; ``first`` are the first places of positions, (N,). Of
     those that are not ``chosen`` nothing is told.
     """
-    M, halo = int(np.ceil(clock.end / step)) + EDGE, int(np.ceil(settling_time(motion) / step)) + 2 * EDGE
+    M, halo = int(np.ceil(clock.end / step)) + EDGE, int(np.ceil(motion.settling / step)) + 2 * EDGE
     arc, done = path.arcs(), 0
     for n, begin in enumerate(range(0, M, BLOCK)):
         if chosen is not None and not chosen[n]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, owns
 from compgen.robot.motion import ControllerMotion
-from compgen.verification.twin.controller.smoothing import moments, settling_time, smooth
+from compgen.verification.twin.controller.smoothing import moments, smooth
 
 PARTS = 4000  # of the settling, where F and G are known
 HALVINGS = 50  # of the time in which a position is passed
@@ -60,7 +60,7 @@ class Settling:
 
 def settling_of(motion: ControllerMotion) -> Settling:
     """Of a motion that smooths: what it makes of a ramp, and of a step."""
-    end = settling_time(motion)
+    end = motion.settling
     time = np.linspace(0.0, end, PARTS + 1)
     way = smooth(time[:, None], end / PARTS, motion)[:, 0]
     rate = np.gradient(way, time)

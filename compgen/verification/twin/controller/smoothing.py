@@ -26,7 +26,6 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.robot.motion import ControllerMotion
 
-SETTLED = 16.0  # time constants after which a first-order lag has come to rest: 0.1 um of a metre
 FADED = 40.0  # time constants after which what was before has left the digits
 
 
@@ -41,14 +40,14 @@ def smooth(rows: Array, step: float, motion: ControllerMotion, spread: Array | N
             each line has its own and what they make of them adds up. Default as the motion's means.
 
     Returns:
-        (M, C); what is still on its way after the last row is missing: end with ``settling_time`` of rows that stand.
+        (M, C); what is still on its way after the last row is missing: end with its ``settling`` of rows that stand.
     """
     if motion.reach and spread is not None:
         moved = np.diff(rows, axis=0, prepend=rows[:1])
         gone, begins = np.zeros_like(moved), np.flatnonzero(np.diff(spread, prepend=np.nan))
         for first, after in zip(begins.tolist(), [*begins[1:].tolist(), len(rows)], strict=True):
             on_line = motion.on_line(float(spread[first]))
-            end = after + int(np.ceil(settling_time(on_line) / step)) + 2  # where nothing of it is under way
+            end = after + int(np.ceil(on_line.settling / step)) + 2  # where nothing of it is under way
             steps = np.concatenate([np.zeros_like(moved[:1]), moved[first:after], np.zeros_like(moved[after:end])])
             gone[first:end] += smooth(steps, step, on_line)[1:]
         return np.asarray(rows[:1] + np.cumsum(gone, axis=0))
@@ -97,11 +96,6 @@ def delayed(rows: Array, n: float) -> Array:
     m = int(n)
     padded = np.concatenate([np.repeat(rows[:1], m + 1, axis=0), rows])[: len(rows) + 1]
     return np.asarray((1 - (n - m)) * padded[1:] + (n - m) * padded[:-1])
-
-
-def settling_time(motion: ControllerMotion) -> float:
-    """How long after the command the motion is still under way [s]."""
-    return float(sum(motion.moving_averages) + SETTLED * sum(motion.first_orders) + motion.lag)
 
 
 class Moments(NamedTuple):
