@@ -21,7 +21,7 @@ from compgen.robot.motion import ControllerMotion
 
 FASTEST = np.array([175, 175, 175, 250, 250, 355])  # deg/s of an M-710iC/50, the third of J2 + J3
 PERIOD = 8  # ms
-SHORT, LONG = (176, 168), (256, 168)  # ms, by how long a run's first motion lasts
+SHORT, LONG = (160, 120), (240, 152)  # ms, by how long a run's first motion lasts
 
 
 def random_program(seed):

@@ -4,7 +4,7 @@ N nodes with N - 1 ways between them. Three clocks run along it:
 
     cruise    every way at its written speed, nothing lost at stops
     counted   the same, each statement rounded up to whole interpolation periods
-    planned   with ramps at stops and with the program's own waits
+    planned   with what stops cost and with the program's own waits
 
 A log's override is the rate of a clock between stops; what a stop costs beside is planned less that clock.
 """
