@@ -96,3 +96,20 @@ def test_joint_motions_take_what_a_naive_reader_of_their_words_lets_them_take(se
     assert_allclose(drive.duration[1:], naive, atol=1e-9)
     assert drive.joint.all()
     assert (naive > drive.written[1:] - 1e-9).all()
+
+
+@pytest.mark.parametrize(("sister", "limits", "joints", "seconds", "flown"), [
+    ("m710ic50", (160, 120, 120, 225, 225, 225), (-49.7, 4.3, -35.2, -20.9, -35.8, 52.1), 0.312 + 0.344, 0.756),
+    ("m900ia260l", (100, 95, 95, 105, 105, 170), (38.3, 23.3, -34.0, 45.7, -101.9, -48.3), 0.440 + 0.608, 1.308),
+])  # fmt: skip
+def test_two_joint_motions_of_the_makers_motion_code_are_told_a_little_short(sister, limits, joints, seconds, flown):
+    """At 100 %, until the next line begins, by fanuc_log.csv of hehonglu123/Motion-Primitive-Planning.
+
+    The arms are an M-710iC/70 and an M-900iA/350 by their data sheets' limits, with the means of shipped sisters.
+    """
+    arm = replace(load_robot(sister), speed=np.radians(limits))
+    positions = [joint_form(1, (0, 0, 0, 0, -90, 0)), joint_form(2, joints)]
+    listing = fanuc.loads(program(["J P[1] 100% FINE", "J P[2] 100% FINE"], positions))
+    drive = read_traversal(listing, read_poses(listing, arm, default_frames()), arm)
+    assert_allclose(drive.duration[1], seconds)
+    assert 0.8 < drive.duration[1] / flown < 0.9

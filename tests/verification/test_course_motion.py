@@ -142,3 +142,14 @@ def test_a_run_that_begins_as_no_logged_one_did_is_told_so(began, unlogged):
 def test_motion_in_the_joints_is_not_looked_at():
     motion = ControllerMotion(space="joint", moving_averages=(0.2, 0.1))
     assert effect_of(listing(["CNT100", "CNT100", "FINE"]), motion) is None
+
+
+def test_the_clocks_of_a_listing_tell_what_is_written_and_what_stops_cost():
+    """A joint motion of 301 ms between two lines of 0.5 s; both runs begin with a long line and settle in 424 ms."""
+    text = listing(["CNT50", "FINE", "FINE"], [CORNERS[0], (1300.0, 100.0, 0.0), (1300.0, 200.0, 0.0), CORNERS[1]])
+    text = text.replace(b"L P[3] 200mm/sec", b"J P[3] 301msec")
+    course = course_of_text(text, ROBOT, default_frames())
+    assert_allclose(np.diff(course.cruise), [0.5, 0.301, 0.5], atol=1e-8)
+    assert_allclose(np.diff(course.counted_clock()), [0.504, 0.304, 0.504], atol=1e-8)
+    assert_allclose(np.diff(course.planned), [0.504, 0.304 + 0.424, 0.504 + 0.424], atol=1e-8)
+    assert course.judged.tolist() == [True, False, True]
