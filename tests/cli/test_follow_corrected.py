@@ -65,9 +65,15 @@ def look(*arguments):
 
 
 def apart(folder, other, page):
-    """Largest distance between the positions of a page in two folders [um]."""
+    """Distances between the coordinates of a page's positions in two folders [um]."""
     ours, its = (ls.loads((f / f"LONG_0{page}.LS").read_bytes()).positions.value[:, :3] for f in (folder, other))
-    return 1000 * np.abs(ours - its).max()
+    return 1000 * np.abs(ours - its)
+
+
+def same_but_for_rounding(folder, other, pages):
+    """Whether pages made of a log and of a delay differ by a last digit (1 um), in one coordinate of a hundred."""
+    off = np.concatenate([apart(folder, other, page) for page in pages]).ravel()
+    return off.max() < 1.01 and np.mean(off > 0.3) < 0.01
 
 
 def test_a_program_on_course_is_left_alone(job, tmp_path):
@@ -83,14 +89,14 @@ def test_a_program_on_course_is_left_alone(job, tmp_path):
 def test_a_late_start_writes_what_resume_makes_of_it(job, made, tmp_path):
     oracle = shutil.copytree(made, tmp_path / "oracle")
     assert run("resume", oracle, "--from-page", "1", "--late", "35min", *BOUND, *DATE).returncode == 0
-    assert apart(job, oracle, 1) > 5
+    assert apart(job, oracle, 1).max() > 5
     arguments = (job, "--log", log(job, tmp_path, LATE), "--pages", pages_file(tmp_path))
     result, record = look(*arguments)
     assert result.returncode == 0, result.stderr
     assert (record["page"], record["due"]) == (0, 1)
     assert record["forecast"][0]["max_um"] > 5 > 1 > record["after_um"]
     assert record["written"] == ["LONG_01.LS", "LONG_02.LS", "LONG_03.LS"]
-    assert max(apart(job, oracle, page) for page in (1, 2, 3)) < 0.3
+    assert same_but_for_rounding(job, oracle, (1, 2, 3))
     entry = json.loads((job / "LONG.pages.json").read_bytes())["resumed"][0]
     assert (entry["from_page"], entry["log"], entry["log_end_s"]) == (1, "log.csv", LATE)
     after = contents(job)
@@ -134,7 +140,7 @@ def test_a_page_that_runs_or_is_loaded_is_never_written(job, made, tmp_path):
     refused(result, 1, "page 1", "it runs")
     assert record["due"] == 2
     assert (again / "LONG_01.LS").read_bytes() == before["LONG_01.LS"]
-    assert max(apart(again, oracle, page) for page in (2, 3)) < 0.3
+    assert same_but_for_rounding(again, oracle, (2, 3))
     for option in (("--loaded", "2"), ("--lead", "9h")):
         fresh = shutil.copytree(made, tmp_path / option[0])
         _, record = look(fresh, "--log", file, "--started", f"{LATE:.0f}s", *option)
