@@ -27,6 +27,7 @@ MEANINGS = {  # of the sources of a budget, for who has not written the robot fi
     ONE_SIDED: "numbers somewhere between two limits, and the program's is not in their middle",
     "start delay": "starts later than planned",
     "identified parameters": "how well measuring told the robot's numbers",
+    "lost motion": "play of the joints where they turn back",
     "fit noise": "scatter of what was measured",
     "the controller's motion": "what the log's stretches that were held out leave of it",
     "part's frame": "touches that taught the part's frame, and the probe",

@@ -46,7 +46,7 @@ JOURNAL = Path(__file__).with_name("coverage.jsonl")
 STATES = (("cold", 0, 0), ("2h", 6, 2), ("6h", 6, 6), ("cooled", 6, 8))  # hours of warming, and when
 TOOL = Pose(np.array([0, 0, 0.15]), np.eye(3))
 DRAWS = 59  # whose largest is kept by 95 % of arms with 95 % confidence
-IDENTIFIED = "identified parameters"
+IDENTIFIED = "identified "  # how quantities of a posterior are called
 
 
 def shipped_paths(robot):
@@ -89,7 +89,7 @@ def along(site, cell, seed, q):
     rng = np.random.default_rng([seed, 23])
     side = np.sign(np.gradient(q, axis=0))
     known = quantities_of_cell(cell)
-    own = JobUncertainty(known.parameters, tuple(k for k in known.quantities if k.source == IDENTIFIED))
+    own = JobUncertainty(known.parameters, tuple(k for k in known.quantities if k.name.startswith(IDENTIFIED)))
     model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), TOOL)
     motion = DirectionState(side, np.zeros((len(q), 3)))
     rows = {}

@@ -120,7 +120,9 @@ def test_a_small_gain_is_not_rounded_to_none_or_twice_itself(ratio, words):
 
 
 def test_where_the_part_stands_is_said_apart():
-    record = band_record(replace(BAND, parted=(38 * UM, replace(BAND, largest=12.4 * UM))), ())
+    rest = replace(BAND, largest=12.4 * UM, budget=(BudgetShare("lost motion", 12.4 * UM, 3 * UM),))
+    record = band_record(replace(BAND, parted=(38 * UM, rest)), ())
+    assert [step["what"] for step in record["next"]] == ["the part's frame, taught", "reversals of each joint"]
     assert (record["part_stands_um"], record["when_taught_um"]) == (38, 12.4)
     assert known_words(record) == (
         "41 um (95 %), from cte 20, temperature law 13; 38 um where the part stands, 12 um when its frame is taught"
