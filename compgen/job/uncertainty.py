@@ -11,7 +11,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
-from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.uncertain_sources import Cause, Quantity
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
@@ -21,6 +20,7 @@ from compgen.planning.tables import TaughtTable
 from compgen.thermal.uncertainty import HeatChange
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
+IDENTIFIED = "identified parameters"  # in the budget
 DIGITS = 1e-6  # of the largest eigenvalue: below it are the digits of a posterior's file
 
 
@@ -264,7 +264,9 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
     if posterior is None:
         return []
     size = np.where(posterior.sigma > 0, posterior.sigma, 1.0)
-    play = np.array([p.table == Hysteresis.NAME for p in posterior.parameters])
+    budgets = {s.NAME: s.BUDGET for s in parameters.sources if isinstance(s, DirectionDependent)}
+    play = np.array([p.table in budgets for p in posterior.parameters])
+    rows = sorted((budgets.get(p.table, IDENTIFIED) for p in posterior.parameters), key=IDENTIFIED.__ne__)
     F = size[:, None] * _factor(posterior.covariance / np.outer(size, size), play)
     names = [source.NAME for source in parameters.sources]
     places = {(e.source, e.field, e.index): n for n, e in enumerate(parameters.entries)}
@@ -281,7 +283,7 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
             width[:, parameter.index[0]] = row / value
     return [
         Quantity(
-            f"identified {k + 1}", Hysteresis.BUDGET if k >= R - play.sum() else "identified parameters",
+            f"identified {k + 1}", rows[k],
             Cause(changes[k], replace(nothing.heat, scale=scale[k], lag=lag[k]), width[k]),
         )
         for k in range(R)
