@@ -165,7 +165,8 @@ def _inputs(anchored: Anchored) -> Inputs:
     """The job's, and what was touched."""
     of_job, made_from = job_inputs(anchored.job), anchored.state.made_from
     hashes = [(name, digest) for name, digest in made_from.items() if name not in OF_JOB]
-    rows = [(name, f"sha256 {digest[:SHORT]}") for name, digest in hashes]
+    files = {"touches": f"{anchored.seen.touches.file}, ", "artefact": f"{anchored.artefact.source}, "}
+    rows = [(name, f"{files.get(name, '')}sha256 {digest[:SHORT]}") for name, digest in hashes]
     return Inputs((*of_job.rows, *rows), (*of_job.hashes, *hashes))
 
 

@@ -38,7 +38,7 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
         "command": Command.IDENTIFY_MOTION,
         "name": robot.name,
         "verdict": identified.verdict.value,
-        "findings": [f.record() for f in identified.findings],
+        "findings": [f.record() for f in (*identified.findings, *run.findings)],
         "motion": {
             "kind": identified.chosen.kind.words,
             "space": motion.space,
