@@ -42,18 +42,13 @@ def band_record(
         of_job: Of a path file, whose keys a measurement may go into; else of a program that exists.
     """
     promised = None if draws is None else draws.guarantee
-    budget_um, parted = _budget_um(band), {}
-    p95_um = _um(band.largest)
-    following = next_steps(p95_um, budget_um, steps := STEPS if of_job else STEPS_OF_PROGRAM)
-    if band.parted is not None:
-        stands, rest = band.parted
-        parted = dict(zip(PARTED, (_um(stands), _um(rest.largest)), strict=True))
-        following = next_steps(p95_um, _budget_um(rest), steps, taught_um=_um(rest.largest))
+    stands, rest = band.parted or (0.0, band)
+    parted = {} if band.parted is None else dict(zip(PARTED, (_um(stands), _um(rest.largest)), strict=True))
     return {
-        "p95_um": p95_um,
+        "p95_um": _um(band.largest),
         **parted,
         **{key: getattr(promised, key, None) for key in DRAWN},
-        "budget_um": budget_um,
+        "budget_um": _budget_um(band),
         "budget_rms_um": {share.source: _um(share.rms) for share in band.budget},
         "unknown": [
             {
@@ -64,7 +59,12 @@ def band_record(
             }
             for row in unknown
         ],
-        "next": following,
+        "next": next_steps(
+            _um(band.largest),
+            _budget_um(rest),
+            STEPS if of_job else STEPS_OF_PROGRAM,
+            taught_um=_um(rest.largest),
+        ),
     }
 
 

@@ -8,15 +8,15 @@ import numpy as np
 from compgen.core.arrays import rms
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.units import DEG, MM, UM
+from compgen.core.units import MM, UM
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.identification.touches import Artefact
 from compgen.pipelines.anchor.estimate import Compared, Estimate, NextTouch
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Judged, LeftOut
+from compgen.pipelines.anchor.touching import THROUGH
 from compgen.pipelines.anchor.verdict import Moved, probability
 
-TURNED = 1 * DEG  # by a joint that is through its play, of any width that was seen
 LIKELY = 0.01  # of a chi^2, below which physics is missing from the forecast
 E_N = 1.0
 
@@ -85,7 +85,7 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
     if not np.isfinite(touches.sigma).any():
         message = f"the touches give no sigma_um: each coordinate counts with {np.median(seen.sigma) / UM:.0f} um"
         yield Finding(Level.NOTE, Code.ANCHOR_SIGMA, message)
-    still = np.flatnonzero(np.ptp(touches.theta, axis=0) < TURNED)
+    still = np.flatnonzero(np.ptp(touches.theta, axis=0) < THROUGH)
     if seen.taught is not None and len(still) and reversal_widths(anchored.job.sources) is not None:
         named = ", ".join(f"J{k + 1}" for k in still.tolist())
         message = (

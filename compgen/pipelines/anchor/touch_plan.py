@@ -26,7 +26,7 @@ from compgen.identification.touches import Artefact
 from compgen.job.job import Job
 from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.anchor.touch_model import TouchModel, left_by_anchoring, targets_of, touch_model, unreached
-from compgen.pipelines.anchor.touching import LEAST_COORDINATES
+from compgen.pipelines.anchor.touching import LEAST_COORDINATES, THROUGH
 from compgen.program.digits import resolution
 from compgen.program.frames import Frames
 from compgen.program.touches import Signal, TouchPositions
@@ -38,7 +38,6 @@ PLACES = 400  # of the path, evenly along the part
 USEFUL = 0.01  # of the path's rms: a touch that gains less is named
 TURNING = 40  # poses that are looked at between two touches
 NEAR = 5 * MM  # from a target: a way between touches that comes so near is named
-THROUGH = 1 * DEG  # turned by which a joint is through its play, of any width that was seen
 SAME = 0.02 * DEG  # by which the digits of a position may turn a joint
 DRIVEN = (0, 1, 3)  # of the stages of a way: lifted, approach, beyond
 STOPPED = (0, 1, 2)  # and where the program stops at the touch

@@ -36,6 +36,7 @@ from compgen.verification.band import field_correlation
 
 SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
 ALIKE = 0.5  # of the variance of play whose sense is not known: alike in all touches (one way down) [assumed]
+THROUGH = 1 * DEG  # turned by which a joint is through its play, of any width that was seen
 SEARCHED = 0.3  # [rad/m] by which a joint is through play of 0.2 deg to both sides after a search of 20 mm
 FAR = 10 * MM  # of a target from where it was touched: not a drift
 PROBE = 250 * MM  # no longer than that: a file in metres may have its probe in metres too
