@@ -82,7 +82,7 @@ def test_a_terminal_without_colours_gets_none(folder, variables):
     )
     codes = {int(code) for style in re.findall(rb"\x1b\[([0-9;]*)m", output) for code in style.split(b";") if code}
     assert not {code for code in codes if 30 <= code <= 49 or 90 <= code <= 107}
-    assert b"total, um" in output
+    assert b"TCP error, um" in output
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is full")

@@ -87,6 +87,22 @@ def test_a_row_above_the_header_says_which_set_is_which(tmp_path, above, words):
         assert_allclose(places(read(tmp_path, above + AXES + ROWS, **line)), truth)
 
 
+@pytest.mark.parametrize("columns", [{}, {"target": "Punkt"}])  # a name that stands in the row above is one of both
+def test_a_group_says_the_unit_of_its_columns(tmp_path, columns):
+    text = "Punkt;Achsen [°];;;;;;Position [mm];;\n;J1;J2;J3;J4;J5;J6;X;Y;Z\n" + "".join(
+        f"P{n};{n},5;2,1;3,2;4,3;5,4;6,5;1000,1;200,{n};300,3\n" for n in range(3)
+    )
+    table = read(tmp_path, text, columns=columns)
+    assert places(table)[1].tolist() == [1000.1, 200.1, 300.3]
+    second = [table.columns[table.header.index(joint)][1] for joint in JOINTS]
+    assert second == ["1.5", "2.1", "3.2", "4.3", "5.4", "6.5"]
+
+
+def test_a_group_of_another_unit_is_none_of_its_columns(tmp_path):
+    text = "Point,Axes (deg),,,Place,,\n,J1,J2,J3,X,Y,Z\n" + "".join(f"P{n},1,2,3,{n},5,6\n" for n in range(3))
+    assert "column 5 'X': names no unit" in refusal(tmp_path, text)
+
+
 def test_places_below_the_word_nominal_need_the_users_word(tmp_path):
     """They were taken for measured ones, and nothing was said."""
     text = ";Nominal [mm];;;;\nName;X;Y;Z;RMS\n" + "".join(f"P{n};1;{n};3;9\n" for n in range(3))
@@ -180,8 +196,10 @@ SHOTS = "No;X [mm];Y [mm];Z [mm]\n" + "".join(f"{n};1,5;{n},25;3,5\n" for n in r
 @pytest.mark.parametrize(
     "row", ["Moyenne;1,5;3,75;3,5\n", "Media;1,5;3,75;3,5\nSpannweite;0;5;0\n", "Std.Dev.;0;1,7;0\n"]
 )
-def test_a_row_that_is_named_a_sum_is_no_reading(tmp_path, row):
-    assert len(read(tmp_path, SHOTS + row).line) == 6
+def test_a_row_that_is_named_a_sum_is_no_reading_and_is_said(tmp_path, row):
+    table = read(tmp_path, SHOTS + row)
+    assert len(table.line) == 6
+    assert table.notes[0].endswith(f"no readings in line {', '.join(str(8 + n) for n in range(row.count(chr(10))))}")
 
 
 @pytest.mark.parametrize("row", ["\n;1,5;3,75;3,5\n", "all shots;1,5;3,75;3,5\n", ";1,5;3,75;3,5\n;0;1,7;0\n"])

@@ -18,7 +18,7 @@ from compgen.report import job_summary
 from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, is_corrected, not_known_words
 
 ROWS = (  # row of the report, its label, its bound
-    ("total", "total, um", "max_um"),
+    ("total", "TCP error, um", "max_um"),
     ("feed", "along feed, um", "feed_um"),
     ("cross", "cross feed, um", "cross_um"),
     ("normal", "normal, um", "normal_um"),
@@ -61,7 +61,7 @@ def show_job(
 
 def _errors_table(summary: dict[str, Any]) -> Table:
     """The error by its parts, and its bounds."""
-    table = sizes_table("TCP error", ["before", "after"] if summary["after"] else ["predicted"], "bound")
+    table = sizes_table("whole program", ["before", "after"] if summary["after"] else ["predicted"], "bound")
     for row, label, key in ROWS:
         cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
         bound = summary["bounds"].get(key)

@@ -3,6 +3,7 @@
 The header is the row above the readings, or the last one that has all names that the user says.
 """
 
+import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, NamedTuple
@@ -69,6 +70,7 @@ class Layout(NamedTuple):
     line: int  # of the header
     parted: str  # by what
     body: Sequence[Row]
+    summed: Sequence[str]  # lines behind it that are no readings, though they have numbers
 
     def column(self, k: int) -> list[str]:
         """The cells of a column."""
@@ -114,7 +116,9 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
     rows, begin = sheet.rows, sheet.begin
     wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
     heads = [
-        n for n in range(begin + 1) if wanted <= {p for c in rows[n][1] for p in (plain_name(c), name_and_unit(c)[0])}
+        n
+        for n in range(begin + 1)
+        if wanted <= {p for c in _with_above(rows, n) for p in (plain_name(c), name_and_unit(c)[0])}
     ]
     head = heads[-1] if wanted and heads else begin - 1
     while head > 0 and not wanted and _says_more(rows[head][1], rows[head - 1][1]):
@@ -138,7 +142,8 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
             f"{source}: line {other[0]}: {len(other[1])} cells where the header has {width}; give each column a cell "
             "(commas, or blanks, in cells and between them? use others)"
         )
-    beside = [*sheet.remarks, *rows[: max(head, 0)], *rows[head + 1 : first], *rows[first + len(body) :]]
+    behind = rows[first + len(body) :]
+    beside = [*sheet.remarks, *rows[: max(head, 0)], *rows[head + 1 : first], *behind]
     polar = next((n for n, cells in beside if _POLAR.search(" ".join(cells))), None)
     if polar is not None:
         raise InputError(f"{source}: line {polar}: it says that the places are no X, Y, Z; export Cartesian ones")
@@ -152,7 +157,16 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
         line=line,
         parted=sheet.name,
         body=body,
+        summed=[str(n) for n, cells in behind if "0" in kinds(cells)],
     )
+
+
+def _with_above(rows: Sequence[Row], n: int) -> list[str]:
+    """The cells of a row; of one of words alone, what stands above an empty one, too."""
+    cells = rows[n][1]
+    if n == 0 or not set(kinds(cells)) <= set("a-"):
+        return cells
+    return [cell or above for cell, above in itertools.zip_longest(cells, rows[n - 1][1], fillvalue="")]
 
 
 def _grouped(above: Sequence[str], given: Sequence[str]) -> list[str]:
@@ -169,8 +183,9 @@ def _grouped(above: Sequence[str], given: Sequence[str]) -> list[str]:
 
 
 def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], body: Sequence[Row]) -> list[set[str]]:
-    """The units that each column's name has, a row of units, or a column beside it that has nothing else."""
+    """The units that each column's name has, a row of units, a column beside it that has nothing else, or its group."""
     above = [cells for _, cells in rows[: max(head, 0)] if _UNIT_ROW.fullmatch(cells[0])]
+    groups = rows[head - 1][1] if head > 0 and not units_of_all([rows[head - 1]]) else []
     units = []
     for k, name in enumerate(names):
         beside = {cells[k + 1] if k + 1 < len(cells) else "" for _, cells in body}
@@ -178,7 +193,9 @@ def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], bod
         alone = {*map(unit_named, [*under, *list(beside) * (len(beside) == 1)])}
         of_row = {unit_named(cells[k]) for cells in above if k < len(cells)}
         alone |= {unit for unit in of_row if measured_by(unit) == "temperature"}  # lengths and angles may be of all
-        units.append(({name_and_unit(cell)[1] for cell in (name, *under)} | alone) - {""})
+        said = ({name_and_unit(cell)[1] for cell in (name, *under)} | alone) - {""}
+        group = next(filter(None, groups[k:0:-1]), "")  # the first cell is a title's
+        units.append(said or {name_and_unit(group)[1]} - {""})
     return units
 
 

@@ -243,6 +243,7 @@ def _table(layout: Layout, assigned: Mapping[str, tuple[int, str]], times: Seque
         if plain_name(c) != plain_name(layout.names[k])
     )
     words += f"; left out: {', '.join(map(brief_name, left))}" if left else ""
+    words += f"; no readings in line {', '.join(layout.summed)}" if layout.summed else ""
     return CsvTable(
         source=layout.place,
         header=tuple(cells),
