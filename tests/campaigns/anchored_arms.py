@@ -267,7 +267,10 @@ def limit_of(beside, result):
 
 
 def judged(job, arm, rise, result):
-    """What a state leaves: of the drift since the arm was cold, in all, and in a frame taught on the spheres cold."""
+    """What a state leaves: of the drift since the arm was cold, in all, and in a frame taught on the spheres cold.
+
+    ``cold`` is what identification left of the cold arm in that frame: no state takes it away.
+    """
     path = path_places(job)
     true = [at(arm, path.theta, r, tool=job.tool.pose) for r in (rise, 0 * rise)]
     file = believed(job, job.cell, path.theta, np.zeros(5))
@@ -281,8 +284,12 @@ def judged(job, arm, rise, result):
         errors = {"drift": (true[0] - true[1]) - (own - file), "total": true[0] - own}
         errors["framed"] = errors["total"] - rigid(path.position)
         for what, error in errors.items():
-            row[f"{what} {name}"] = round(float(np.sqrt((error**2).sum(axis=1).mean())) / UM, 1)
-    return row
+            row[f"{what} {name}"] = rms_um(error)
+    return row | {"cold": rms_um(true[1] - file - rigid(path.position))}
+
+
+def rms_um(error):
+    return round(float(np.sqrt((error**2).sum(axis=1).mean())) / UM, 1)
 
 
 def framed(arm, job):
@@ -317,14 +324,14 @@ def table(rows):
         if not used:
             continue
         what = "framed" if kind.startswith("taught") else "total"
-        before, after, drift = (
-            np.array([r[k] for r in used]) for k in (f"{what} before", f"{what} after", "drift after")
+        before, after, drift, cold = (
+            np.array([r[k] for r in used]) for k in (f"{what} before", f"{what} after", "drift after", "cold")
         )
         promised, limit = (np.array(v) for v in ([r["promised"][1] for r in used], [r["limit"] for r in used]))
         print(f"{kind:16} {len(of_kind):4} {counts[0]:8} {counts[1]:5} {counts[2]:4} {counts[3]:5} {counts[4]:7} | "
               f"{np.median(before):.0f}, {before.max():.0f} | {np.median(after):.0f}, {after.max():.0f} | "
               f"{np.median(promised):.0f} | {np.mean(after <= limit):.2f} of {len(used)} | drift alone "
-              f"{np.median(drift):.0f}, {drift.max():.0f}")  # fmt: skip
+              f"{np.median(drift):.0f}, {drift.max():.0f}, cold {np.median(cold):.0f}, {cold.max():.0f}")  # fmt: skip
 
 
 def main():
