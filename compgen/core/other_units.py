@@ -3,13 +3,15 @@
 A rule holds keys whose values cannot sensibly be so small, and why:
 
 - tools, arms, frames and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres;
-- a tool of less than 25 mm is in inches;
+- a tool of less than 25 mm is in inches; a length of a spindle below 3 mm is in metres, and so is a hole below 1 mm;
 - a pattern lies around no place within 100 mm of the J1 axis: a coordinate below 3 mm there is in metres;
 - a tool lifts by millimetres: 0.02 is metres;
 - materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;
 - tools travel at 1 mm/s or more: 0.2 is m/s; robots turn at 12 deg/s or more at their fastest: 3 is rad/s;
 - a controller smooths over an interpolation period at least: 0.2 ms is seconds;
-- an angle of a tool, a frame or an arm that is a multiple of pi/4 to three digits is in radians.
+- a tool leads or leans by half a degree or more: 0.14 is radians;
+- an angle of a tool, a frame, an arm or a pattern that is a multiple of pi/4 to three digits is in radians, and so is
+  one of pi/12 to four.
 """
 
 import re
@@ -60,6 +62,16 @@ _RULES = (
         unit="metres",
         expected="mm",
     ),
+    _Rule(keys=r"tool\.length_mm", together=False, least=_SHORT, factor=1e3, unit="metres", expected="mm"),
+    _Rule(
+        keys=r"boundary\.holes\.(diameter|length|width|size)_mm",
+        together=True,
+        least=1,
+        factor=1e3,
+        unit="metres",
+        expected="mm",
+    ),
+    _Rule(keys=r"process\.(lead|lean)_deg", together=True, least=0.5, factor=1 / DEG, unit="radians", expected="deg"),
     _Rule(keys=r"process\.lift_mm", together=False, least=0.1, factor=1e3, unit="metres", expected="mm"),
     _Rule(
         keys=r"path\.(length|diameter|size)_mm|boundary\.\w+_mm",
@@ -89,9 +101,13 @@ _RULES = (
     ),
     _Rule(keys=r"limits\.speed_deg_s", together=True, least=12, factor=1 / DEG, unit="rad/s", expected="deg/s"),
 )
-_ANGLES = r"(tool|u(frame|tool)\.\d+)\.([wpr]|spin|tilt|tilt_towards)_deg|dh\.alpha_deg|pendant\.offset_deg"
+_ANGLES = (
+    r"(tool|frame|u(frame|tool)\.\d+)\.([wpr]|spin|tilt|tilt_towards)_deg|dh\.alpha_deg|pendant\.offset_deg|"
+    r"path\.angle_deg|boundary\.(holes\.)?rotation_deg|process\.(lead|lean)_deg"
+)
 _AT_AXIS = 100  # mm from the J1 axis: no pattern has its centre there
-_RIGHT = 2e-3  # rad: how near to a multiple of pi/4 three digits come
+_PART = pi / 12
+_RIGHT, _FOUR_DIGITS = 2e-3, 5e-4  # rad: how near to a multiple of pi/4 three digits come, and to one of pi/12 four
 
 
 def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
@@ -113,8 +129,9 @@ def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, 
         key = max(small, key=lambda key: abs(small[key]))
         findings.setdefault(key, _finding(file, key, small[key], 1e3, "metres", "mm"))
     for key, plain, value in values:
-        multiple = round(value / (pi / 4))
-        if re.fullmatch(_ANGLES, plain) and 1 <= abs(multiple) <= 8 and abs(value - multiple * pi / 4) < _RIGHT:
+        multiple = round(value / _PART)
+        near = _FOUR_DIGITS if multiple % 3 else _RIGHT
+        if re.fullmatch(_ANGLES, plain) and 1 <= abs(multiple) <= 24 and abs(value - multiple * _PART) < near:
             findings.setdefault(key, _finding(file, key, value, 1 / DEG, "radians", "deg"))
     return tuple(findings.values())
 

@@ -154,6 +154,12 @@ _CONDITIONAL = any_case(r"^(?:IF\b|SELECT\b|=|ELSE\s*,|WHEN\b)")  # what is done
 _INSIDE = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")  # brackets and what they hold
 _DEEPEST = 8  # brackets in brackets; a statement with more is not understood
 _ASSIGNMENT = any_case(r"^[A-Z_$][\w$.]*\s*=")
+_ASSIGNED = any_case(r"^([A-Z_][\w$.]*)\s*(?:\[[^=<>]*\][\w$.]*)?\s*=")
+#: What a statement may set: registers, signals (A and E are German ones), frames, clocks and speeds.
+_SETTABLE = any_case(
+    r"(?:PR|SR|AR|R|P|PL|F|M|A|E|[DRGASUW]O|[DRGAUW]I|TIMER|RSR|U(?:FRAME|TOOL)(?:_NUM)?|OVERRIDE|(?:JOINT|LINEAR)_MAX_SPEED)"
+    r"(?:\..*)?"
+)
 _PULSE = any_case(r"=\s*PULSE\s*,.*$")  # of an output, for some seconds
 #: Statements that move the arm, or let it be moved, and write no register.
 MOVERS = any_case(r"^(?:SOFTFLOAT|FORCE\s+CTRL|PALLETIZING)\b")
@@ -188,6 +194,9 @@ def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
 
 def is_unknown(text: str) -> bool:
     """Whether a statement in English words is none that is known: a macro, or what was left in another language."""
+    assigned = _ASSIGNED.match(conditional_action(text) or text)
+    if assigned is not None and not _SETTABLE.fullmatch(assigned[1]):
+        return True
     return may_move_arm(text) and not (CALL.search(text) or _CLEARANCE.match(text))
 
 

@@ -78,7 +78,7 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
     time = log.time - log.time[0]
     if time[-1] <= 0 or not log.readings:
         raise InputError("log: it needs two readings of one sensor at least")
-    grid = np.linspace(0.0, time[-1], min(SAMPLES, len(time)))
+    grid = time if len(time) <= SAMPLES else np.linspace(0.0, time[-1], SAMPLES)
     goals, pattern = heat.heat_sources(loss)
     count = max(1, min(BLOCKS, len(grid) // 8))
     states = block_responses(heat.rate, goals, time[-1], count, grid)  # (T, S, B, m)
@@ -90,7 +90,7 @@ def fit_log(log: TemperatureLog, heat: ArmHeat, loss: tuple[float, ...] = ()) ->
     for name, readings in log.readings.items():
         valid = ~np.isnan(readings)
         row = heat.outputs[heat.names.index(name)]
-        bins = np.clip(np.searchsorted(grid, time[valid]), 0, len(grid) - 1)
+        bins = np.searchsorted((grid[1:] + grid[:-1]) / 2, time[valid])  # the nearest sample
         hits = np.bincount(bins, minlength=len(grid))
         mean = np.bincount(bins, weights=readings[valid], minlength=len(grid))[hits > 0] / hits[hits > 0]
         rows.append(np.einsum("s,tsbm->tbm", row, states[hits > 0]).reshape(len(mean), -1))

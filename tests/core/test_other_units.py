@@ -23,6 +23,17 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
         (PATH, "tool={x_mm=-0.3,z_mm=0.01}", "tool.x_mm = -0.3: did you mean -300?"),
         (PATH, "tool.z_mm=8", "did you mean 203.2? it looks like inches, the key is in mm"),
         (PATH, "tool={length_mm=8.5,tilt_deg=30}", "did you mean 215.9? it looks like inches"),
+        (
+            PATH,
+            "tool={z_mm=40,length_mm=0.22,tilt_deg=30}",
+            "tool.length_mm = 0.22: did you mean 220? it looks like metres",
+        ),
+        (PATH, "tool={length_mm=220,tilt_deg=0.5236}", "did you mean 30? it looks like radians"),
+        (PATH, "frame={x_mm=1000,r_deg=1.5708}", "did you mean 90? it looks like radians"),
+        (PATH, "process.lead_deg=0.1396", "did you mean 7.998? it looks like radians"),
+        (PATH, "path.angle_deg=1.5708", "did you mean 90? it looks like radians"),
+        (PATH, "boundary={holes=[{diameter_mm=40},{size_mm=[0.16,0.11]}]}", "did you mean 160? it looks like metres"),
+        (PATH, "boundary={holes=[{rotation_deg=0.5236}]}", "did you mean 30? it looks like radians"),
         (PATH, "tool.w_deg=3.1416", "did you mean 180? it looks like radians, the key is in deg"),
         (PATH, "tool.spin_deg=-1.571", "did you mean -90"),
         (PATH, "path.length_mm=1.3", "did you mean 1300?"),
@@ -55,7 +66,9 @@ def test_what_looks_like_another_unit_is_asked_about(text, assignment, meant):
 @pytest.mark.parametrize(
     "assignment",
     ["tool={x_mm=0.12,z_mm=250}", "tool={z_mm=0}", "tool={w_deg=3}", "tool={p_deg=0.02}", "process.feed_mm_s=1",
-     "path.stepover_mm=0.5", "path.x_mm=0", "path={x_mm=2,y_mm=1200,z_mm=1}", "process.lift_mm=0"],
+     "path.stepover_mm=0.5", "path.x_mm=0", "process.lean_deg=0.5", "boundary={holes=[{width_mm=0.8,length_mm=20}]}",
+     "boundary={holes=[{diameter_mm=2.5,x_mm=0.5}]}", "frame={w_deg=0.26}", "process={lead_deg=1.05,lean_deg=0.2}",
+     "path={x_mm=2,y_mm=1200,z_mm=1}", "process.lift_mm=0"],
 )  # fmt: skip
 def test_small_values_that_are_meant_are_not(assignment):
     data = tomllib.loads(PATH)

@@ -225,3 +225,11 @@ def test_no_column_is_called_as_one_that_is_there(tmp_path):
     file.write_text("x_mm,y_mm,z_mm,x_act_mm\n1,2,3,4\n")
     with pytest.raises(InputError, match="column x_act_mm: unknown; remove it; known: "):
         read_csv(file, PLACE, PLACE)
+
+
+@pytest.mark.parametrize("name", ["wrist_degC", "Wrist [C]", "wrist", "Wrist Ist [C]", "wrist actual"])
+def test_a_sensor_whose_name_ends_in_a_word_for_measured_is_read(tmp_path, name):
+    """The wrist's column was left out: it ends in *ist*."""
+    known = ("time_s", "j2_degC", "wrist_degC")
+    table = read(tmp_path, f"t_s;j2_degC;{name}\n0;20,5;21,25\n60;20,5;22\n", known[:1], known, unit="degC")
+    assert table.columns[table.header.index("wrist_degC")] == ("21.25", "22")

@@ -67,6 +67,22 @@ def test_noise_gaps_and_outliers_hardly_matter(heat):
         assert np.sqrt(np.nanmean(off**2)) < 5
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_uneven_times_are_readings_of_their_own_times(heat, seed):
+    """A reading 0.5 s behind an even step counted as one of the next step: 0.09 K after five hours."""
+    even = np.linspace(0, 5 * HOUR, 61)
+    late = even + np.random.default_rng(seed).uniform(-100.0, 100.0, len(even)) * (even > 0) * (even < even[-1])
+    ends = [end_of(fit_log(log_of(heat, time, truth(heat, time)), heat, LOSS)) for time in (even, late)]
+    assert_allclose(ends[1], ends[0], atol=0.01)
+
+
+def test_a_log_of_many_readings_gives_what_every_tenth_gives(heat):
+    time = np.linspace(0, 5 * HOUR, 18_001)
+    rises = truth(heat, time)
+    ends = [end_of(fit_log(log_of(heat, time[::n], rises[::n]), heat, LOSS)) for n in (1, 10)]
+    assert_allclose(ends[0], ends[1], atol=0.003)
+
+
 def test_it_goes_on_from_there(heat):
     """A log to the third hour, then the model alone, against the model that lived through all of it."""
     time = np.linspace(0, 3 * HOUR, 400)

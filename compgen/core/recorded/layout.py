@@ -14,9 +14,9 @@ from compgen.core.recorded.cells import LONG, brief_name, measured_by, name_and_
 from compgen.core.recorded.sheets import Sheet, kinds
 from compgen.core.toml import Table
 
-#: what says of two columns of one name which is the wanted place or joint, and which the measured one
+#: what says of two columns of one name which is the wanted place or joint, and which the measured one: x ist, no wrist
 SIDE = re.compile(
-    r"^(?:{0})(?: (?=.)|(?=.$))|(?<=.) ?(?:{0})$".format(
+    r"^(?:{0})(?: (?=.)|(?=[xyz]$))|(?:(?<=.) |(?<=^[xyz])|(?<=^j\d))(?:{0})$".format(
         "(?:nominal|nom|soll|commanded|command|comm|cmd|target|ref|reference|theo|theoretical|théorique|"
         "actual|act|ist|measured|meas|mess|gemessen|mesuré|measurement)(?: ?(?:values?|werte?|points?|coordinates?))?"
     )
