@@ -421,7 +421,7 @@ def test_what_others_call_a_measured_column_stands_in_a_file_beside_it(tmp_path)
         read_table(file, wanted, known)
 
 
-@pytest.mark.parametrize(("unit", "size"), [("m", 1000.0), ("inch", 25.4), ("mm", 1.0), ("cm", 10.0)])
+@pytest.mark.parametrize(("unit", "size"), [("m", 1000.0), ("inch", 25.4), ("mm", 1.0), ("cm", 10.0), ("ft", 304.8)])
 def test_lengths_are_read_in_the_unit_that_the_header_says(tmp_path, unit, size):
     text = f"Name;X [{unit}];Y [{unit}];Z [{unit}]\nP1;1,5;0,25;3\nP2;1,75;0,25;3\n"
     assert_allclose(column(read(written(tmp_path, text), PLACE, POINTS), "x_mm"), np.array([1.5, 1.75]) * size)

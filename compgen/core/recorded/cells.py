@@ -12,6 +12,7 @@ _UNITS = {
     "K": ("temperature", 1.0, 273.15, "k degk kelvin"),
     "mm": ("length", MM, 0.0, "mm millimeter millimeters millimetre millimetres"),
     "inch": ("length", INCH, 0.0, 'in inch inches zoll "'),
+    "ft": ("length", 12 * INCH, 0.0, "ft foot feet"),
     "m": ("length", 1.0, 0.0, "m meter meters metre metres"),
     "cm": ("length", 0.01, 0.0, "cm centimeter centimeters"),
     "um": ("length", UM, 0.0, "um μm micron microns micrometer micrometers"),
