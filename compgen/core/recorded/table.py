@@ -32,7 +32,10 @@ from compgen.core.toml import check, read_toml
 TIME = "time_s"
 #: what others call a column
 _ALIASES = {
-    "target": {"point", "point name", "point id", "pointid", "name", "id", "punkt", "punktname", "punktnummer", "pkt", "nom"},
+    "target": {
+        *("point", "point name", "point id", "pointid", "name", "id", "nom"),
+        *("punkt", "punktname", "punktnummer", "pkt"),
+    },
     "ambient": {"air", "room", "luft", "raum", "umgebung", "raumluft", "ambient temperature", "air temperature"},
 }
 #: columns of the day to which a clock time belongs
