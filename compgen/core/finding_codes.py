@@ -58,6 +58,8 @@ class Code(StrEnum):
         "Read the line that is named; mend the file where more was meant.", WARNING)
     PATH_STEPOVER = ("path.stepover", "planning", "The stepover is larger than the part.",
         "Make path.stepover_mm smaller, or compare it and the part's sizes with the drawing.", WARNING)
+    PATH_HOLES = ("path.holes", "planning", "The tool runs on over holes of the part, at its height.",
+        "Where it may not, give your own points with other heights there.", NOTE)
     SURFACE_MESH = ("surface.mesh", "planning", "Says how the path lies on the mesh, and what of it has no contact.",
         "Look at the place on the page; move the path or take a mesh that reaches further.", WARNING, NOTE)
     SOURCES_MAP = ("sources.map", "error_model", "The program leaves the space in which the error map was measured.",
@@ -84,8 +86,7 @@ class Code(StrEnum):
         "An error is above a bound, but where the tool is off the part.", "Nothing; no bound is judged there.", NOTE)
     BOUNDS_NONE = ("bounds.none", "verification", "No bound is given: nothing says whether the result is good enough.",
         "Give bounds.max_um in the path file, or --max-um.", OUTSIDE)
-    BOUNDS_GUARANTEED_MAX_UM = ("bounds.guaranteed.max_um", "verification",
-        "Too few arms and days keep the largest error.",
+    BOUNDS_GUARANTEED_MAX_UM = ("bounds.guaranteed.max_um", "verification", "Too few arms and days keep the maximum.",
         "Identify the robot better, or raise the bound to what the message says.", OUTSIDE)
     BOUNDS_GUARANTEED_P99_UM = ("bounds.guaranteed.p99_um", "verification",
         "Too few arms and days keep the 99 % bound.", "As for bounds.guaranteed.max_um.", OUTSIDE)
@@ -393,8 +394,7 @@ class Code(StrEnum):
         "Add the register's numbers to theirs.", WARNING)
     OFFSETS_WORLD = ("offsets.world", "pipelines", "Positions in World take no user frame.",
         "Teach them in a frame, or use the position register.", NOTE)
-    OFFSETS_USELESS = ("offsets.useless", "pipelines", "This offset leaves no less than none does.",
-        "Use the corrected program.", WARNING)
+    OFFSETS_USELESS = ("offsets.useless", "pipelines", "This offset is useless.", "Use the corrected program.", WARNING)
     EXECUTED_RECORD = ("executed.record", "pipelines", "The record is of another program.", "Give its own.", WARNING)
     EXECUTED_UNLIKE = ("executed.unlike", "pipelines", "A program given with --also is another path.", "Nothing.", NOTE)
     # fmt: on

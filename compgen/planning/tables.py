@@ -12,6 +12,7 @@ from compgen.core.toml import Angle, Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
 from compgen.planning.boundaries import Boundary
+from compgen.planning.boundary_schema import BoundaryTable
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.exact_path import ExactPath
 from compgen.planning.leaning import leaned
@@ -224,8 +225,18 @@ def _spiral(table: SpiralTable, boundary: Boundary | None, file: str) -> Piecewi
     return patterns.spiral(diameter, turns)
 
 
-def questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
-    """A warning where sweeps or turns lie further apart than the part is wide; ``edge`` marks contact."""
+def pattern_findings(table: Shape, edge: Boundary, boundary: BoundaryTable | None) -> tuple[Finding, ...]:
+    """Where sweeps or turns lie further apart than the part is wide, or run on over holes; ``edge`` marks contact."""
+    holes = boundary.holes if boundary is not None else []
+    message = (
+        f"boundary.holes: over {'a hole' if len(holes) == 1 else f'{len(holes)} holes'} the tool runs on at the part's "
+        "height and feed, out of contact; where it may not, give your own points"
+    )
+    over = (Finding(Level.NOTE, Code.PATH_HOLES, message),) if holes else ()
+    return over + _questioned_stepover(table, edge)
+
+
+def _questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
     if not isinstance(table, RasterTable | SpiralTable) or table.stepover_mm is None:
         return ()
     if isinstance(table, SpiralTable):

@@ -48,7 +48,10 @@ def test_the_tool_is_not_on_the_part_over_round_holes_and_slots(tmp_path):
         '[[boundary.holes]]\nkind = "circle"\nx_mm = -60\ny_mm = 25\ndiameter_mm = 50\n'
         '[[boundary.holes]]\nkind = "slot"\nx_mm = 40\ny_mm = -25\nlength_mm = 90\nwidth_mm = 24\nrotation_deg = 20\n'
     )
-    path = generate(job_of(tmp_path, "angle_deg = 30", boundary), quiet)[0].path
+    job = job_of(tmp_path, "angle_deg = 30", boundary)
+    (note,) = (f.message for f in job.input_findings if f.code == "path.holes")
+    assert "over 2 holes the tool runs on at the part's height and feed" in note
+    path = generate(job, quiet)[0].path
     x, y = path.target.position.T[:2] - [[1.1], [0.0]]
     turned = np.radians(20)
     along = (x - 0.04) * np.cos(turned) + (y + 0.025) * np.sin(turned)

@@ -54,8 +54,8 @@ from compgen.planning.tables import (
     RasterTable,
     Shape,
     leaning_pattern,
+    pattern_findings,
     pattern_from_table,
-    questioned_stepover,
     surface_from_table,
 )
 from compgen.robot.inverse_kinematics import Posture
@@ -287,7 +287,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
 
     def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]:
         pattern, edge = pattern_from_table(table, boundary, source, process.lift_mm * MM)
-        notes = questioned_stepover(table, edge)
+        notes = pattern_findings(table, edge, path.boundary)
         if mesh is not None:
             shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
             on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, tool.spin, source)
