@@ -251,8 +251,7 @@ class Code(StrEnum):
         "Give [sources.loads] as the arm was measured, and identify again.", NOTE)
     SOURCES_ORDER = ("sources.order", "pipelines", "The side that joints come from is not sure at some lines.",
         "Nothing, or write the program in the order that it runs.", NOTE)
-    POSTERIOR_MISSING = ("posterior.missing", "pipelines",
-        "The robot file's correlations are not there: the band is wide.",
+    POSTERIOR_MISSING = ("posterior.missing", "pipelines", "The robot file's correlations are missing: a wide band.",
         "Copy it along with the robot file, or identify again.", WARNING)
     POSTERIOR_OVERRIDDEN = ("posterior.overridden", "pipelines", "Overridden values have no correlations in the file.",
         "Leave the overrides out where the band matters.", WARNING)
@@ -394,7 +393,8 @@ class Code(StrEnum):
         "Add the register's numbers to theirs.", WARNING)
     OFFSETS_WORLD = ("offsets.world", "pipelines", "Positions in World take no user frame.",
         "Teach them in a frame, or use the position register.", NOTE)
-    OFFSETS_USELESS = ("offsets.useless", "pipelines", "This offset is useless.", "Use the corrected program.", WARNING)
+    OFFSETS_USELESS = ("offsets.useless", "pipelines", "This offset leaves no less than none does.",
+        "Use the corrected program.", WARNING)
     EXECUTED_RECORD = ("executed.record", "pipelines", "The record is of another program.", "Give its own.", WARNING)
     EXECUTED_UNLIKE = ("executed.unlike", "pipelines", "A program given with --also is another path.", "Nothing.", NOTE)
     # fmt: on

@@ -227,13 +227,18 @@ def _spiral(table: SpiralTable, boundary: Boundary | None, file: str) -> Piecewi
 
 def pattern_findings(table: Shape, edge: Boundary, boundary: BoundaryTable | None) -> tuple[Finding, ...]:
     """Where sweeps or turns lie further apart than the part is wide, or run on over holes; ``edge`` marks contact."""
-    holes = boundary.holes if boundary is not None else []
+    return (*_crossed_holes(boundary), *_questioned_stepover(table, edge))
+
+
+def _crossed_holes(boundary: BoundaryTable | None) -> tuple[Finding, ...]:
+    if boundary is None or not boundary.holes:
+        return ()
+    count = len(boundary.holes)
     message = (
-        f"boundary.holes: over {'a hole' if len(holes) == 1 else f'{len(holes)} holes'} the tool runs on at the part's "
-        "height and feed, out of contact; where it may not, give your own points"
+        f"boundary.holes: over {'a hole' if count == 1 else f'{count} holes'} the tool runs on at the part's height "
+        "and feed, out of contact; where it may not, give your own points"
     )
-    over = (Finding(Level.NOTE, Code.PATH_HOLES, message),) if holes else ()
-    return over + _questioned_stepover(table, edge)
+    return (Finding(Level.NOTE, Code.PATH_HOLES, message),)
 
 
 def _questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:

@@ -196,7 +196,7 @@ SHOTS = "No;X [mm];Y [mm];Z [mm]\n" + "".join(f"{n};1,5;{n},25;3,5\n" for n in r
 @pytest.mark.parametrize(
     "row", ["Moyenne;1,5;3,75;3,5\n", "Media;1,5;3,75;3,5\nSpannweite;0;5;0\n", "Std.Dev.;0;1,7;0\n"]
 )
-def test_a_row_that_is_named_a_sum_is_no_reading_and_is_said(tmp_path, row):
+def test_a_row_that_is_named_a_sum_is_no_reading_and_the_note_has_its_line(tmp_path, row):
     table = read(tmp_path, SHOTS + row)
     assert len(table.line) == 6
     assert table.notes[0].endswith(f"no readings in line {', '.join(str(8 + n) for n in range(row.count(chr(10))))}")

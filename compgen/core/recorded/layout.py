@@ -175,11 +175,16 @@ def _grouped(above: Sequence[str], given: Sequence[str]) -> list[str]:
     above = [*above, *[""] * len(given)][: len(given)]
     names = [name or cell or f"#{k}" for k, (name, cell) in enumerate(zip(given, above, strict=True), 1)]
     for k in (k for k, name in enumerate(given) if name in twice or (name and not twice)):
-        group = next(filter(None, above[k:0:-1]), "")  # the first cell is a title's
+        group = _group_of(above, k)
         base, unit = name_and_unit(group)
         if SIDE.sub("", f"{base} x") == "x" or (twice and _DIFFERENCE.match(group)):
             names[k] = names[k] if unit and name_and_unit(names[k])[1] else f"{group} {names[k]}"
     return names
+
+
+def _group_of(above: Sequence[str], k: int) -> str:
+    """What the row above the header calls the set of columns that one is of; its first cell is a title's."""
+    return next(filter(None, above[k:0:-1]), "")
 
 
 def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], body: Sequence[Row]) -> list[set[str]]:
@@ -193,9 +198,8 @@ def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], bod
         alone = {*map(unit_named, [*under, *list(beside) * (len(beside) == 1)])}
         of_row = {unit_named(cells[k]) for cells in above if k < len(cells)}
         alone |= {unit for unit in of_row if measured_by(unit) == "temperature"}  # lengths and angles may be of all
-        said = ({name_and_unit(cell)[1] for cell in (name, *under)} | alone) - {""}
-        group = next(filter(None, groups[k:0:-1]), "")  # the first cell is a title's
-        units.append(said or {name_and_unit(group)[1]} - {""})
+        of_column = ({name_and_unit(cell)[1] for cell in (name, *under)} | alone) - {""}
+        units.append(of_column or {name_and_unit(_group_of(groups, k))[1]} - {""})
     return units
 
 
