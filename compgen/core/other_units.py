@@ -2,7 +2,8 @@
 
 A rule holds keys whose values cannot sensibly be so small, and why:
 
-- tools, arms, frames and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres;
+- tools, arms, frames, parts and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in
+  metres;
 - a tool of less than 25 mm is in inches; a length of a spindle below 3 mm is in metres, and so is a hole below 1 mm;
 - a pattern lies around no place within 100 mm of the J1 axis: a coordinate below 3 mm there is in metres;
 - a tool lifts by millimetres: 0.02 is metres;
@@ -39,7 +40,7 @@ _SHORT = 3  # mm: of no arm, tool, frame or pattern
 _SHORTEST_TOOL = 25  # mm from the flange
 _RULES = (
     _Rule(
-        keys=r"(tool|u(frame|tool)\.\d+)\.([xyz]|length)_mm",
+        keys=r"(tool|u(frame|tool)\.\d+)\.([xyz]|length)_mm|boundary\.corners_mm",
         together=True,
         least=_SHORT,
         factor=1e3,
@@ -64,7 +65,7 @@ _RULES = (
     ),
     _Rule(keys=r"tool\.length_mm", together=False, least=_SHORT, factor=1e3, unit="metres", expected="mm"),
     _Rule(
-        keys=r"boundary\.holes\.(diameter|length|width|size)_mm",
+        keys=r"boundary\.holes\.(diameter|length|width|size|corners)_mm",
         together=True,
         least=1,
         factor=1e3,
@@ -74,7 +75,7 @@ _RULES = (
     _Rule(keys=r"process\.(lead|lean)_deg", together=True, least=0.5, factor=1 / DEG, unit="radians", expected="deg"),
     _Rule(keys=r"process\.lift_mm", together=False, least=0.1, factor=1e3, unit="metres", expected="mm"),
     _Rule(
-        keys=r"path\.(length|diameter|size)_mm|boundary\.\w+_mm",
+        keys=r"path\.(length|diameter|size)_mm|boundary\.(?!corners)\w+_mm",
         together=False,
         least=_SHORT,
         factor=1e3,
@@ -118,7 +119,9 @@ def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, 
         groups: dict[str, list[tuple[str, float]]] = {}
         for key, plain, value in values:
             if re.fullmatch(rule.keys, plain):
-                groups.setdefault(key.rpartition(".")[0] if rule.together else key, []).append((key, value))
+                groups.setdefault(re.sub(r"(\.\d+)+$|\.\w+$", "", key) if rule.together else key, []).append(
+                    (key, value)
+                )
         for group in groups.values():
             key, value = max(group, key=lambda pair: abs(pair[1]))
             if 0 < abs(value) < rule.least:

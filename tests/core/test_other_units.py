@@ -34,6 +34,8 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
         (PATH, "path.angle_deg=1.5708", "did you mean 90? it looks like radians"),
         (PATH, "boundary={holes=[{diameter_mm=40},{size_mm=[0.16,0.11]}]}", "did you mean 160? it looks like metres"),
         (PATH, "boundary={holes=[{rotation_deg=0.5236}]}", "did you mean 30? it looks like radians"),
+        (PATH, "boundary={corners_mm=[[-0.5,0],[0.5,0],[0,1.2]]}", "boundary.corners_mm.2.1 = 1.2: did you mean 1200?"),
+        (PATH, "boundary={holes=[{corners_mm=[[0,0],[0.1,0],[0,0.1]]}]}", "did you mean 100? it looks like metres"),
         (PATH, "tool.w_deg=3.1416", "did you mean 180? it looks like radians, the key is in deg"),
         (PATH, "tool.spin_deg=-1.571", "did you mean -90"),
         (PATH, "path.length_mm=1.3", "did you mean 1300?"),
@@ -68,6 +70,7 @@ def test_what_looks_like_another_unit_is_asked_about(text, assignment, meant):
     ["tool={x_mm=0.12,z_mm=250}", "tool={z_mm=0}", "tool={w_deg=3}", "tool={p_deg=0.02}", "process.feed_mm_s=1",
      "path.stepover_mm=0.5", "path.x_mm=0", "process.lean_deg=0.5", "boundary={holes=[{width_mm=0.8,length_mm=20}]}",
      "boundary={holes=[{diameter_mm=2.5,x_mm=0.5}]}", "frame={w_deg=0.26}", "process={lead_deg=1.05,lean_deg=0.2}",
+     "boundary={corners_mm=[[-500,1],[500,0],[0,2]],holes=[{corners_mm=[[0.5,0.5],[30,0],[0,40]]}]}",
      "path={x_mm=2,y_mm=1200,z_mm=1}", "process.lift_mm=0"],
 )  # fmt: skip
 def test_small_values_that_are_meant_are_not(assignment):

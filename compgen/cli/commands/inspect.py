@@ -134,5 +134,6 @@ def show_program(report: dict[str, Any]) -> None:
         console.print("reach and joint limits: not looked at, the program names no robot; say which with --robot")
     if report["out_of_reach"]:
         console.print(f"out of reach of {report['robot']}: {', '.join(f'P[{n}]' for n in report['out_of_reach'][:20])}")
-    console.print(f"{len(report['unsafe'])} statements make compensation unsafe" + (":" if report["unsafe"] else ""))
+    count = len(report["unsafe"])
+    console.print(f"statements that make compensation unsafe: {count}" + (":" if count else ""))
     print_unsafe(console, report["unsafe"], MOST_UNSAFE, "with --json")

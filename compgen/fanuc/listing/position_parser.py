@@ -14,6 +14,7 @@ AXES = ("X", "Y", "Z", "W", "P", "R", "J1", "J2", "J3", "J4", "J5", "J6", "J7", 
 J1 = AXES.index("J1")
 _COLUMN = {axis: i for i, axis in enumerate(AXES)}
 _BETWEEN = b" \t\r\n\f\v,;"  # may stand between two fields of a position
+_PHRASE = re.compile(rb"[^,;\r\n]+")
 _BLOCK_HEAD = re.compile(rb"\s*(P\[[ \t]*(\d{1,9})[ \t]*(?::([^\r\n]*?))?\][ \t]*\{)", re.IGNORECASE)
 _BLOCK_FIELD = re.compile(
     rb"[\s,;]*(?:(?P<group>GP(\d{1,9})[ \t]*:)"
@@ -72,9 +73,10 @@ def parse_block(data: bytes, at: int, end: int) -> Block | None:
     while True:
         token = _BLOCK_FIELD.match(data, at, end)
         if token is None:
-            raise _refusal(
-                data, skip_blanks(data, at, end, _BETWEEN), f"not understood in P[{number}]; mend the position"
-            )
+            place = skip_blanks(data, at, end, _BETWEEN)
+            text = _PHRASE.match(data, place, min(place + 40, end))
+            what = f"{text[0].decode('latin-1').rstrip()!r} is not understood" if text else "its } is missing"
+            raise _refusal(data, place, f"P[{number}]: {what}; mend the position")
         at = token.end()
         if token["group"] is not None or token["end"] is not None:
             if begun:

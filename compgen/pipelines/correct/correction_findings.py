@@ -176,9 +176,8 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
     unsafe = result.plan.scope.unsafe
     if unsafe:
         lines = sorted({u.line for u in unsafe})
-        message = (
-            f"{len(unsafe)} statements or positions stay as they are, or put the correction in doubt: {_lines(lines)}"
-        )
+        told = "statements or positions that stay as they are, or put the correction in doubt"
+        message = f"{told}: {len(unsafe)}, in {_lines(lines)}"
         yield Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
     contradicted = contradictions(result.plan.program, result.plan.drive, result.around.called.motionless)
     if contradicted:
