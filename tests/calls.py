@@ -61,7 +61,7 @@ CALLS = {
     "init": ("init", "cell"),
     "schema": ("schema", "path"),
     "explain": ("explain", "thermal.none"),
-    "executed": ("executed", "PART.LS", "--log", "run.csv", "--robot", "m710ic50", "-o", "driven"),
+    "executed": ("executed", "ROUND.LS", "--log", "round.csv", "--robot", "m710ic50", "-o", "driven"),
     "identify-motion":
         ("identify-motion", "ROUND.LS", "--log", "round.csv", "--robot", "m710ic50", "-o", "motion/smooth.toml"),
     "follow": ("follow", "paged", "--log", "temperatures.csv", "--started", "0s", "--once", "--date", "2026-01-31"),
@@ -95,15 +95,14 @@ def prepare(folder):
 def measure(folder):
     """The logs, touches and poses that calls are given."""
     robot, rng = load_robot("m710ic50"), np.random.default_rng(1)
-    # pages need stops on the way; of one circle whose ramps are the means' own the motion is identified the soonest
-    for program, log, text, ramp in (
-        ("PART.LS", "run.csv", logs.part(), 0.25),
-        ("ROUND.LS", "round.csv", logs.circle("ROUND"), 0.0),
-    ):
-        (folder / program).write_bytes(text)
-        course = course_of_text(text, robot, default_frames())
-        time, places, turn, _ = logs.log_rows(course, logs.Run(ramp=ramp, means=(0.2, 0.1)), logs.Logger(noise=2e-6))
-        (folder / log).write_text(logs.csv(time, places, turn))
+    # pages need stops on the way; of one circle whose ramps are the means' own the motion is told the soonest
+    (folder / "PART.LS").write_bytes(logs.part())
+    text, driven = logs.circle("ROUND"), logs.Run(ramp=0.0, means=(0.2, 0.1))
+    (folder / "ROUND.LS").write_bytes(text)
+    time, places, turn, _ = logs.log_rows(
+        course_of_text(text, robot, default_frames()), driven, logs.Logger(noise=2e-6)
+    )
+    (folder / "round.csv").write_text(logs.csv(time, places, turn))
     touches = ["target,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg,config"]
     for n in range(9):
         place = ",".join(f"{v:.3f}" for v in SPHERES["abc"[n % 3]] + rng.normal(0, 0.01, 3))
