@@ -290,7 +290,7 @@ STEPS = (
     Step("the tool against a gauge", ("tool",), 0.5, "cgen generate PATH --set 'tool.sigma_um=[5,5,5]'"),
     Step("reversals of each joint", ("lost motion",), 2.0, "cgen plan-poses ROBOT, then cgen identify"),
     Step(
-        "twice as many poses", ("identified parameters", "geometry", "fit noise"), 4.0,
+        "twice as many poses, at best", ("identified parameters", "geometry", "fit noise"), 4.0,
         "cgen plan-poses ROBOT, then cgen identify", DOUBLED,
     ),
     Step("a warm-up", ("bends and drift", "profile shape"), 6.0, "cgen identify ROBOT --warm-up warm.csv"),

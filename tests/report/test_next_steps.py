@@ -43,14 +43,14 @@ def test_a_step_that_takes_little_or_has_nothing_to_take_is_not_named():
 def test_an_hour_counts():
     """Poses take more off than a gauge for the tool, in eight times its time."""
     steps = next_steps(30.0, {"identified parameters": 25.0, "tool": 16.0})
-    assert [s["what"] for s in steps] == ["the tool against a gauge", "twice as many poses"]
+    assert [s["what"] for s in steps] == ["the tool against a gauge", "twice as many poses, at best"]
     assert steps[0]["takes_um"] < steps[1]["takes_um"]
 
 
 def test_twice_as_many_measurements_leave_half_of_the_variance():
     """Poses were said to end what the identified arm leaves open: 159 um were to become 36."""
     (poses,) = next_steps(100.0, {"identified parameters": 80.0, "thermal physics missing": 60.0})
-    assert poses["what"] == "twice as many poses"
+    assert poses["what"] == "twice as many poses, at best"
     assert_allclose(poses["left_um"], np.sqrt(6400 / 2 + 3600), rtol=1e-5)
 
 
