@@ -170,6 +170,23 @@ def test_tight_turns_are_flown_better_and_nowhere_worse_from_their_stop_on(robot
     assert np.median(left) < 0.4 * np.median(without)
 
 
+def test_nothing_is_asked_for_beside_the_part(robot):
+    """Half a lap in the air: the command goes back to the path there, and on the part it stays what it was."""
+    path = commanded(on_circle(0.65))
+    N = len(path.arc)
+    beside = (np.arange(N) > N // 4) & (np.arange(N) < 3 * N // 4)
+    known = replace(robot, motion=TWO_MEANS)
+    without, half = (
+        np.linalg.norm(predistortion(known, IDENTITY, p, 3e-3), axis=1) for p in (path, replace(path, beside=beside))
+    )
+    air, on = slice(3 * N // 8, 5 * N // 8), slice(N // 16, N // 8)
+    assert without[air].min() > 100 * UM
+    assert half[air].max() < 0.05 * without[air].min()
+    assert_allclose(half[on], without[on], rtol=1e-3)
+    everywhere = predistortion(known, IDENTITY, replace(path, beside=np.ones(N, dtype=bool)), 3e-3)
+    assert_allclose(np.linalg.norm(everywhere, axis=1), without, atol=1e-12)  # of a path without a part all counts
+
+
 def test_nothing_goes_further_than_the_clamp(robot):
     shift = predistortion(replace(robot, motion=TWO_MEANS), IDENTITY, commanded(on_circle(0.65)), 50 * UM)
     assert np.linalg.norm(shift, axis=1).max() == pytest.approx(50 * UM)

@@ -23,6 +23,7 @@ from compgen.core.finding_codes import Level
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model import validity
 from compgen.error_model.direction_memory import NO_DIRECTION
+from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.measured_map import AxisMap
@@ -37,6 +38,7 @@ from compgen.pipelines.planned.program_text import compose_program
 from compgen.planning import toolpath
 from compgen.program.frames import default_frames
 from compgen.report import job_summary
+from compgen.robot.joint_path import nearest_turns
 
 # by a robot whose hysteresis is of the study's size
 RASTER = (
@@ -141,6 +143,27 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     assert room.min() >= 0.9  # never below what the controller can follow
     bend, _ = refinement.error_shape(arm, planned.path, planned.theta)
     assert ((bend <= refinement.CHORD_SHARE * process.chord) | (room < 2)).all()  # no segment is left that could be cut
+
+
+def test_the_shape_of_the_error_is_that_of_places_between_the_ends(raster, monkeypatch):
+    """Against places taken one by one; and the same however many segments are looked at together."""
+    job, planned, _ = raster
+    path, theta = planned.path, planned.theta
+    sources = [s for s in job.sources if not isinstance(s, Hysteresis | AxisMap)]  # of one pass or the other alike
+    cold = np.zeros((1, planned.model.actual.size1_in(1)))
+    model = build_error_model(job.robot, sources, cold.shape[1], job.tool.pose)
+    arm = refinement.ErringArm(robot=job.robot, posture=job.posture, tool=job.tool.pose, sources=sources, model=model)
+    bend, stretch = refinement.error_shape(arm, path, theta)
+    for k in (0, 17, len(bend) // 2, len(bend) - 1):
+        at = [path.at(np.array([k]), np.array([share])).pose for share in np.linspace(0, 1, refinement.SAMPLES + 1)]
+        joints = [nearest_turns(arm.solve(pose), theta[k : k + 1]) for pose in at]
+        off = [model.actual_pose(q, cold).position[0] - p.position[0] for p, q in zip(at, joints, strict=True)]
+        line = np.linspace(off[0], off[-1], len(off))
+        assert_allclose(bend[k], np.linalg.norm(off - line, axis=1).max(), atol=1e-12)
+        way = at[-1].position[0] - at[0].position[0]
+        assert_allclose(stretch[k], max(0.0, -(off[-1] - off[0]) @ way / (way @ way)), atol=1e-12)
+    monkeypatch.setattr(refinement, "CHUNK", 7)
+    assert_allclose(refinement.error_shape(arm, path, theta), [bend, stretch], atol=1e-13)
 
 
 def test_a_path_cut_finer_is_the_same_path(job):
