@@ -170,6 +170,21 @@ def test_tight_turns_are_flown_better_and_nowhere_worse_from_their_stop_on(robot
     assert np.median(left) < 0.4 * np.median(without)
 
 
+def test_a_path_driven_backwards_is_commanded_the_same_on_both_sides_of_a_corner(robot):
+    """Means know no direction of time. Two arcs meet in a corner without a stop, near which nothing is led back."""
+    angle = np.linspace(0, np.pi / 2, 800)[:, None]
+    first = 0.4 * np.hstack([np.sin(angle), 1 - np.cos(angle), 0 * angle])
+    second = first[-1] + 0.6 * np.hstack([np.sin(angle), np.cos(angle) - 1, 0 * angle])
+    position = np.vstack([first, second[1:]])
+    known = replace(robot, motion=TWO_MEANS)
+    there, back = (predistortion(known, IDENTITY, commanded(p), 3e-3) for p in (position, position[::-1]))
+    length = np.linalg.norm(there, axis=1)
+    away = np.abs(np.arange(len(position)) - 799)
+    assert length[away > 300].max() > 100 * UM
+    assert length[away < 40].max() < 10 * UM
+    assert_allclose(there, back[::-1], atol=1 * UM)
+
+
 def test_nothing_is_asked_for_beside_the_part(robot):
     """Half a lap in the air: the command goes back to the path there, and on the part it stays what it was."""
     path = commanded(on_circle(0.65))
