@@ -1,6 +1,7 @@
 """Path simplification: the fewest waypoints within the tolerance, and no line too short to follow."""
 
 import numpy as np
+from numpy.testing import assert_allclose
 from toolpaths import laid
 
 from compgen.compensation import simplify
@@ -31,3 +32,9 @@ def test_simplification_keeps_the_fewest_that_stay_within_the_tolerance():
     # no line too short to follow where there is another way
     long = simplify.simplify(path, none, 1.5 * UM, 0.5 * MM)
     assert np.diff(path.arc[long]).min() >= 0.5 * MM
+    # the last line is never too short, and the two that share its way stay within the tolerance
+    lengths = np.diff(thin.arc)
+    shared = path.subset(simplify.simplify(path, none, 1.5 * UM, lengths[-1] * 1.01))
+    assert len(shared.arc) == len(rows)
+    assert_allclose(np.diff(shared.arc)[-2:], (lengths[-1] + lengths[-2]) / 2, atol=0.2 * MM)
+    assert shared.exact.chord(shared.piece, shared.span).max() <= 1.5 * UM
