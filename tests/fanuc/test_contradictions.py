@@ -8,6 +8,7 @@ from shipped import ROOT
 
 from compgen import fanuc
 from compgen.fanuc.analysis import inspection
+from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
@@ -22,10 +23,12 @@ def text(*moves, numbered=(1, 2)):
     return program(list(moves), [at(1, HOME, numbered=numbered), at(2, THERE, numbered=(1, 2))])
 
 
-def found(data):
+def found(data, beside=None):
     read = fanuc.loads(data)
     poses = ProgramContext(MANY).poses(read, None)
-    return [(u.line - 3, u.reason) for u in contradictions(read, read_traversal(read, poses, None))]
+    called = called_programs(read, (beside or {}).get)
+    drive = read_traversal(read, poses, None, called.motionless)
+    return [(u.line - 3, u.reason) for u in contradictions(read, drive, called)]
 
 
 @pytest.mark.parametrize(
@@ -71,6 +74,21 @@ def test_what_contradicts_itself_is_said_with_its_line(moves, line, reason):
 )
 def test_what_may_be_right_is_not_said(moves):
     assert found(text(*moves)) == []
+
+
+@pytest.mark.parametrize(
+    ("called", "contradicts"),
+    [
+        (["DO[1]=ON"], True),
+        (["UFRAME_NUM=1"], False),
+        (["CALL DEEPER"], False),
+        (["IF DI[1]=ON,UFRAME_NUM=1"], False),
+    ],
+)
+def test_a_called_program_may_set_the_frame_of_what_follows(called, contradicts):
+    beside = {"SETUP": program(called, [], name="SETUP"), "DEEPER": program(["UFRAME_NUM=1"], [], name="DEEPER")}
+    said = found(text("UFRAME_NUM=3", "CALL SETUP", GO), beside)
+    assert bool(said) == contradicts, said
 
 
 FLIPPED = (15.0, 25.0, -20.0, 25.0, 55.0, 40.0)  # F, where THERE is N

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
-from compgen.fanuc.vocabulary import CALL, may_move_arm, may_write_registers, written_frames
+from compgen.fanuc.vocabulary import CALL, FRAME_MENTIONED, may_move_arm, may_write_registers, written_frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +15,7 @@ class CalledPrograms:
 
     motionless: frozenset[str] = frozenset()  # they do not move the arm
     settled: frozenset[str] = frozenset()  # they write no position register, user frame or tool
+    in_frames: frozenset[str] = frozenset()  # they leave the numbers of user frame and tool as they are set
     frames: frozenset[tuple[str, int | None]] = frozenset()  # that any of them writes, as ``written_frames``
     missing: frozenset[str] = frozenset()  # called here or beneath, and no listing of theirs was there to read
 
@@ -29,13 +30,13 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         program: Any program.
         find: The listing of a program by its name in capitals; None for one that is not there.
     """
-    known: dict[str, tuple[bool, bool]] = {}  # motionless, settled
+    known: dict[str, tuple[bool, bool, bool]] = {}  # motionless, settled, in its caller's frames
     frames: set[tuple[str, int | None]] = set()
     missing: set[str] = set()
 
-    def look_up(name: str) -> tuple[bool, bool]:
+    def look_up(name: str) -> tuple[bool, bool, bool]:
         if name not in known:
-            known[name] = (False, False)  # of one that calls itself nothing is known
+            known[name] = (False, False, False)  # of one that calls itself nothing is known
             listing = find(name)
             try:
                 called = None if listing is None else loads(listing)
@@ -47,24 +48,21 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
                 known[name] = _effects(called)
         return known[name]
 
-    def _effects(called: LsProgram) -> tuple[bool, bool]:
+    def _effects(called: LsProgram) -> tuple[bool, bool, bool]:
         texts = set(read_flow(called).text.values())
         frames.update(*(written_frames(text) for _, text in other_statements(called)))
         beneath = {name: look_up(name) for name in _names(called)}
-        motionless = {name for name, (still, _) in beneath.items() if still}
-        settled = {name for name, (_, kept) in beneath.items() if kept}
+        motionless = {name for name, (still, _, _) in beneath.items() if still}
+        settled = {name for name, (_, kept, _) in beneath.items() if kept}
+        in_frames = all(kept for _, _, kept in beneath.values()) and not any(map(FRAME_MENTIONED.search, texts))
         moves = not called.motions.disabled.all() or any(may_move_arm(text, motionless) for text in texts)
         writes = any(may_write_registers(text, settled) for text in texts)
         writes |= any(may_write_registers(text, settled, options=True) for text in set(called.motions.options))
-        return not moves, not writes
+        return not moves, not writes, in_frames
 
     effects = {name: look_up(name) for name in _names(program)}
-    return CalledPrograms(
-        frozenset(name for name, (motionless, _) in effects.items() if motionless),
-        frozenset(name for name, (_, settled) in effects.items() if settled),
-        frozenset(frames),
-        frozenset(missing),
-    )
+    motionless, settled, in_frames = (frozenset(name for name, each in effects.items() if each[k]) for k in range(3))
+    return CalledPrograms(motionless, settled, in_frames, frozenset(frames), frozenset(missing))
 
 
 def _names(program: LsProgram) -> set[str]:

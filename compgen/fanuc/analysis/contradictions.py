@@ -5,11 +5,11 @@ between two configurations; a label that stands twice; a jump to one that stands
 """
 
 import re
-from collections.abc import Collection
 
 import numpy as np
 
 from compgen.core.arrays import IntArray
+from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.analysis.flow_graph import Node, arrivals, link_nodes, read_nodes
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
@@ -27,16 +27,18 @@ _BY_JOINTS = re.compile(r"\bWJNT\b", re.IGNORECASE)  # the wrist's joints are in
 STRAIGHT_WRIST = np.sin(np.radians(1.0))  # of J5, about which a position is of both configurations
 
 
-def contradictions(program: LsProgram, traversal: DrivenProgram, motionless: Collection[str] = ()) -> list[Unsafe]:
+def contradictions(
+    program: LsProgram, traversal: DrivenProgram, called: CalledPrograms = UNKNOWN_PROGRAMS
+) -> list[Unsafe]:
     """What contradicts itself, in order of line.
 
     Args:
         program: Any program.
         traversal: Its stations.
-        motionless: Programs, in capitals, of which it is known that they do not move the arm.
+        called: What is known of the programs that it calls.
     """
     flow = read_flow(program)
-    unsafe = [*_labels(program, flow), *_frames(program, flow, traversal.motion, motionless)]
+    unsafe = [*_labels(program, flow), *_frames(program, flow, traversal.motion, called)]
     unsafe += _configurations(program, traversal)
     return sorted(set(unsafe), key=lambda u: (u.line, u.reason))
 
@@ -66,8 +68,11 @@ def _labels(program: LsProgram, flow: Flow) -> list[Unsafe]:
     return unsafe
 
 
-def _frames(program: LsProgram, flow: Flow, motion: IntArray, motionless: Collection[str]) -> list[Unsafe]:
-    nodes = read_nodes(program, flow, motion, motionless, lambda text: bool(FRAME_MENTIONED.search(text)))
+def _frames(program: LsProgram, flow: Flow, motion: IntArray, called: CalledPrograms) -> list[Unsafe]:
+    def matters(text: str) -> bool:
+        return bool(FRAME_MENTIONED.search(text)) or any(n.upper() not in called.in_frames for n in CALL.findall(text))
+
+    nodes = read_nodes(program, flow, motion, called.motionless, matters)
     if not link_nodes(nodes):
         return []
     p, m = program.positions, program.motions

@@ -11,7 +11,7 @@ from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION, written_frames
+from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION, is_unknown, written_frames
 from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.ways import singular_ways
@@ -102,6 +102,8 @@ def _used_as_value(number: int, text: str, *, held: bool) -> list[Unsafe]:
     short = " ".join(text.rstrip("; ").split())[:60]
     if held:
         return [Unsafe(number, short, "it uses a position as a value, which is left as it is")]
+    if is_unknown(text) and POSITION.search(text):
+        return [Unsafe(number, short, "no statement that is known here: the position that it names is left as it is")]
     if INDIRECT_POSITION.search(text):
         return [Unsafe(number, short, "it may use any position as a value, corrected where the others are")]
     return []

@@ -74,7 +74,7 @@ def inspect(
     mark = mark_of(program, poses, traversal, scope.free)
     number = p.number[poses.row]
     unsafe = [*scope.unsafe, *_unknown_frames(program, poses)]
-    unsafe += contradictions(program, traversal, around.called.motionless)
+    unsafe += contradictions(program, traversal, around.called)
     in_order = sorted(unsafe, key=lambda u: (u.line, u.reason))
     return {
         "name": program.name,

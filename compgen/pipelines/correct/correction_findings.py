@@ -179,7 +179,7 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
         told = "statements or positions that stay as they are, or put the correction in doubt"
         message = f"{told}: {len(unsafe)}, in {_lines(lines)}"
         yield Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
-    contradicted = contradictions(result.plan.program, result.plan.drive, result.around.called.motionless)
+    contradicted = contradictions(result.plan.program, result.plan.drive, result.around.called)
     if contradicted:
         lines = sorted({u.line for u in contradicted})
         first = contradicted[0]

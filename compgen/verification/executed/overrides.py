@@ -17,6 +17,7 @@ from compgen.verification.executed.rates import Stretch, Windows, badness, stret
 
 ROUNDS = 2  # of parting a log into stretches, and of finding the override of each
 TOGETHER = 4  # windows
+EDGE = 2  # windows beside a change of rate, of which nobody knows on which side of it they are
 ALIKE = 1e-3  # of a time: clocks of logs are off by that
 WHOLE = 0.4 * PERCENT  # of a time, by which it may miss that of an override in whole percent
 NEARER = 1 / 3  # of how far written speeds are from whole percent, that whole periods leave
@@ -81,7 +82,8 @@ def _in_whole_periods(
 
     def driven_in(stretches: tuple[Stretch, ...]) -> tuple[DrivenAt, ...]:
         edges = [np.searchsorted(windows.begin, [s.begin, s.end]).tolist() for s in stretches]
-        return tuple(_driven_at(percent, lasts[:, a:b], span[a:b]) for a, b in edges)
+        sure = [(a + EDGE * (a > 0), b - EDGE * (b < len(span))) if b - a > 3 * EDGE else (a, b) for a, b in edges]
+        return tuple(_driven_at(percent, lasts[:, a:b], span[a:b]) for a, b in sure)
 
     stretches, spread, clock = written.stretches, written.spread, written.clock
     for _ in range(ROUNDS):

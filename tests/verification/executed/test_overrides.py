@@ -25,10 +25,11 @@ def chords(lengths, radius=200.0):
     return np.round(np.column_stack([1100 + radius * np.cos(angle), radius * np.sin(angle), 0 * angle + 100]), 3)
 
 
-def judged(folder, robot, points, speed, fine, words=None, **run):
+def judged(folder, robot, points, speed, fine, words=None, missing=0.0, **run):
     text = program(points.tolist(), speed, fine)
     time, place = driven(points, speed if words is None else words, fine, **run)
     rows = np.column_stack([time, np.round(place, 3), np.tile([180.0, 0.0, 0.0], (len(place), 1))])
+    rows = rows[np.random.default_rng(1).random(len(rows)) >= missing]
     head = "time_s,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg"
     (folder / "log.csv").write_text("\n".join([head, *(",".join(f"{v:.3f}" for v in row) for row in rows), ""]))
     around = Situation(robot, default_frames(), {}, lambda name: None)
@@ -81,6 +82,20 @@ def test_a_change_of_override_is_seen_where_each_half_rounds_otherwise(tmp_path,
     assert [s.override for s in run.clock.stretches] == [0.6, 1.0]
     assert run.clock.stretches[1].begin == pytest.approx(1.0 + 100 * 23 * PERIOD, abs=0.3)
     assert run.clock.took == pytest.approx(run.clock.expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("missing", [0.0, 0.2])
+def test_corners_before_short_lines_are_no_change_of_override(tmp_path, counting, missing):
+    """Sides of a square, whose corners are cut, and then a circle that 88 to 100 % drive alike."""
+    strokes = [(60.0 * (k % 2), 0.0, 0.0) for k in range(7)]
+    square = [(80.0 * x, 80.0 * y, 0.0) for x, y in [(1, 0), (1, 1), (0, 1), (0, 0)] * 4]
+    turn = np.linspace(0, 4 * np.pi, 181)[1:]
+    circle = np.column_stack([50 * np.sin(turn), 50 - 50 * np.cos(turn), 0 * turn])
+    points = np.round([1200.0, 0.0, 100.0] + np.vstack([strokes, square, circle]), 3)
+    fine = [k < 7 or k in (22, len(points) - 1) for k in range(len(points))]
+    run = judged(tmp_path, counting, points, 100, fine, missing=missing, means=(0.176, 0.168))
+    assert [s.override for s in run.clock.stretches] == [1.0]
+    assert "executed.override_changed" not in {f.code for f in run.findings}
 
 
 def test_a_run_that_is_all_ramp_tells_no_override(tmp_path, counting):
