@@ -61,6 +61,19 @@ def test_two_moving_means_are_written_into_a_copy_that_keeps_all_else(folder, ro
     assert "cgenFigures.draw(" in (folder / "new.html").read_text()
 
 
+def test_a_clock_that_ticks_more_coarsely_than_the_rows_shows_speeds_without_gaps(folder, robot):
+    """Rows every 8 ms with times to 10 ms: every fifth row has the time of the one before."""
+    write(folder, robot, means=(0.2, 0.1))
+    head, *rows = (folder / "log.csv").read_text().splitlines()
+    times = [float(row.partition(",")[0]) for row in rows]
+    coarse = [f"{np.floor(t * 100) / 100:.2f},{row.partition(',')[2]}" for t, row in zip(times, rows, strict=True)]
+    assert len(set(coarse)) > len({row.partition(",")[0] for row in coarse})
+    (folder / "log.csv").write_text("\n".join([head, *coarse, ""]))
+    assert identify(folder, "-o", "new.toml").returncode == 0
+    report = json.loads((folder / "new.json").read_text())
+    assert all(0 <= v < 1e3 for place in report["speeds"] for v in place["logged_mm_s"])
+
+
 def test_first_order_lags_are_told_from_means(folder, robot):
     write(folder, robot, lags=(0.05, 0.02))
     assert identify(folder, "-o", "new.toml").returncode == 0
