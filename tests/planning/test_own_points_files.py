@@ -126,6 +126,8 @@ def test_apt(tmp_path):
         ("GOTO/1,2,3\nGOTO/1,2,4,0,0,1\n", "line 2: i, j, k here and not at the first point"),
         ("GOTO/1,2,3,0,0,2\n", "has length 2, not 1"),
         ("FEDRAT/10,IPM\n", "FEDRAT in IPM"),
+        ("FEDRAT/50,MMPS\n", "FEDRAT in MMPS: feeds are read in mm/min"),
+        ("FEDRAT/IPM\n", "FEDRAT in IPM"),
         ("FEDRAT/0\n", "a feed of 0 mm/min is outside"),
         ("GODLTA/1,2,3\n", "GODLTA before any GOTO"),
         ("GOTO/1,2,3 $\n", "which goes on in a line that is not there"),
@@ -193,6 +195,8 @@ def test_a_full_turn_and_the_long_way_round(tmp_path):
     ("text", "words"),
     [
         ("G20\n", "line 1: G20: points are read in mm"),
+        ("G70\n", "line 1: G70: an older word for inches"),
+        ("G68 R45\n", "G68: not read: write the moves themselves, .*; remove it only if it changes nothing"),
         ("G18\n", "arcs in the ZX plane"),
         ("G0 X1 Y1 Z1\n#100=5\n", "line 2: macros are not read"),
         ("G65 P9000\n", "macros are not read"),

@@ -61,6 +61,7 @@ OPSKIP OUTTOL PAINT PLABEL PROGNO REWIND SAFETY SELCTL SEQNO SPINDL SYN TLDATA T
 NO_MOTION = frozenset(_STILL.split())
 TEXT = ("PPRINT", "PARTNO", "REMARK", "TOOL PATH", "CATPROCESS")  # what stands behind them is no statement
 ENDS = ("END", "FINI")
+OTHER_FEEDS = ("IPM", "IPR", "MMPR", "PERREV", "INVERS")  # said alone, they are of numbers to come
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([EDed][+-]?\d+)?", re.ASCII)
 
 
@@ -149,10 +150,11 @@ def _axis(where: str, given: list[float], *, has_axes: bool) -> Triple:
 
 
 def _feed(name: str, line: int, arguments: list[str], before: float) -> float:
-    unit = next((a for a in arguments if a in ("IPM", "IPR", "MMPR", "PERREV", "INVERS", "MMPM", "PERMIN")), "MMPM")
-    if unit not in ("MMPM", "PERMIN"):
-        raise InputError(f"{name}: line {line}: FEDRAT in {unit}: feeds are read in mm/min; write MMPM")
     numbers = [a for a in arguments if NUMBER.fullmatch(a)]
+    others = [a for a in arguments if a and a not in ("MMPM", "PERMIN", *numbers) and (numbers or a in OTHER_FEEDS)]
+    if others:
+        shown = others[0] if re.fullmatch(r"[\x21-\x7e]{1,20}", others[0]) else "other words"
+        raise InputError(f"{name}: line {line}: FEDRAT in {shown}: feeds are read in mm/min; write the number so, with MMPM")
     if not numbers:
         return before  # a word such as RAPID or AUTO: no number of ours
     return feed_in_m_s(name, line, float(numbers[0]))

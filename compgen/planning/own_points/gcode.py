@@ -30,6 +30,7 @@ REFUSED = {
     18: "arcs in the ZX plane are not read; use G17, or lines",
     19: "arcs in the YZ plane are not read; use G17, or lines",
     20: "points are read in mm; write the file in millimetres (G21)",
+    70: "an older word for inches (or a cycle); points are read in mm: write the file in millimetres (G21)",
     28: "a machine's home is not the robot's; remove it",
     30: "a machine's home is not the robot's; remove it",
     41: "cutter compensation is not read; write the tool's own path",
@@ -43,6 +44,7 @@ REFUSED = {
 }
 
 
+UNREAD = "not read: write the moves themselves, where the tool really goes; remove it only if it changes nothing"
 MOTIONS, OFFSETS = (0, 1, 2, 3), (54, 55, 56, 57, 58, 59)
 #: words that mean something else with a line than with an arc, or nothing that is read
 STRANGE = {
@@ -197,7 +199,7 @@ class _Reader:
         if value == 91.1:
             return
         if value not in MODES:
-            known = "cycles are not read; write the moves themselves" if 73 <= value <= 89 else "not read; remove it"
+            known = "cycles are not read; write the moves themselves" if 73 <= value <= 89 else UNREAD
             raise InputError(f"{where}: {known}")
         if value in MOTIONS:
             self.motion = int(value)

@@ -141,8 +141,8 @@ def _clock(table: CsvTable) -> str:
     if clock is None:
         named = ", ".join(table.header)
         raise InputError(
-            f"{table.source}: no column {' or '.join(CLOCKS)}: has {named:.120}; name the clock's column so that it "
-            "says its unit"
+            f"{table.source}: no column {' or '.join(CLOCKS)}: has {named:.120}; give seconds as time_s or "
+            "milliseconds as time_ms: name the clock's column so, and turn other units or dates into one of them"
         )
     return clock
 
