@@ -24,6 +24,7 @@ MOST_ROWS = 10_000_000
 LONGEST_STEP = 0.1  # s
 SHORTEST_STEP = 0.5e-3  # s
 CLOCKS = {"time_s": 1.0, "time_ms": MS}  # columns of a clock
+REPEATED = 2  # rows that most positions have, in a log of steps
 HELD_UP = 1.5  # usual steps, behind which a pair of equal rows stands
 SLACK = 1.05  # of a step: clocks jitter
 
@@ -93,7 +94,9 @@ def read_position_log(source: str | Path, j3: J3 = J3.HORIZONTAL) -> PositionLog
         )
     _check_clock(table, clock, rows, values[rows, 0])
     rows = rows[~_held(values[rows, 0], values[rows, 1:])]
-    time, numbers = values[rows, 0], values[rows, 1:]
+    time, kept = _once_each(values[rows, 0], values[rows, 1:])
+    rows = rows[kept]
+    numbers = values[rows, 1:]
     if np.ptp(numbers, axis=0).max() == 0:
         raise InputError(f"{source}: all {len(rows)} rows have the same position; log while the program runs")
     if j3 is J3.LINK2:
@@ -120,6 +123,23 @@ def _held(time: Array, numbers: Array) -> BoolArray:
     held = np.zeros(len(time), dtype=bool)
     held[1:-1] = (step[:-1] > HELD_UP * float(np.median(step))) & (numbers[1:-1] == numbers[2:]).all(axis=1)
     return held
+
+
+def _once_each(time: Array, numbers: Array) -> tuple[Array, IntArray]:
+    """Times [s] and rows of a log, those that repeat a position as one in their middle, if most positions are repeated.
+
+    Loggers that ask more often than the controller answers write such steps, and so do few digits at a low speed.
+    Where the position stays for longer the robot stands, and every row counts.
+    """
+    begins = np.flatnonzero(np.append(True, (numbers[1:] != numbers[:-1]).any(axis=1)))
+    count = np.diff(np.append(begins, len(time)))
+    brief = time[begins + count - 1] - time[begins] < LONGEST_STEP / 2
+    if not brief.any() or np.median(count[brief]) < REPEATED:
+        return time, np.arange(len(time))
+    which = np.repeat(np.arange(len(begins)), count)
+    kept = np.union1d(begins, np.flatnonzero(~brief[which]))
+    middle = np.bincount(which, time - time[0]) / count + time[0]
+    return np.where(brief[which], middle[which], time)[kept], kept
 
 
 def _columns(table: CsvTable) -> tuple[str, ...]:
