@@ -386,7 +386,7 @@ def test_positions_that_statements_read_are_used():
     ("moves", "places", "text", "reason"),
     [
         (["L P[2] 5mm/sec FINE ;", "  PR[1]=P[2] ;"], [{"x": 1400.0}], "PR[1]=P[2]", "it uses a position as a value"),
-        (["  Independent GP ;", "  GP1 JP P[2] 5% FINE ;"], [{}], "GP1 JP P[2] 5% FINE", "no statement that is known here"),
+        (["  Independent GP ;", "  GP1 JP P[2] 5% FINE ;"], [{}], "GP1 JP P[2] 5% FINE", "no statement that is known"),
         (["  Weave Sine[1] ;", "L P[2] 5mm/sec FINE ;"], [{}], "L P[2] 5mm/sec FINE", "it runs between weaving"),
         (["L P[2] 5mm/sec FINE ;"], [{"x": 9000.0}], "P[2]", "out of reach of"),
         (["L P[2] 5mm/sec FINE ;"], [{"config": "F U T, 0, 0, 0"}], "P[2]", "J4 stands at 180 or -180 deg, CONFIG's 0"),

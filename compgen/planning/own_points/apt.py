@@ -154,7 +154,8 @@ def _feed(name: str, line: int, arguments: list[str], before: float) -> float:
     others = [a for a in arguments if a and a not in ("MMPM", "PERMIN", *numbers) and (numbers or a in OTHER_FEEDS)]
     if others:
         shown = others[0] if re.fullmatch(r"[\x21-\x7e]{1,20}", others[0]) else "other words"
-        raise InputError(f"{name}: line {line}: FEDRAT in {shown}: feeds are read in mm/min; write the number so, with MMPM")
+        wanted = "feeds are read in mm/min; write the number so, with MMPM"
+        raise InputError(f"{name}: line {line}: FEDRAT in {shown}: {wanted}")
     if not numbers:
         return before  # a word such as RAPID or AUTO: no number of ours
     return feed_in_m_s(name, line, float(numbers[0]))
