@@ -273,7 +273,7 @@ def test_corners_that_are_rounded_by_a_distance_and_not_slowed_are_of_no_control
 
 
 @pytest.mark.parametrize(("head", "words"), [
-    ("timestamp,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", ["no column time_s or time_ms", "timestamp", "give seconds as time_s"]),
+    ("timestamp,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", ["no column time_s", "timestamp", "give seconds as"]),
     ("time_ms,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", ["--j3 link2"]),
 ])  # fmt: skip
 def test_a_clock_without_unit_and_joints_with_the_other_j3_are_refused_in_one_line(tmp_path, robot, head, words):

@@ -91,7 +91,7 @@ def test_corners_before_short_lines_are_no_change_of_override(tmp_path, counting
     square = [(80.0 * x, 80.0 * y, 0.0) for x, y in [(1, 0), (1, 1), (0, 1), (0, 0)] * 4]
     turn = np.linspace(0, 4 * np.pi, 181)[1:]
     circle = np.column_stack([50 * np.sin(turn), 50 - 50 * np.cos(turn), 0 * turn])
-    points = np.round(np.vstack([strokes, square, circle]) + [1200.0, 0.0, 100.0], 3)
+    points = np.round(np.vstack([strokes, square, circle]) + np.array([1200.0, 0.0, 100.0]), 3)
     fine = [k < 7 or k in (22, len(points) - 1) for k in range(len(points))]
     run = judged(tmp_path, counting, points, 100, fine, missing=missing, means=(0.176, 0.168))
     assert [s.override for s in run.clock.stretches] == [1.0]
