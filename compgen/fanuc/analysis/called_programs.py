@@ -23,6 +23,13 @@ class CalledPrograms:
 UNKNOWN_PROGRAMS = CalledPrograms()
 
 
+@dataclass(frozen=True, slots=True)
+class _Effects:
+    motionless: bool = False
+    settled: bool = False
+    in_frames: bool = False
+
+
 def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> CalledPrograms:
     """What is known of the programs that a program calls, and of those that they call.
 
@@ -30,13 +37,13 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         program: Any program.
         find: The listing of a program by its name in capitals; None for one that is not there.
     """
-    known: dict[str, tuple[bool, bool, bool]] = {}  # motionless, settled, in its caller's frames
+    known: dict[str, _Effects] = {}
     frames: set[tuple[str, int | None]] = set()
     missing: set[str] = set()
 
-    def look_up(name: str) -> tuple[bool, bool, bool]:
+    def look_up(name: str) -> _Effects:
         if name not in known:
-            known[name] = (False, False, False)  # of one that calls itself nothing is known
+            known[name] = _Effects()  # of one that calls itself nothing is known
             listing = find(name)
             try:
                 called = None if listing is None else loads(listing)
@@ -45,24 +52,29 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
             if called is None or called.name.upper() != name:
                 missing.add(name)
             else:
-                known[name] = _effects(called)
+                known[name] = effects_of(called)
         return known[name]
 
-    def _effects(called: LsProgram) -> tuple[bool, bool, bool]:
+    def effects_of(called: LsProgram) -> _Effects:
         texts = set(read_flow(called).text.values())
         frames.update(*(written_frames(text) for _, text in other_statements(called)))
         beneath = {name: look_up(name) for name in _names(called)}
-        motionless = {name for name, (still, _, _) in beneath.items() if still}
-        settled = {name for name, (_, kept, _) in beneath.items() if kept}
-        in_frames = all(kept for _, _, kept in beneath.values()) and not any(map(FRAME_MENTIONED.search, texts))
+        motionless = {name for name, its in beneath.items() if its.motionless}
+        settled = {name for name, its in beneath.items() if its.settled}
+        in_frames = all(its.in_frames for its in beneath.values()) and not any(map(FRAME_MENTIONED.search, texts))
         moves = not called.motions.disabled.all() or any(may_move_arm(text, motionless) for text in texts)
         writes = any(may_write_registers(text, settled) for text in texts)
         writes |= any(may_write_registers(text, settled, options=True) for text in set(called.motions.options))
-        return not moves, not writes, in_frames
+        return _Effects(motionless=not moves, settled=not writes, in_frames=in_frames)
 
     effects = {name: look_up(name) for name in _names(program)}
-    motionless, settled, in_frames = (frozenset(name for name, each in effects.items() if each[k]) for k in range(3))
-    return CalledPrograms(motionless, settled, in_frames, frozenset(frames), frozenset(missing))
+    return CalledPrograms(
+        motionless=frozenset(name for name, its in effects.items() if its.motionless),
+        settled=frozenset(name for name, its in effects.items() if its.settled),
+        in_frames=frozenset(name for name, its in effects.items() if its.in_frames),
+        frames=frozenset(frames),
+        missing=frozenset(missing),
+    )
 
 
 def _names(program: LsProgram) -> set[str]:
