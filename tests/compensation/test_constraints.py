@@ -1,5 +1,7 @@
 """Each kind of constraint on a band's unknowns, its value against a formula of its own, its derivatives against it."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -14,7 +16,7 @@ ROWS = RNG.normal(size=(N, 4, 6))
 RADII, APART = np.array([0.7, 1.9]), RNG.uniform(0.5, 2, N - 1)
 EVERY = np.ones((2, N, 6), dtype=bool)
 #: each kind, and one value of it by hand: its place, and a formula of x
-KINDS = {
+KINDS: dict[str, tuple[Any, Any]] = {
     "box": (
         Box(included=EVERY, rows=np.arange(N), x=0 * X, f=SIX, jacobian=SQUARE, lower=LOW, upper=HIGH),
         ((1, 3, 2), lambda x: -1 - SIX[3, 2] - sum(SQUARE[3, 2, i] * x[3, i] for i in range(6))),
