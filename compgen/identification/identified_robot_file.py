@@ -39,7 +39,7 @@ LEAST = 0.1  # share that the measurements determine, below which the file's val
 
 
 def robot_text(
-    text: str, robot: Robot, known: Sequence[UncertainSource], box: Array, provenance: str, record: Mapping[str, Any]
+    text: str, known: Sequence[UncertainSource], box: Array, provenance: str, record: Mapping[str, Any]
 ) -> str:
     """The robot file's text with the identified sources; comments, order and all other values stay.
 
@@ -48,16 +48,15 @@ def robot_text(
 
     Args:
         text: The file that was identified.
-        robot: Its nominal facts.
         known: Sources; those with a sigma were identified.
-        box: Range of theta that the poses cover, (6, 2) [rad].
+        box: Range of pendant angles that the poses cover, (6, 2) [rad].
         provenance: Where the values are from.
         record: The table ``identified``.
 
     Raises:
         InputError: The file's tables are laid out in a way that cannot be updated.
     """
-    sources = {"box": box_table(robot, box)}
+    sources = {"box": box_table(box)}
     for entry in known:
         if entry.sigma:
             sources[entry.source.NAME] = {**source_table(entry), "provenance": provenance}
@@ -73,10 +72,9 @@ def text_with_sources(text: str, sources: Mapping[str, Any]) -> str:
     return _updated(text, {}, sources, _MEND)
 
 
-def box_table(robot: Robot, box: Array) -> dict[str, Any]:
-    """A box of DH angles (6, 2) [rad] as the table of a robot file: pendant angles [deg], rounded outwards."""
-    corners = np.array([robot.to_pendant(box[:, 0]), robot.to_pendant(box[:, 1])]) / DEG
-    low, high = corners.min(axis=0), corners.max(axis=0)
+def box_table(box: Array) -> dict[str, Any]:
+    """A box of pendant angles (6, 2) [rad] as the table of a robot file [deg], rounded outwards."""
+    low, high = box.T / DEG
     return {"low_deg": np.floor(low * PER_DEGREE) / PER_DEGREE, "high_deg": np.ceil(high * PER_DEGREE) / PER_DEGREE}
 
 

@@ -65,7 +65,7 @@ class Identification:
     identifiability: Identifiability
     findings: tuple[Finding, ...]
     known: tuple[UncertainSource, ...]  # sources with fitted values and sigmas
-    box: Array  # (6, 2) [rad] theta that the poses cover
+    box: Array  # (6, 2) [rad] pendant angles that the poses cover
     taught_sigma: tuple[float, float]  # [m] of a coordinate, frame taught: with theta in that box, and with any
     lost_motion: LostMotion | None = None  # what reversal runs told
     limits: FitLimits = field(default_factory=FitLimits)  # what the fit leaves beside its parameters' covariance
@@ -162,9 +162,11 @@ def identify(
     identifiability = assess_identifiability(model, data, selected.fit)
     chosen = [source for source in sources if is_fitted(source, selected)]
     limits = assess_fit_limits(model, data, selected.fit, temperatures=temperatures)
-    box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
+    measured, pendant = (
+        np.column_stack([q.min(axis=0), q.max(axis=0)]) for q in (data.theta, robot.to_pendant(data.theta))
+    )
     here, anywhere = (
-        taught_sigma(model, selected.fit, nodes, r) for r in (box, np.column_stack([robot.lower, robot.upper]))
+        taught_sigma(model, selected.fit, nodes, r) for r in (measured, np.column_stack([robot.lower, robot.upper]))
     )
     findings = [
         *verdict_findings(robot, model, data, candidates[0], selected, identifiability, moved),
@@ -187,7 +189,7 @@ def identify(
         identifiability=identifiability,
         findings=tuple(findings),
         known=identified,
-        box=box,
+        box=pendant,
         taught_sigma=(here, anywhere),
         lost_motion=lost_motion,
         limits=limits,

@@ -5,6 +5,9 @@ import tomllib
 
 import numpy as np
 import pytest
+from campaign import robot_file
+from shipped import quiet
+from synthetic import made_up, measured, random_theta
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MDEG
@@ -14,6 +17,7 @@ from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.uncertain_sources import UncertainSource, prior_of
 from compgen.identification import identified_robot_file
 from compgen.identification.identified_robot_file import robot_text
+from compgen.identification.identify import identify
 from compgen.pipelines.files.robot_file import arm_of, load_arm
 
 RECORD = {
@@ -76,7 +80,7 @@ def identified():
 
 def written(arm, text, known=None):
     box = np.column_stack([arm.robot.lower, arm.robot.upper])
-    return robot_text(text, arm.robot, identified() if known is None else known, box, "identified here", RECORD)
+    return robot_text(text, identified() if known is None else known, box, "identified here", RECORD)
 
 
 def comments(text):
@@ -169,10 +173,20 @@ def test_a_text_that_does_not_say_what_it_shall_is_refused_in_one_line():
 
 
 def test_the_box_of_the_measured_joints_is_rounded_outwards():
-    robot = load_arm("m710ic50").robot
     low, high = np.array([-60.12345, -30, -20, -120, -110, -150]), np.array([60, 60.00049, 40, 120, -20, 150.7777])
-    theta_box = np.column_stack([robot.to_theta(low * DEG), robot.to_theta(high * DEG)])
-    box = identified_robot_file.box_table(robot, theta_box)
+    box = identified_robot_file.box_table(np.column_stack([low, high]) * DEG)
     for name, true, outwards in (("low_deg", low, 1), ("high_deg", high, -1)):
         assert (outwards * (true - box[name]) > -1e-9).all()
         np.testing.assert_allclose(box[name], true, atol=1.001e-3)
+
+
+def test_the_box_is_of_the_pendants_angles_that_were_measured(tmp_path):
+    """J3 of the pendant is theta3 - J2: its ends are no ends of theta's box."""
+    truth = made_up(robot_file(tmp_path), 3)
+    rng = np.random.default_rng(5)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
+    result = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), quiet, temperatures=False)
+    box = identified_robot_file.box_table(result.box)
+    pendant = truth.arm.robot.to_pendant(data.theta) / DEG
+    np.testing.assert_allclose(box["low_deg"], pendant.min(axis=0), atol=2e-3)
+    np.testing.assert_allclose(box["high_deg"], pendant.max(axis=0), atol=2e-3)

@@ -81,7 +81,7 @@ def real_sources(truth, folder):
     record = {"instrument_mm": [0, 0, 0], "instrument_deg": [0, 0, 0], "reflector_mm": {}}
     box = np.column_stack([truth.arm.robot.lower, truth.arm.robot.upper])
     file = folder / "real.toml"
-    file.write_text(robot_text(truth.arm.text, truth.arm.robot, known, box, "made up", record))
+    file.write_text(robot_text(truth.arm.text, known, box, "made up", record))
     return load_cell(str(file)).sources
 
 

@@ -55,7 +55,7 @@ def identified(truth, tmp_path_factory):
         "reflector_mm": {f"r{k + 1}": (place / MM).tolist() for k, place in enumerate(truth.frames.reflector)},
     }
     file = folder / "true.toml"
-    file.write_text(robot_text(truth.arm.text, truth.arm.robot, true_sources(truth), box, "made up", record))
+    file.write_text(robot_text(truth.arm.text, true_sources(truth), box, "made up", record))
     return file
 
 

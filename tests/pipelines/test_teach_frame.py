@@ -158,7 +158,7 @@ def write_real(truth, folder):
     known = fitted_sources(truth.arm.known, sources, truth.model, cast(Fit, SimpleNamespace(**what_is_read)))
     record = {"instrument_mm": [0, 0, 0], "instrument_deg": [0, 0, 0], "reflector_mm": {}}
     box = np.column_stack([truth.arm.robot.lower, truth.arm.robot.upper])
-    (folder / "real.toml").write_text(robot_text(truth.arm.text, truth.arm.robot, known, box, "made up", record))
+    (folder / "real.toml").write_text(robot_text(truth.arm.text, known, box, "made up", record))
 
 
 @pytest.fixture(scope="module")

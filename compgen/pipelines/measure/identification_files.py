@@ -245,7 +245,7 @@ def identified_robot_text(
     provenance = f"{len(identified.data.theta)} poses, model '{model}', from {checksums}"
     known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]
     record = identified.record() | dict(posterior)
-    text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], record)
+    text = robot_text(arm.text, known, identified.box, provenance[:380], record)
     if arm.law is not None:
         text = with_sensorless_nodes(text, _sensorless(arm, identified))
     # a file that would not load is refused here: by what the measurements ask for, the file they began with is right
