@@ -276,6 +276,16 @@ def test_what_all_sensors_err_by_moves_the_frame_of_a_warm_arm_and_not_of_a_cold
     assert np.allclose(cold[0], cold[1], atol=1e-6)
 
 
+def test_a_sensor_that_fell_off_is_named_and_moves_no_frame(cell, truth):
+    write_log(cell, truth.arm.nodes, HOT * (np.array(truth.arm.nodes) != "j2"))
+    result = run("teach-frame", cell / "mine.toml", "--touches", cell / "touches.csv", "--temperatures",
+                 cell / "log.csv", "-o", cell / "fallen.toml")  # fmt: skip
+    write_log(cell, truth.arm.nodes, HOT)
+    assert result.returncode == 2
+    assert "sigma off" in result.stderr
+    assert not (cell / "fallen.toml").exists()
+
+
 def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, record):
     nominal = taught(cell, "--nominal", name="pendant.toml")
     assert "frame.hot" in {f["code"] for f in nominal["findings"]}

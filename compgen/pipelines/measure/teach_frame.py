@@ -31,8 +31,10 @@ from compgen.job.part_frame import WARM
 from compgen.job.tables import fit_limits_of
 from compgen.pipelines.files.robot_file import Arm, posterior_beside
 from compgen.thermal.filled_rises import HEIGHT, LAG
-from compgen.thermal.temperature_log import Reference
+from compgen.thermal.log_doubt import refuse_doubtful
+from compgen.thermal.temperature_log import Reference, read_temperature_log
 
+CALIBRATED = 20.0  # [degC] from which a path file's rises count unless it says otherwise
 MISSING = 0.05  # of the thermal error, that the model of an arm leaves out whose warm-up nobody measured
 
 
@@ -86,6 +88,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
         data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
+        _refuse_contradicted(arm, log, reference)
     model = build_model(arm.robot, [], len(arm.nodes))
     fitted = pendant = fit_frame(artefact, touches, model, data)
     if not nominal:
@@ -106,6 +109,13 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         pendant=None if nominal else pendant,
         findings=(*findings, *read_findings(touches.notes)),
     )
+
+
+def _refuse_contradicted(arm: Arm, log: str, reference: Reference) -> None:
+    """Raises InputError for a log that contradicts itself or the arm's law, as one of a path file is refused."""
+    if arm.heat is not None:
+        readings = read_temperature_log(log, arm.heat.names, arm.sensors)
+        refuse_doubtful(readings, arm.heat, arm.warmth, reference if isinstance(reference, float) else CALIBRATED)
 
 
 def _through_model(
