@@ -21,6 +21,7 @@ from compgen.core.units import HOUR
 from compgen.error_model.uncertain_sources import UncertainSource
 
 DECIMALS = 7  # of correlations
+LAW = "thermal.node"  # table of the law by which nodes warm; a network has none
 _MEND = "identify again, or take the file that was written with this robot file"
 
 
@@ -28,7 +29,7 @@ _MEND = "identify again, or take the file that was written with this robot file"
 class KnownParameter:
     """A number of a robot file, and where its source has it."""
 
-    table: str  # of the robot file: a source's, or "thermal.node"
+    table: str  # of the robot file: a source's, or ``LAW``
     field: str
     index: tuple[int, ...]
     key: str  # with its unit
@@ -77,7 +78,7 @@ def numbers_of(
                 numbers[parameter.name] = parameter, float(entries[index])
     for key, unit, values in (("rise_K", 1.0, rise), ("tau_h", HOUR, tau)):
         for k, value in enumerate([] if values is None else values.tolist()):
-            parameter = KnownParameter("thermal.node", key, (k,), key, unit)
+            parameter = KnownParameter(LAW, key, (k,), key, unit)
             numbers[parameter.name] = parameter, value
     return numbers
 
@@ -119,10 +120,11 @@ def read_posterior(
         lower = [[float(r) for r in row] for row in record["correlation"]]
     except (ValueError, KeyError, TypeError, RecursionError):
         raise InputError(f"{where}: no posterior of an identification; {_MEND}") from None
-    names = [name for name, *_ in rows]
+    names, lawless = [name for name, *_ in rows], not any(name.startswith(LAW) for name in numbers)
     if twice := next((name for i, name in enumerate(names) if name in names[:i]), None):
         raise InputError(f"{where}: parameters: {twice[:80]} stands there twice; {_MEND}")
-    for name, value, sigma in rows:
+    kept = [i for i, name in enumerate(names) if not (lawless and name.startswith(LAW))]
+    for name, value, sigma in (rows[i] for i in kept):
         if name not in numbers:
             raise InputError(f"{where}: parameters: {name[:80]} is not in the robot file: of another robot? {_MEND}")
         parameter, own_value = numbers[name]
@@ -133,11 +135,13 @@ def read_posterior(
             )
         if not (np.isfinite(sigma) and sigma >= 0):
             raise InputError(f"{where}: parameters: {name}: sigma {sigma:g}: must be a number from 0 up; {_MEND}")
-    parameters = tuple(numbers[name][0] for name in names)
-    sigma = np.array([s for *_, s in rows]) * np.array([p.unit for p in parameters])
-    correlation = correlation_matrix(lower, names, where, _MEND)
+    known = [numbers[names[i]] for i in kept]
+    sigma = np.array([rows[i][2] * parameter.unit for i, (parameter, _) in zip(kept, known, strict=True)])
+    correlation = correlation_matrix(lower, names, where, _MEND)[np.ix_(kept, kept)]
     return ParameterPosterior(
-        parameters, np.array([numbers[name][1] for name in names]), correlation * np.outer(sigma, sigma)
+        tuple(parameter for parameter, _ in known),
+        np.array([value for _, value in known]),
+        correlation * np.outer(sigma, sigma),
     )
 
 

@@ -10,6 +10,7 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
+from compgen.error_model.posterior import LAW
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.error_model.uncertain_sources import Cause, Quantity
 from compgen.job.anchored_start import drifting_rows, state_columns
@@ -273,7 +274,7 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
     R, K = len(F), len(cell.heat.names)
     changes, width, scale, lag = (np.zeros((R, n)) for n in (len(places), 6, K, K))
     for parameter, value, row in zip(posterior.parameters, posterior.value.tolist(), F, strict=True):
-        if parameter.table == "thermal.node":
+        if parameter.table == LAW:
             (scale if parameter.key == "rise_K" else lag)[:, parameter.index[0]] = row / value
             continue
         source = names.index(parameter.table)

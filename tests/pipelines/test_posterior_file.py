@@ -15,7 +15,13 @@ from synthetic import made_up, measured, random_theta, warming
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR
-from compgen.error_model.posterior import KnownParameter, ParameterPosterior, posterior_text
+from compgen.error_model.posterior import (
+    KnownParameter,
+    ParameterPosterior,
+    numbers_of,
+    posterior_text,
+    read_posterior,
+)
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.identification.identify import identify
 from compgen.identification.measurements import concatenate
@@ -261,3 +267,22 @@ def test_the_file_keeps_a_covariance_to_its_digits():
     matrix += np.tril(matrix, -1).T
     sigma = np.array([p["sigma"] for p in record["parameters"]]) * 1e-3
     assert_allclose(matrix * np.outer(sigma, sigma), covariance, rtol=1e-5, atol=1e-19)
+
+
+def test_a_network_has_no_law_and_takes_the_other_rows(identified):
+    """A posterior of a warm-up with a log knows how nodes warm; the robot file's network is of the same robot."""
+    folder, _ = identified
+    cell, _ = cell_with_posterior(folder)
+    record = json.loads((folder / f"mine{POSTERIOR}").read_text())
+    others = len(record["parameters"])
+    record["parameters"].insert(1, {"name": "thermal.node.rise_K[1]", "value": 11, "sigma": 0.5})
+    for row in record["correlation"][1:]:
+        row.insert(1, 0.0)
+    record["correlation"].insert(1, [0.1, 1])
+    content, law = json.dumps(record).encode(), np.array([11.0])
+    of_nodes = read_posterior(content, numbers_of(cell.known, law, law), "here")
+    of_network = read_posterior(content, numbers_of(cell.known), "here")
+    rest = [i for i in range(others + 1) if i != 1]
+    assert of_nodes.parameters[1].name == "thermal.node.rise_K[1]"
+    assert of_network.parameters == tuple(of_nodes.parameters[i] for i in rest)
+    assert_allclose(of_network.covariance, of_nodes.covariance[np.ix_(rest, rest)])
