@@ -116,7 +116,10 @@ def _likeliest(
     warmth: ThermalUncertainty,
     expected: Expected | None,
 ) -> _Lie:
-    """The lie with the largest z."""
+    """The lie with the largest z; of sensors that are not believed the one that explains most, d^2 h^T S^-1 h.
+
+    By z a warm sensor could be named for the one that fell off.
+    """
     prior = prior_of(log, heat, warmth, expected)
     medians, y = prior.medians, prior.beyond
     if len(log.readings) == 1 and expected is None:  # nothing contradicts how it changes: only how warm it may be is
@@ -128,6 +131,9 @@ def _likeliest(
     size = weight.T @ y
     z = size / sigma
     n = int(np.argmax(np.abs(z)))
+    if sensors[n] >= 0 and abs(z[n]) >= SIGMAS:
+        doubtful = (sensors >= 0) & (np.abs(z) >= SIGMAS)
+        n = int(np.argmax(np.where(doubtful, size**2 / (sigma**2 - FLOOR**2), 0.0)))
     return _Lie(float(z[n]), float(size[n]), int(sensors[n]), float(last[n]))
 
 

@@ -86,6 +86,18 @@ def test_the_sensors_that_move_the_tool_most_are_known_best(cell, name, size):
     assert words.endswith("; or cgen identify --temperatures")
 
 
+@pytest.mark.parametrize("name", ["j2", "j3"])
+def test_a_sensor_that_fell_off_is_named_and_no_warm_one(cell, name):
+    """Three sensors warm alike and one does not: the warmest is not the one that lies."""
+    time = np.arange(0.0, 3 * HOUR, 60.0)
+    rise = rise_history(cell.heat, DAY, time)
+    rise = rise + 0.1 * np.random.default_rng(4).standard_normal(rise.shape)
+    readings = {n: rise[:, cell.heat.names.index(n)] for n in SENSED}
+    readings[name] = np.where(time > HOUR / 2, 0.0, readings[name])
+    log = TemperatureLog(time, np.zeros(len(time)), readings)
+    assert doubt(cell, log).startswith(f"column {name}_degC: reads ")
+
+
 def test_a_sensor_that_runs_away_is_named(cell):
     log = day(cell)
     log.readings["j2"][:] += 4 * log.time / HOUR
