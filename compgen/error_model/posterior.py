@@ -136,12 +136,12 @@ def read_posterior(
         if not (np.isfinite(sigma) and sigma >= 0):
             raise InputError(f"{where}: parameters: {name}: sigma {sigma:g}: must be a number from 0 up; {_MEND}")
     known = [numbers[names[i]] for i in kept]
-    sigma = np.array([rows[i][2] * parameter.unit for i, (parameter, _) in zip(kept, known, strict=True)])
+    deviations = np.array([rows[i][2] * parameter.unit for i, (parameter, _) in zip(kept, known, strict=True)])
     correlation = correlation_matrix(lower, names, where, _MEND)[np.ix_(kept, kept)]
     return ParameterPosterior(
         tuple(parameter for parameter, _ in known),
         np.array([value for _, value in known]),
-        correlation * np.outer(sigma, sigma),
+        correlation * np.outer(deviations, deviations),
     )
 
 

@@ -122,6 +122,8 @@ def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
         )
     )
     known = known_words(before, after)
+    if result.judged[0].hypothesis.base:  # what is known of the path before counts a base that may be anywhere
+        known = f"with the touches the path is known to {after / UM:.0f} um rms"
     base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
     print_lines(
         [

@@ -56,7 +56,8 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
     for moved in anchored.moved:
         by = ", ".join(f"{a} {v / MM:+.3f}" for a, v in zip("xyz", moved.shift.tolist(), strict=True))
         k2 = ", ".join(f"{2 * s / UM:.0f}" for s in moved.sigma.tolist())
-        where = " where the part is" if moved.what == "the base" else "; its touches are left out"
+        of_base = " where the part is; a probe that is not where [probe] says looks alike: cgen teach-frame fits it"
+        where = of_base if moved.what == "the base" else "; its touches are left out"
         message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, +- {k2} um at 95 %){where}"
         yield Finding(Level.WARNING, Code.ANCHOR_MOVED, message)
     chi2 = anchored.as_forecast.chi2
