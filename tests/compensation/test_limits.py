@@ -64,6 +64,31 @@ def dense(problem, start, count, factor):
     return replace(part, target=target, stop=np.zeros(len(at), dtype=bool), **fields)
 
 
+def test_each_kind_of_limit_that_a_correction_breaks_is_seen(circle):
+    """By a thousandth, at one waypoint or all; a rate of change at both waypoints of its line."""
+    settings = Settings(clamp_position=1e-3, clamp_rotation=1e-3, rate=0.05)
+    N, more, less = len(circle.arc), 1.001, 0.999
+
+    def seen(correction):
+        return np.flatnonzero(limits.find_violations(circle, settings, correction)).tolist()
+
+    for part, clamp in ((slice(0, 3), settings.clamp_position), (slice(3, 6), settings.clamp_rotation)):
+        at_all = np.zeros((N, 6))
+        at_all[:, part] = clamp / np.sqrt(3)
+        assert seen(less * at_all) == []
+        assert seen(more * at_all) == list(range(N))
+    rising = np.zeros((N, 6))
+    rising[8:, 2] = settings.rate * (circle.arc[8] - circle.arc[7])
+    assert seen(less * rising) == []
+    assert seen(more * rising) == [7, 8]
+    lower = circle.robot.lower.copy()
+    lower[0] = np.sort(circle.theta[:, 0])[N // 2]
+    turned = replace(circle, robot=replace(circle.robot, lower=lower))
+    found = limits.find_violations(turned, settings, np.zeros((N, 6)))
+    assert found.tolist() == (circle.theta[:, 0] < lower[0] - 1e-12).tolist()
+    assert 0.4 < found.mean() < 0.6
+
+
 @pytest.mark.parametrize("factor", [1, 20])
 def test_the_stretch_around_a_limit_is_as_long_as_its_influence_whatever_the_spacing(circle, factor):
     """Counted in waypoints it would be too short on a dense path."""

@@ -61,6 +61,13 @@ def test_windows_give_what_one_long_run_gives(length):
     )
 
 
+@pytest.mark.parametrize("points", [2, 3, 4])
+def test_a_long_line_of_a_few_waypoints_puts_nothing_on_the_surface(points):
+    path = straight(3.0)
+    few = path.subset(np.linspace(0, len(path.arc) - 1, points).astype(int))
+    assert mid_spatial.mid_spatial(few, along_normal(few, 200 * UM * few.arc)) < 1e-3 * NM
+
+
 def test_runs_shorter_than_five_periods_say_nothing():
     path = straight(0.09)
     assert mid_spatial.mid_spatial(path, along_normal(path, np.sin(path.arc / 1e-3))) == 0.0
