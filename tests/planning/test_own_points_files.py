@@ -223,6 +223,12 @@ def test_bad_gcode(tmp_path, text, words):
         read_gcode(written(tmp_path, text))
 
 
+def test_a_remark_about_an_inch_of_something_else_is_a_remark(tmp_path):
+    """A tool is called by its inches in files of millimetres."""
+    remarks = "(TOOL 3: 1/2 INCH BALL)\n(NO INCHES HERE, MILLIMETRES)\n; inch per minute is not used\n"
+    assert len(read_gcode(written(tmp_path, f"{remarks}{START}")).position) == 3
+
+
 @pytest.mark.parametrize("reader", [read_points, read_apt, read_gcode])
 def test_files_that_are_none(tmp_path, reader):
     (tmp_path / "zero").write_bytes(b"GOTO/1\0")
@@ -252,6 +258,9 @@ START = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX10\n"
         ("M99", "sub-programs"),
         ("G54 P2\nX20", "P2 is read with G4 alone"),
         ("G90.1", "not read"),
+        ("(UNITS: INCHES)", "line 6: a remark says inches"),
+        ("G0 Z5 ( Program is in INCH )", "line 6: a remark says inches"),
+        ("; inches", "line 6: a remark says inches"),
     ],
 )
 def test_what_would_move_the_tool_otherwise_is_refused(tmp_path, block, words):

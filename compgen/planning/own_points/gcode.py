@@ -55,6 +55,9 @@ STRANGE = {
     "L": "repeats are not read; write the moves themselves",
     "Q": "cycles are not read; write the moves themselves",
 }
+IN_INCHES = re.compile(
+    r"[(;]\W*(?:(?:UNITS?|DIMENSIONS?|PROGRAM)\b\W*(?:(?:ARE|IN|IS)\b\W*)*)?INCH(?:ES)?\W*$", re.IGNORECASE
+)
 DWELL = frozenset("PXUSF")  # words that say how long G4 waits
 
 
@@ -68,6 +71,10 @@ def read_gcode(source: str | Path) -> GivenPoints:
     name = str(source)
     rows, reader, behind = PointRows(name), _Reader(name), []
     for n, text in enumerate(read_lines(source, "a G-code file"), 1):
+        if IN_INCHES.search(text):
+            raise InputError(
+                f"{name}: line {n}: a remark says inches; points are read in mm: write them so, and remove it"
+            )
         block = re.sub(r"\([^)]*\)", " ", text).split(";", 1)[0].strip().upper()  # without remarks
         if reader.end is not None:
             behind += [n] if block and block != "%" else []
