@@ -327,15 +327,13 @@ def motion_words(moved: Pose, course: ProgramCourse) -> str:
     """Where a log is against its course, and what that may come from; ``moved`` brings it there."""
     frame, tool = course.numbers
     x, y, z = (v / MM + 0.0 for v in np.round(moved.inverse().position, SHOWN_DIGITS).tolist())
+    at = f"X {x:.3f} Y {y:.3f} Z {z:.3f} mm"
+    where = f"at a constant offset of {at}"
     if turn_of(moved) > SHAPE_TURNED:
-        return (
-            f"it has this program's shape, moved by X {x:.3f} Y {y:.3f} Z {z:.3f} mm and turned by "
-            f"{turn_of(moved) / DEG:.3f} deg in World: another user frame than UFRAME {frame}; log in the program's "
-            "frame, or give --frames"
-        )
+        where = f"moved by {at} and turned by {turn_of(moved) / DEG:.3f} deg"
     return (
-        f"it has this program's shape at a constant offset of X {x:.3f} Y {y:.3f} Z {z:.3f} mm in World: another user "
-        f"frame than UFRAME {frame}, or another tool than UTOOL {tool}; log with the program's own, or give --frames"
+        f"it has this program's shape, {where} in World: another user frame than UFRAME {frame}, or another tool than "
+        f"UTOOL {tool}; log with the program's own, or give --frames"
     )
 
 
