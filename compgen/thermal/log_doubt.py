@@ -86,9 +86,12 @@ def doubt_of(
     by = "the others and the heat model" if expected is None else "the others and the robot's work"
     allows = f"{value - lie.size:.1f}" if lie.sensor >= 0 else "0"
     spread = abs(lie.size / lie.z)
+    mend = "mend the sensor, or empty its cells"
+    if lie.sensor < 0:
+        mend = "mend the log" if log.has_air else "is the hall so warm? give its air as column ambient_degC"
     return (
         f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, {abs(lie.z):.0f} sigma off: {by} "
-        f"allow {allows} +- {spread:.1f}; mend the sensor, or empty its cells{other}"
+        f"allow {allows} +- {spread:.1f}; {mend}{other}"
     )
 
 

@@ -118,6 +118,16 @@ def test_another_unit_is_told(cell):
     assert "milliseconds" in doubt(cell, replace(log, time=1000 * log.time))
 
 
+def test_a_hall_much_warmer_than_the_reference_is_asked_for_its_air(cell):
+    """At 38 degC all sensors are high: without the air nobody knows, with it nothing is wrong."""
+    log = day(cell)
+    hot = {n: v + 18 for n, v in log.readings.items()}
+    without = replace(log, readings=hot, air=np.zeros(len(log.time)), has_air=False)
+    assert "is the hall so warm? give its air as column ambient_degC" in doubt(cell, without)
+    knots = np.array([0.0, 7 * HOUR])
+    assert doubt(cell, day(cell, air=Ambient(knots, np.full(2, 18.0)))) == ""
+
+
 @pytest.mark.parametrize("names", [("j3",), SENSED])
 def test_a_part_colder_than_any_hall_is_refused_and_no_unit_that_makes_it_so_is_asked_for(cell, names):
     """A J3 alone, made Celsius twice, reads -7 to 3 degC in a hall of 20: it was believed, and led 0.2 mm off."""
