@@ -135,7 +135,7 @@ TAUGHT = (
     in_code(
         "taught: correlations left out",
         "error_model/posterior",
-        ("correlation * np.outer(sigma, sigma)", "np.diag(sigma**2)"),
+        ("correlation * np.outer(deviations, deviations)", "np.diag(deviations**2)"),
         path="taught",
     ),
     in_code(
