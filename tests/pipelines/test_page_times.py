@@ -43,6 +43,17 @@ def test_the_cells_file_is_read_row_by_row(tmp_path):
     assert read_page_times(file, SPANS, 0.0).starts == (PageStart(5, 1), PageStart(120, 0, 2))
 
 
+def test_rows_of_the_page_that_runs_do_not_begin_it_anew(tmp_path):
+    file = tmp_path / "pages.csv"
+    file.write_text("time_s,page,loaded\n5,1,\n30,1,\n65,1,2\n66,1,2\n120,0,2\n130,0,2\n140,1,2\n")
+    times = read_page_times(file, SPANS, 0.0)
+    assert times.running(29) == (1, 24)
+    assert times.running(70) == (1, 65)
+    assert times.running(150) == (1, 10)  # after a stand it begins anew
+    assert (times.loaded(64), times.loaded(70)) == (1, 2)
+    assert times.stretches(140) == [(0, 5, 0, 0), (5, 65, 1, 0), (65, 105, 1, 60), (105, 120, 0, 0), (120, 140, 0, 0)]
+
+
 @pytest.mark.parametrize(
     ("rows", "word"),
     [

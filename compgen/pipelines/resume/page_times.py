@@ -1,8 +1,8 @@
 """Which page runs when, on the log's clock: as somebody wrote it down, or one after the other from the first start on.
 
 A file of starts has a row whenever a page begins: ``time_s``, ``page`` (0: the robot stands) and, where it is known,
-``loaded``, the last page that the controller has. A page that is not followed by a row ends when its motion does; then
-the robot stands, servo on.
+``loaded``, the last page that the controller has. A row of the page that runs already says that it still runs. A page
+that is not followed by a row ends when its motion does; then the robot stands, servo on.
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,12 @@ MOST_STARTS = 5000
 
 @dataclass(frozen=True, slots=True)
 class PageStart:
-    """A page begins, or the robot stands (page 0)."""
+    """A page begins or still runs, or the robot stands (page 0)."""
 
     time: float  # [s] on the log's clock
     page: int
     loaded: int = 0  # the last page that the controller has; 0: nobody says
+    into: float = 0.0  # [s] since the page began
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class PageTimes:
         now = [s for s in self.starts if s.time <= time]
         if not now or now[-1].page == 0:
             return 0, 0.0
-        elapsed = time - now[-1].time
+        elapsed = time - now[-1].time + now[-1].into
         return (now[-1].page, elapsed) if elapsed < self.duration[now[-1].page - 1] else (0, 0.0)
 
     def last(self, time: float) -> int:
@@ -63,7 +64,7 @@ class PageTimes:
             time = end
         for k, start in enumerate(moments):
             end = min(until, moments[k + 1].time if k + 1 < len(moments) else until)
-            into = max(0.0, time - start.time)
+            into = max(0.0, time - start.time) + start.into
             moving = 0.0 if start.page == 0 else max(0.0, self.duration[start.page - 1] - into)
             stop = min(end, time + moving)
             if stop > time:
@@ -121,9 +122,11 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
         if p and p < latest:
             raise InputError(f"{table.location(row, 'page')}: {p:g}: a later page has begun already; mend the row")
         latest = max(latest, int(p))
-        if starts and p == 0 and starts[-1].page == 0 and have <= starts[-1].loaded:
-            continue  # it still stands
+        is_same = bool(starts) and p == starts[-1].page
+        if is_same and have <= starts[-1].loaded:
+            continue  # it still stands, or runs
         if len(starts) == MOST_STARTS:
             raise InputError(f"{table.location(row)}: over {MOST_STARTS} starts; give a row when a page begins")
-        starts.append(PageStart(t, int(p), int(have)))
+        into = starts[-1].into + t - starts[-1].time if is_same else 0.0
+        starts.append(PageStart(t, int(p), int(have), into))
     return PageTimes(tuple(starts), tuple(duration), planned)
