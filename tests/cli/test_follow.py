@@ -262,3 +262,21 @@ def test_the_log_of_a_robot_that_has_not_worked_moves_nothing(job, tmp_path):
     assert "colder than all air and readings" in result.stderr
     assert seen["written"] == []
     assert contents(job) == before
+
+
+def test_air_that_the_plan_says_is_the_same_on_any_clock_of_a_log(tmp_path):
+    """A wave of the air, which no sensor of the log reads: the plan's day does not begin with the log."""
+    out, wave = tmp_path / "out", ("--set", "ambient.kind=wave", "--set", "ambient.amplitude_K=5")
+    assert run("generate", "paths/optic_raster.toml", *SMALL, *wave, "-q", "-o", out).returncode == 0
+    rows = [line.split(",") for line in log(tmp_path, 600).read_text().splitlines()]
+    forecasts = []
+    for shift in (0, 18000, 30000):
+        file = tmp_path / f"{shift}.csv"
+        lines = [[str(float(t) + shift), *rest] for t, _, *rest in rows[1:]]
+        file.write_text("\n".join(",".join(row) for row in ([rows[0][0], *rows[0][2:]], *lines)) + "\n")
+        pages = pages_file(tmp_path, (shift + 300, 1, 3))
+        job = shutil.copytree(out, tmp_path / f"job{shift}")
+        forecasts.append(look(job, "--log", file, "--pages", pages, "--planned", f"{shift}s")[1]["forecast"])
+    sizes = [[page["max_um"] for page in forecast] for forecast in forecasts]
+    assert sizes[1] == pytest.approx(sizes[0], abs=0.01)
+    assert sizes[2] == pytest.approx(sizes[0], abs=0.01)

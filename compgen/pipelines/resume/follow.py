@@ -94,6 +94,7 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
         miss=sensed.miss,
         now=now,
         anchored=anchored,
+        is_air_logged=log.readings.ambient is not None,
     )
     page, elapsed = times.running(now)
     begun, count = times.last(now), len(run.written.pages)
@@ -167,10 +168,10 @@ def _sense(
 ) -> _Sensed:
     """The model driven as the pages ran, and what the readings say that it misses."""
     cell, names, zero = run.cell, run.heat.names, run.zero
-    air = Ambient(rises.time, rises.air) if log.ambient is not None else run.history.air
+    air = Ambient(rises.time, rises.air) if log.ambient is not None else run.air_on(times.planned)
     course = model_course(run, times, air, float(rises.time[-1]))
     sensors = FROM_START if zero.reference == "start" else cell.warmth.sensors
-    planned_air = float(run.history.air.at(np.array([run.history.clock]))[0])
+    planned_air = float(run.history.air.at(np.array([run.clock]))[0])
     apart = float(air.at(np.array([times.planned]))[0]) - planned_air
     night, hall = (NIGHT, AIR) if log.ambient is None else (abs(apart), 0.0)
     rise_filter = filter_of(cell.warmth, START, sensors, night, hall)

@@ -83,6 +83,7 @@ class Forecaster:
     miss: Miss
     now: float
     anchored: AnchoredState | None
+    is_air_logged: bool
 
     def of_running(self, page: int, elapsed: float) -> Forecast:
         """What the rest of the page that runs leaves."""
@@ -122,7 +123,7 @@ class Forecaster:
         cell = replace(known, warmth=known.warmth.begun(missed.covariance[:K, :K], hidden))
         if self.anchored is not None and known.state is self.anchored:
             cause |= {"state_time_s": self.anchored.time, "state_toml": state_text(self.anchored)}
-        air = None if self.course.air is run.history.air else float(self.course.air.at(np.array([start]))[0])
+        air = float(self.course.air.at(np.array([start]))[0]) if self.is_air_logged else None
         clock = run.clock + (start - self.times.planned)
         return Begun(cell=cell, state=whole_state, clock=clock, why=why, cause=cause, air=air)
 
