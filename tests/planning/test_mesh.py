@@ -246,3 +246,10 @@ def test_an_overhang_and_a_knife_edge_are_not_inside_out():
     a, b, c, d = np.array([[-0.2, -0.2, 0], [0.2, -0.2, 0], [0.0, 0.2, 0], [0, 0, -0.1]])
     wedge = np.array([[a, b, c], [a, d, b], [b, d, c], [c, d, a]])
     assert laid_raster(Mesh.of_corners(wedge)).on_mesh > 0.5
+
+
+def test_a_face_over_another_with_no_wall_between_is_refused():
+    """No facet turns at such a step: the tool would be driven through the upper face."""
+    skin, plate = grid_mesh(lambda x, y: 0 * x), grid_mesh(lambda x, y: 0 * x + 0.003, half=0.02)
+    with pytest.raises(InputError, match=r"part\.stl: a step under the path at x .* is 3 mm higher .* no wall between"):
+        laid_raster(Mesh.of_corners(np.concatenate([skin, plate])))

@@ -53,8 +53,8 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
         tool_radius: Of the tool's working face [m]; 0: not to be looked at.
 
     Raises:
-        InputError: The mesh is nowhere under the pattern, is inside out there, has a sharp edge or a hollow sharper
-            than the tool under it, or the pattern needs too many points.
+        InputError: The mesh is nowhere under the pattern, is inside out there, has a sharp edge, a step or a hollow
+            sharper than the tool under it, or the pattern needs too many points.
     """
     step = float(np.clip(mesh.edge_length() / PER_EDGE, FINEST, COARSEST))
     piece, t, first = _samples(pattern, step, source)
@@ -68,6 +68,7 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     if not on.any():
         raise InputError(f"{source}: {_elsewhere(mesh, xy)}")
     _refuse_creases(mesh, over, on, xy, source)
+    _refuse_steps(over, on, xy, source)
     hollow = _sharpest_hollow(mesh, xy[on], source, tool_radius)
     position = np.column_stack([xy, _run_on(over.height, under) + height + shift[2]])
     normal = np.column_stack([_run_on(over.normal[:, k], under) for k in range(3)])
@@ -123,6 +124,21 @@ def _refuse_creases(mesh: Mesh, over: Over, on: BoolArray, xy: Array, source: st
         raise InputError(
             f"{source}: a sharp edge under the path at x {x:.1f}, y {y:.1f} mm: facets turn by "
             f"{turned[worst] / DEG:.0f} deg; keep the path off it ([boundary]), or export a finer mesh"
+        )
+
+
+def _refuse_steps(over: Over, on: BoolArray, xy: Array, source: str) -> None:
+    """Refuses a face that stands over another with no wall between: no facet turns there."""
+    rows = np.flatnonzero(on[1:] & on[:-1])
+    place = np.column_stack([xy, over.height])
+    way, normal = place[rows + 1] - place[rows], over.normal[rows] + over.normal[rows + 1]
+    off_surface = np.abs((way * normal).sum(axis=1)) > np.sin(CREASE) * row_norms(way) * row_norms(normal)
+    if off_surface.any():
+        worst = int(np.argmax(np.where(off_surface, np.abs(way[:, 2]), 0.0)))
+        x, y = xy[rows[worst]] / MM
+        raise InputError(
+            f"{source}: a step under the path at x {x:.1f}, y {y:.1f} mm: the mesh is {abs(way[worst, 2]) / MM:.3g} mm "
+            "higher on one side, with no wall between; keep the path off it ([boundary]), or export one surface"
         )
 
 
