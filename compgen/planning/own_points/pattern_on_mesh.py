@@ -128,7 +128,7 @@ def _refuse_creases(mesh: Mesh, over: Over, on: BoolArray, xy: Array, source: st
 
 
 def _refuse_steps(over: Over, on: BoolArray, xy: Array, source: str) -> None:
-    """Refuses a face that stands over another with no wall between: no facet turns there."""
+    """Refuses what turns between two points alone: a face over another with no wall, a rounding of less."""
     rows = np.flatnonzero(on[1:] & on[:-1])
     place = np.column_stack([xy, over.height])
     way, normal = place[rows + 1] - place[rows], over.normal[rows] + over.normal[rows + 1]
@@ -136,9 +136,11 @@ def _refuse_steps(over: Over, on: BoolArray, xy: Array, source: str) -> None:
     if off_surface.any():
         worst = int(np.argmax(np.where(off_surface, np.abs(way[:, 2]), 0.0)))
         x, y = xy[rows[worst]] / MM
+        apart = np.hypot(*way[worst, :2]) / MM
         raise InputError(
-            f"{source}: a step under the path at x {x:.1f}, y {y:.1f} mm: the mesh is {abs(way[worst, 2]) / MM:.3g} mm "
-            "higher on one side, with no wall between; keep the path off it ([boundary]), or export one surface"
+            f"{source}: a step or a very small rounding under the path at x {x:.1f}, y {y:.1f} mm: the mesh is "
+            f"{abs(way[worst, 2]) / MM:.3g} mm higher {apart:.2g} mm further; keep the path off it ([boundary]), or "
+            "export one surface"
         )
 
 
