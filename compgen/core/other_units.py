@@ -119,9 +119,8 @@ def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, 
         groups: dict[str, list[tuple[str, float]]] = {}
         for key, plain, value in values:
             if re.fullmatch(rule.keys, plain):
-                groups.setdefault(re.sub(r"(\.\d+)+$|\.\w+$", "", key) if rule.together else key, []).append(
-                    (key, value)
-                )
+                table_or_list = re.sub(r"(\.\d+)+$|\.\w+$", "", key)
+                groups.setdefault(table_or_list if rule.together else key, []).append((key, value))
         for group in groups.values():
             key, value = max(group, key=lambda pair: abs(pair[1]))
             if 0 < abs(value) < rule.least:

@@ -31,32 +31,42 @@ CLOCK_SHIFTS = np.array([-180, -120, -60, -30, 30, 60, 120, 180]) * MINUTE
 CLOCKS = ((3600.0, "hours"), (60.0, "minutes"), (1e-3, "milliseconds"))
 
 
+def read_log(source: str, heat: ArmHeat | None, sensors: Mapping[str, str]) -> tuple[Temperatures, ArmHeat]:
+    """A log of any of an arm's nodes, and the heat model that it is for.
+
+    Args:
+        source: The log (``thermal/temperature_log.py``).
+        heat: The robot file's heat model.
+        sensors: ``part_<n>`` to the name of a rise.
+
+    Raises:
+        InputError: A bad log, or one of an arm without a heat model.
+    """
+    if heat is None:
+        raise InputError(f"{source}: the robot file has no thermal table, so temperatures have no use; leave them out")
+    log = read_temperature_log(source, heat.names, sensors)
+    check_sensors(log, [f"{name}_degC" for name in (*heat.names, *sensors)])
+    return log, heat
+
+
 def with_temperatures(
-    data: Measurements,
-    source: str,
-    heat: ArmHeat | None,
-    sensors: Mapping[str, str],
-    reference: Reference = "start",
+    data: Measurements, log: Temperatures, heat: ArmHeat, reference: Reference = "start"
 ) -> tuple[Measurements, list[Finding]]:
     """Rises of all nodes at the poses' times, from a log of any of them.
 
     Args:
         data: Poses with times.
-        source: The log (``thermal/temperature_log.py``), on the clock of the poses.
-        heat: The robot file's heat model.
-        sensors: ``part_<n>`` to the name of a rise.
+        log: On the clock of the poses.
+        heat: The heat model.
         reference: What rises count from; "start": the log begins with the cold arm.
 
     Returns:
         The poses with their rises, and what the user must know of the log.
 
     Raises:
-        InputError: A bad log, one of another clock or that begins warm, or poses outside it.
+        InputError: A log of another clock or that begins warm, or poses outside it.
     """
-    if heat is None:
-        raise InputError(f"{source}: the robot file has no thermal table, so temperatures have no use; leave them out")
-    log = read_temperature_log(source, heat.names, sensors)
-    check_sensors(log, [f"{name}_degC" for name in (*heat.names, *sensors)])
+    source = log.table.source
     _check_covered(data, log)
     rises = log.rises(reference, COLD_START)
     if reference == "start":

@@ -164,10 +164,7 @@ def history_from_state(history: History, state: AnchoredState, age: float, air: 
         air: From the first duty of the old ``before`` on, where the path file says it; None: as the state has it.
     """
     clock = history.clock
-    if air is None:
-        air = Ambient(np.zeros(1), np.array([state.air]))
-    else:
-        air = replace(air, time=air.time - (clock - age), peak=air.peak - (clock - age))
+    air = Ambient(np.zeros(1), np.array([state.air])) if air is None else air.since(clock - age)
     standing = (replace(history.standing, duration=age),) if age > 0 else ()
     return replace(history, before=standing, air=air)
 

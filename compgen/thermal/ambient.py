@@ -8,7 +8,7 @@ and a mode that follows it, dz/dt = rate (u - z), z(t_0) = 0, is solved exactly:
 particular solution is c + s (t - t_a) - s / rate, for the wave a Re[H exp(i w (t - t_peak))], H = rate / (rate + i w).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -32,6 +32,10 @@ class Ambient:
     def is_still(self) -> bool:
         """Always at the reference."""
         return not (self.rise.any() or self.amplitude)
+
+    def since(self, moment: float) -> "Ambient":
+        """The same air on a clock that begins at a moment [s] of this one."""
+        return replace(self, time=self.time - moment, peak=self.peak - moment)
 
     def at(self, time: Array) -> Array:
         """Rise of the air, (M,) [s] to (M,) [K]."""

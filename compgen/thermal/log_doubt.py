@@ -130,21 +130,21 @@ def _likeliest(
         k = int(np.argmax(np.abs(z)))
         return _Lie(float(z[k]), float(y[k]), 0, float(medians.time[k]))
     sensors, H, last = _with_other_parts(prior, *_courses(medians, len(log.readings)))
-    weight, sigma = _weighed(prior, H)
+    weight, deviation = _weighed(prior, H)
     size = weight.T @ y
-    z = size / sigma
+    z = size / np.hypot(FLOOR, deviation)
     n = int(np.argmax(np.abs(z)))
     if sensors[n] >= 0 and abs(z[n]) >= SIGMAS:
         doubtful = (sensors >= 0) & (np.abs(z) >= SIGMAS)
-        n = int(np.argmax(np.where(doubtful, size**2 / (sigma**2 - FLOOR**2), 0.0)))
+        n = int(np.argmax(np.where(doubtful, np.abs(size) / deviation, 0.0)))
     return _Lie(float(z[n]), float(size[n]), int(sensors[n]), float(last[n]))
 
 
 def _weighed(prior: LogPrior, H: Array) -> tuple[Array, Array]:
-    """Of lies of courses H (n, C): weights whose product with y is d (n, C), standard deviation of d (C,) [K]."""
+    """Of lies of courses H (n, C): weights (n, C) whose product with y is d, what d is off by, no floor (C,) [K]."""
     weight = np.linalg.solve(prior.covariance, H)
     power = np.sum(H * weight, axis=0)
-    return weight / power, np.hypot(FLOOR, power**-0.5)
+    return weight / power, power**-0.5
 
 
 def hidden_lies(prior: LogPrior, nodes: Sequence[int]) -> tuple[IntArray, Array, Array]:
@@ -164,7 +164,7 @@ def hidden_lies(prior: LogPrior, nodes: Sequence[int]) -> tuple[IntArray, Array,
     if len(nodes) == 1:
         size = np.full(len(sensors), SIGMAS * np.sqrt(np.diag(prior.covariance).max()))
     else:
-        size = SIGMAS * _weighed(prior, H)[1]
+        size = SIGMAS * np.hypot(FLOOR, _weighed(prior, H)[1])
     return np.array(nodes)[sensors], size, (prior.gain @ (H * size)).T
 
 

@@ -84,9 +84,9 @@ def test_each_kind_of_limit_that_a_correction_breaks_is_seen(circle):
     lower = circle.robot.lower.copy()
     lower[0] = np.sort(circle.theta[:, 0])[N // 2]
     turned = replace(circle, robot=replace(circle.robot, lower=lower))
-    found = limits.find_violations(turned, settings, np.zeros((N, 6)))
-    assert found.tolist() == (circle.theta[:, 0] < lower[0] - 1e-12).tolist()
-    assert 0.4 < found.mean() < 0.6
+    broken = limits.find_violations(turned, settings, np.zeros((N, 6)))
+    assert broken.tolist() == (circle.theta[:, 0] < lower[0] - 1e-12).tolist()
+    assert 0.4 < broken.mean() < 0.6
 
 
 @pytest.mark.parametrize("factor", [1, 20])

@@ -87,8 +87,8 @@ def test_what_may_be_right_is_not_said(moves):
 )
 def test_a_called_program_may_set_the_frame_of_what_follows(called, contradicts):
     beside = {"SETUP": program(called, [], name="SETUP"), "DEEPER": program(["UFRAME_NUM=1"], [], name="DEEPER")}
-    said = found(text("UFRAME_NUM=3", "CALL SETUP", GO), beside)
-    assert bool(said) == contradicts, said
+    reasons = found(text("UFRAME_NUM=3", "CALL SETUP", GO), beside)
+    assert bool(reasons) == contradicts, reasons
 
 
 FLIPPED = (15.0, 25.0, -20.0, 25.0, 55.0, 40.0)  # F, where THERE is N

@@ -13,7 +13,7 @@ from compgen.identification.measurement_checks import check_plausible, check_row
 from compgen.identification.measurements import concatenate, with_one_frame_a_name
 from compgen.identification.model import build_model
 from compgen.identification.pose_files import read_poses
-from compgen.identification.warm_up import as_warm_up, with_temperatures
+from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
 from compgen.pipelines.files.robot_file import load_any_robot, load_arm
 from compgen.robot.kinematics import flange_pose
 
@@ -203,7 +203,8 @@ def logged(tmp_path, arm, thermal, rows, header, log, step=600.0, reference="sta
     data = read(tmp_path, arm, text(timed(rows, step), TIMED), timed=True)
     cold = np.zeros((len(data.theta), len(thermal.nodes)))
     data = replace(data, rise=cold, lag=cold)
-    return with_temperatures(data, log_file(tmp_path, header, log), thermal.heat, thermal.sensors, reference)
+    readings, heat = read_log(log_file(tmp_path, header, log), thermal.heat, thermal.sensors)
+    return with_temperatures(data, readings, heat, reference)
 
 
 FIVE = "time_s,ambient_degC,j2_degC,link1_degC,part_6_degC,wrist_degC"

@@ -121,9 +121,7 @@ def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
             state.nodes, state.rise.tolist(), sigma[:K].tolist(), result.forecast.rise.tolist(), strict=True
         )
     )
-    known = known_words(before, after)
-    if result.judged[0].hypothesis.base:  # what is known of the path before counts a base that may be anywhere
-        known = f"with the touches the path is known to {after / UM:.0f} um rms"
+    known = known_words(before, after, base_moved=bool(result.judged[0].hypothesis.base))
     base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
     print_lines(
         [

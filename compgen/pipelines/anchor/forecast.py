@@ -140,7 +140,7 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
     order = np.argsort(when, kind="stable")
     rise = np.empty((len(when), len(heat.names)))
     rise[order] = rise_history(heat, duties, when[order] - origin, air=history.air)
-    air = replace(history.air, time=history.air.time - (last - origin), peak=history.air.peak - (last - origin))
+    air = history.air.since(last - origin)
     past = replace(history, before=until)
     return Forecast(
         cell=replace(job.cell, heat=heat.starting(state)),

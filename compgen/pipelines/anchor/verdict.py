@@ -113,8 +113,13 @@ def verdict_of(
     return "anchored", known_words(before, after)
 
 
-def known_words(before: float, after: float) -> str:
-    """How well the path is known without the touches and with them, rms [m], in words."""
+def known_words(before: float, after: float, *, base_moved: bool = False) -> str:
+    """How well the path is known without the touches and with them, rms [m], in words.
+
+    Where the base has moved, what was known before counts a base that may be anywhere, and is left out.
+    """
+    if base_moved:
+        return f"with the touches the path is known to {after / UM:.0f} um rms"
     return f"the path was known to {before / UM:.0f} um rms, with the touches to {after / UM:.0f}"
 
 

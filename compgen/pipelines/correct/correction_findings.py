@@ -176,8 +176,8 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
     unsafe = result.plan.scope.unsafe
     if unsafe:
         lines = sorted({u.line for u in unsafe})
-        told = "statements or positions that stay as they are, or put the correction in doubt"
-        message = f"{told}: {len(unsafe)}, in {_lines(lines)}"
+        what = "statements or positions that stay as they are, or put the correction in doubt"
+        message = f"{what}: {len(unsafe)}, in {_lines(lines)}"
         yield Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
     contradicted = contradictions(result.plan.program, result.plan.drive, result.around.called)
     if contradicted:

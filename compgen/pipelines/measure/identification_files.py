@@ -37,7 +37,7 @@ from compgen.identification.measurements import Measurements, concatenate, with_
 from compgen.identification.pose_files import read_poses
 from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
-from compgen.identification.warm_up import as_warm_up, with_temperatures
+from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
 from compgen.job.tables import IdentifiedTable
 from compgen.pipelines.files.robot_file import Arm, arm_of, load_arm
 from compgen.pipelines.files.schema import SCHEMA_FILES, robot_schema
@@ -150,11 +150,10 @@ def read_measurements(
                 f"{files.log}: no measurements have times, so temperatures have no use; give column time_s, or leave "
                 "the log out"
             )
+        log, heat = read_log(files.log, arm.heat, arm.sensors)
         logged = {}
         for part in on_clock:
-            logged[id(part)], of_part = with_temperatures(
-                part, files.log, arm.heat, arm.sensors, rise_reference(reference)
-            )
+            logged[id(part)], of_part = with_temperatures(part, log, heat, rise_reference(reference))
             findings += [finding for finding in of_part if finding not in findings]
         cold, warm, distances, touches = (
             [logged.get(id(part), part) for part in parts] for parts in (cold, warm, distances, touches)

@@ -26,15 +26,15 @@ from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, build_model, fixed_source
 from compgen.identification.part_frame_fit import PROBE, FrameFit, fit_frame, measured_lengths, touches_of_part
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
-from compgen.identification.warm_up import with_temperatures
+from compgen.identification.warm_up import read_log, with_temperatures
 from compgen.job.part_frame import WARM
 from compgen.job.tables import fit_limits_of
 from compgen.pipelines.files.robot_file import Arm, posterior_beside
 from compgen.thermal.filled_rises import HEIGHT, LAG
 from compgen.thermal.log_doubt import refuse_doubtful
-from compgen.thermal.temperature_log import Reference, read_temperature_log
+from compgen.thermal.tables.schema import AmbientTable
+from compgen.thermal.temperature_log import Reference
 
-CALIBRATED = 20.0  # [degC] from which a path file's rises count unless it says otherwise
 MISSING = 0.05  # of the thermal error, that the model of an arm leaves out whose warm-up nobody measured
 
 
@@ -87,8 +87,10 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     if log is not None:
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
-        data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
-        _refuse_contradicted(arm, log, reference)
+        readings, heat = read_log(log, arm.heat, arm.sensors)
+        data, findings = with_temperatures(data, readings, heat, reference)
+        zero = reference if isinstance(reference, float) else AmbientTable().reference_degC
+        refuse_doubtful(readings, heat, arm.warmth, zero)
     model = build_model(arm.robot, [], len(arm.nodes))
     fitted = pendant = fit_frame(artefact, touches, model, data)
     if not nominal:
@@ -109,13 +111,6 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         pendant=None if nominal else pendant,
         findings=(*findings, *read_findings(touches.notes)),
     )
-
-
-def _refuse_contradicted(arm: Arm, log: str, reference: Reference) -> None:
-    """Raises InputError for a log that contradicts itself or the arm's law, as one of a path file is refused."""
-    if arm.heat is not None:
-        readings = read_temperature_log(log, arm.heat.names, arm.sensors)
-        refuse_doubtful(readings, arm.heat, arm.warmth, reference if isinstance(reference, float) else CALIBRATED)
 
 
 def _through_model(

@@ -168,7 +168,9 @@ def _sense(
 ) -> _Sensed:
     """The model driven as the pages ran, and what the readings say that it misses."""
     cell, names, zero = run.cell, run.heat.names, run.zero
-    air = Ambient(rises.time, rises.air) if log.ambient is not None else run.air_on(times.planned)
+    air = (
+        Ambient(rises.time, rises.air) if log.ambient is not None else run.history.air.since(run.clock - times.planned)
+    )
     course = model_course(run, times, air, float(rises.time[-1]))
     sensors = FROM_START if zero.reference == "start" else cell.warmth.sensors
     planned_air = float(run.history.air.at(np.array([run.clock]))[0])

@@ -21,7 +21,7 @@ from compgen.pipelines.resume.resume import resume, segments_on_part
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
-from compgen.thermal import Ambient, JointMotion
+from compgen.thermal import JointMotion
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.rise_filter import STEP
 from compgen.thermal.schedule import History
@@ -64,11 +64,6 @@ class PagedRun(ABC):
         first, last = self.edges[page - 1], self.edges[page]
         time = self.motion.time[first : last + 1]
         return JointMotion(time - time[0], self.motion.theta[first : last + 1], self.motion.driven[first:last])
-
-    def air_on(self, planned: float) -> Ambient:
-        """Its air on a clock that shows so many seconds at the planned start."""
-        air, since = self.history.air, self.clock - planned
-        return replace(air, time=air.time - since, peak=air.peak - since)
 
     @abstractmethod
     def errors(self, page: int, cell: Cell, rows: IntArray, rise: Array) -> Array:

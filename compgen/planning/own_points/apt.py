@@ -62,6 +62,7 @@ NO_MOTION = frozenset(_STILL.split())
 TEXT = ("PPRINT", "PARTNO", "REMARK", "TOOL PATH", "CATPROCESS")  # what stands behind them is no statement
 ENDS = ("END", "FINI")
 OTHER_FEEDS = ("IPM", "IPR", "MMPR", "PERREV", "INVERS")  # said alone, they are of numbers to come
+SHORT = re.compile(r"[\x21-\x7e]{1,20}")  # a word that a message may show
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([EDed][+-]?\d+)?", re.ASCII)
 
 
@@ -135,7 +136,7 @@ def _refuse(where: str, word: str, arguments: list[str]) -> None:
         raise InputError(f"{where}: UNITS/{arguments[0][:16]}: points are read in mm; write the file in millimetres")
     if word in NO_MOTION or HARMLESS.get(word) == arguments[0]:
         return
-    shown = word if re.fullmatch(r"[\x21-\x7e]{1,20}", word) else "a statement"
+    shown = word if SHORT.fullmatch(word) else "a statement"
     raise InputError(f"{where}: {shown}: {REFUSED.get(word, 'not read; remove it if it moves nothing')}")
 
 
@@ -153,8 +154,8 @@ def _feed(name: str, line: int, arguments: list[str], before: float) -> float:
     numbers = [a for a in arguments if NUMBER.fullmatch(a)]
     others = [a for a in arguments if a and a not in ("MMPM", "PERMIN", *numbers) and (numbers or a in OTHER_FEEDS)]
     if others:
-        shown = others[0] if re.fullmatch(r"[\x21-\x7e]{1,20}", others[0]) else "other words"
         wanted = "feeds are read in mm/min; write the number so, with MMPM"
+        shown = others[0] if SHORT.fullmatch(others[0]) else "other words"
         raise InputError(f"{name}: line {line}: FEDRAT in {shown}: {wanted}")
     if not numbers:
         return before  # a word such as RAPID or AUTO: no number of ours
@@ -163,8 +164,8 @@ def _feed(name: str, line: int, arguments: list[str], before: float) -> float:
 
 def _number(where: str, word: str) -> float:
     if not NUMBER.fullmatch(word):
-        shown = f"'{word}' " if re.fullmatch(r"[\x21-\x7e]{1,20}", word) else "what stands here "
-        raise InputError(f"{where}: {shown}is no number; give x, y, z, or x, y, z, i, j, k")
+        shown = f"'{word}'" if SHORT.fullmatch(word) else "what stands here"
+        raise InputError(f"{where}: {shown} is no number; give x, y, z, or x, y, z, i, j, k")
     return float(re.sub("[Dd]", "E", word))
 
 

@@ -325,23 +325,24 @@ def turn_of(moved: Pose) -> float:
 
 def motion_words(moved: Pose, course: ProgramCourse) -> str:
     """Where a log is against its course, and what that may come from; ``moved`` brings it there."""
-    frame, tool = course.numbers
-    x, y, z = (v / MM + 0.0 for v in np.round(moved.inverse().position, SHOWN_DIGITS).tolist())
-    at = f"X {x:.3f} Y {y:.3f} Z {z:.3f} mm"
+    at = _millimetres(moved.inverse().position)
     where = f"at a constant offset of {at}"
     if turn_of(moved) > SHAPE_TURNED:
         where = f"moved by {at} and turned by {turn_of(moved) / DEG:.3f} deg"
-    return (
-        f"it has this program's shape, {where} in World: another user frame than UFRAME {frame}, or another tool than "
-        f"UTOOL {tool}; log with the program's own, or give --frames"
-    )
+    return f"it has this program's shape, {where} {_in_world(course)}; log with the program's own, or give --frames"
 
 
 def offset_words(offset: Offset, course: ProgramCourse) -> str:
     """An offset, and what it may come from."""
-    x, y, z = (v / MM + 0.0 for v in np.round(offset.vector, SHOWN_DIGITS).tolist())
+    origin = f"in the tool's axes: another tool than UTOOL {course.numbers[1]}" if offset.in_tool else _in_world(course)
+    return f"a constant offset of {_millimetres(offset.vector)} {origin}"
+
+
+def _millimetres(vector: Array) -> str:
+    x, y, z = (v / MM + 0.0 for v in np.round(vector, SHOWN_DIGITS).tolist())
+    return f"X {x:.3f} Y {y:.3f} Z {z:.3f} mm"
+
+
+def _in_world(course: ProgramCourse) -> str:
     frame, tool = course.numbers
-    origin = f"in World: another user frame than UFRAME {frame}, or another tool than UTOOL {tool}"
-    if offset.in_tool:
-        origin = f"in the tool's axes: another tool than UTOOL {tool}"
-    return f"a constant offset of X {x:.3f} Y {y:.3f} Z {z:.3f} mm {origin}"
+    return f"in World: another user frame than UFRAME {frame}, or another tool than UTOOL {tool}"
