@@ -33,6 +33,11 @@ class Ambient:
         """Always at the reference."""
         return not (self.rise.any() or self.amplitude)
 
+    def moves_after(self, moment: float) -> bool:
+        """Whether it changes after a moment [s]."""
+        rise = np.append(self.rise[self.time > moment], np.interp(moment, self.time, self.rise))
+        return bool(self.amplitude or np.ptp(rise))
+
     def since(self, moment: float) -> "Ambient":
         """The same air on a clock that begins at a moment [s] of this one."""
         return replace(self, time=self.time - moment, peak=self.peak - moment)
@@ -104,6 +109,6 @@ class Ambient:
 
 
 @cache
-def still_air() -> Ambient:
-    """Air that stays at the reference temperature."""
-    return Ambient(np.zeros(1), np.zeros(1))
+def still_air(rise: float = 0.0) -> Ambient:
+    """Air that stays as it is, by default at the reference temperature."""
+    return Ambient(np.zeros(1), np.array([rise]))

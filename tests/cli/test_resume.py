@@ -1,12 +1,14 @@
 """``resume`` at the command line: what it says, what it writes, what it leaves alone, and when it is stopped."""
 
 import json
+import math
 import os
 import shutil
 
 import kills
 import pytest
 from command_line import refused, run
+from naive_heat import NODES, steady_rise
 
 from compgen.cli.output_files import figure_files, replace_together
 from compgen.core.dates import duration
@@ -15,6 +17,7 @@ from compgen.core.exceptions import InputError
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
 RESUME = ("--from-page", "3", "--late", "35min", "--date", "2026-01-31")
 PAGE = "OPTIC_RASTER_{:02d}.LS".format
+HEAD = "time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC"
 
 
 @pytest.fixture(scope="module")
@@ -118,8 +121,7 @@ def test_what_is_outside_is_not_written_but_by_force(made, tmp_path):
 def test_a_log_says_what_the_robot_is(job, tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{t},20,{28.4},{23.4},{30.4},{22.6}" for t in range(0, 3600, 60)]
-    head = "time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC"
-    log.write_text("\n".join([head, *rows, "3600,20,2"]))  # a logger is still at it
+    log.write_text("\n".join([HEAD, *rows, "3600,20,2"]))  # a logger is still at it
     result = run("resume", job, "--from-page", "3", "--log", log, "--json")
     assert result.returncode == 0, result.stderr
     report = json.loads(result.stdout)
@@ -128,6 +130,37 @@ def test_a_log_says_what_the_robot_is(job, tmp_path):
     for name, rise in {"j2": 8.4, "link1": 3.4, "j3": 10.4, "wrist": 2.6}.items():
         assert start[name] == pytest.approx(rise, abs=0.02)
     assert json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"][0]["log"] == "log.csv"
+
+
+def test_the_air_that_a_log_found_stays_for_later_pages(job, tmp_path):
+    """A hall of 26 degC: a later page waits in that air, by the law of a node that stands."""
+    hot = tmp_path / "hot.csv"
+    hot.write_text("\n".join([HEAD, *(f"{t},26,33,29,35,28" for t in range(0, 7200, 60)), ""]))
+    assert run("resume", job, "--from-page", "2", "--log", hot, "-q").returncode == 0
+    assert json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"][0]["air_K"] == pytest.approx(6)
+    at_once, late = (
+        json.loads(run("resume", job, "--from-page", "4", "--late", wait, "--json").stdout) for wait in ("0s", "1h")
+    )
+    assert at_once["replaced"] == []
+    for name, node in NODES.items():
+        keep, steady = math.exp(-1 / node["tau_h"]), 6 + steady_rise(node, "idle", 0)
+        wanted = steady + (at_once["thermal"]["start_K"][name] - steady) * keep
+        assert late["thermal"]["start_K"][name] == pytest.approx(wanted, abs=1e-6)
+    again = json.loads(run("resume", job, "--from-page", "6", "--late", "0s", "--json").stdout)
+    assert again["replaced"] == []
+
+
+def test_a_log_does_not_tell_how_late_it_is_in_air_that_changes(tmp_path):
+    out, log = tmp_path / "out", tmp_path / "log.csv"
+    ramp = ("--set", "ambient={kind='ramp', from_degC=20, to_degC=28, over_h=10}")
+    assert run("generate", "paths/optic_raster.toml", *SMALL, *ramp, "-q", "-o", out).returncode == 0
+    log.write_text("\n".join([HEAD, *(f"{t},26,33,29,35,28" for t in range(0, 7200, 60)), ""]))
+    refused(run("resume", out, "--from-page", "1", "--log", log), 2, "log.csv", "how late", "[ambient]", "--late")
+    result = run("resume", out, "--from-page", "1", "--log", log, "--late", "2h", "-q")
+    assert result.returncode == 0, result.stderr
+    (entry,) = json.loads((out / "OPTIC_RASTER.pages.json").read_bytes())["resumed"]
+    assert entry["clock_s"] == pytest.approx((5 + 2) * 3600)
+    assert "air_K" not in entry
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,16 @@ def test_a_late_start_is_what_correct_makes_of_the_same_wait(job, tmp_path):
     assert run("resume", job, "--from-page", "1", *RESUME).stdout.count("nothing to do") == 1
 
 
+def test_air_that_the_pages_are_not_for_is_said(job, tmp_path):
+    for degC, is_said in ((20.5, False), (27, True)):
+        log = tmp_path / f"{degC}.csv"
+        rows = [f"{t},{degC},33,29,35,28" for t in range(0, 7200, 60)]
+        head = "time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC"
+        log.write_text("\n".join([head, *rows, ""]))
+        result = run("resume", job, "--from-page", "2", "--log", log, "--max-um", "5", "--json")
+        assert ("the air is +7.0 K off the 20 degC" in json.loads(result.stdout)["why"]) is is_said
+
+
 def test_the_rest_is_written_and_what_was_before_stays(job):
     before = contents(job)
     result = run("resume", job, "--from-page", "2", *RESUME, "--json")

@@ -70,7 +70,7 @@ class Cause:
 
         causes = (("--state", self.state), ("--log", self.log), ("--late", self.late))
         given = [option for option, value in causes if value is not None]
-        if len(given) != 1:
+        if not given or {"--state", "--log"} <= {*given}:
             raise InputError(
                 f"resume: {' and '.join(given) or 'nothing'} given; say with one of --state, --log and --late what the "
                 "robot is"
@@ -85,11 +85,12 @@ class Cause:
         from compgen.job.anchored_start import seconds_of_age
         from compgen.pipelines.resume.beginning import begin_late, begin_with_log, begin_with_state
 
+        late = None if self.late is None else duration(self.late, "--late")
         if self.state is not None:
-            return begin_with_state(known, self.state, seconds_of_age(self.state_age))
+            return begin_with_state(known, self.state, seconds_of_age(self.state_age), late)
         if self.log is not None:
-            return begin_with_log(known, self.log)
-        return begin_late(known, duration(self.late or "0s", "--late"))
+            return begin_with_log(known, self.log, late)
+        return begin_late(known, late or 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

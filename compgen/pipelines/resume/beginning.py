@@ -32,6 +32,7 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.planned.job_results import Planned
 from compgen.thermal import Ambient, Duty, JointMotion, state_after, states_at, tables
+from compgen.thermal.ambient import still_air
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import LogEnd, end_of
 from compgen.thermal.model import ThermalModel
@@ -82,6 +83,26 @@ class Known:
     motion: Callable[[], JointMotion]  # of the whole program
     logged: Callable[[], Logged]
     earlier: tuple[Mapping[str, Any], ...]  # what was replaced before
+    found_air: float | None = None  # [K] rise that a log or a state found for an earlier page, and that stays
+
+    def clock_after(self, late: float | None, option: str, file: str) -> float:
+        """When the page starts [s]: asked for beside a log or a state where the air changes, and only there.
+
+        Raises:
+            InputError: ``late`` [s] is missing, or says what the file says already.
+        """
+        moves = self.air.moves_after(self.clock)
+        if moves and late is None:
+            raise InputError(
+                f"{file}: it does not say how late the page starts, and [ambient] changes with time; add --late, how "
+                "long the page waits after the one before: 35min"
+            )
+        if late is not None and not moves:
+            raise InputError(
+                f"resume: {option} and --late given; say with one of them what the robot is: both are for an "
+                "[ambient] that changes with time"
+            )
+        return self.clock + (late or 0.0)
 
 
 Begin = Callable[[Known], Begun]
@@ -97,28 +118,32 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
         first: The waypoint that it starts at.
     """
     job, row, state, clock, cell = whole.job, 0, whole.job.state(), whole.job.clock, whole.job.cell
+    air, found = job.history.air, None
     earlier = [entry for entry in resumed if int(entry["from_page"]) < page]
     for entry in earlier:
         row, state, clock = int(entry["first_waypoint"]), np.array(entry["state"]), float(entry["clock_s"])
         if "state_toml" in entry:
             anchored = parse_state(str(entry["state_toml"]).encode(), "manifest: resumed.state_toml")
             cell = cell_with_state(unmoved(job), anchored, "manifest: resumed.state_toml")
+        found = None if air.moves_after(clock) else entry.get("air_K")
     if len(state) != len(job.heat.rate):
         raise InputError("manifest: resumed.state is that of another thermal model; generate the job anew")
+    air = air if found is None else still_air(found)
     motion = whole.motion_from(row)
     at = np.array([first - row], dtype=np.int64)
-    after = states_at(job.heat, state, motion, at, job.history.air, clock)[0]
+    after = states_at(job.heat, state, motion, at, air, clock)[0]
     return Known(
         cell=cell,
         plain=partial(unmoved, job),
         heat=job.heat,
         state=after,
         clock=clock + float(motion.time[first - row]),
-        air=job.history.air,
+        air=air,
         standing=job.history.standing,
         motion=partial(whole.motion_from, 0),
         logged=partial(logged_by, job),
         earlier=tuple(earlier),
+        found_air=found,
     )
 
 
@@ -135,13 +160,14 @@ def begin_late(known: Known, late: float) -> Begun:
         raise InputError(f"--late {late:g} s: outside 0 to {MOST_LATE:g} s; give how long the page waits, as 35min")
     waited = state_after(known.heat, [replace(known.standing, duration=late)], known.state, known.air, known.clock)
     why = f"it starts {limit_words(late)} late"
-    return Begun(cell=known.cell, state=waited, clock=known.clock + late, why=why, cause={"late_s": late})
+    clock, cause = known.clock + late, {"late_s": late}
+    return Begun(cell=known.cell, state=waited, clock=clock, why=why, cause=cause, air=known.found_air)
 
 
 def air_from(whole: Planned, begun: Begun) -> Ambient:
     """The air of a job from when a page starts; its time zero is then."""
     if begun.air is not None:
-        return Ambient(np.zeros(1), np.array([begun.air]))
+        return still_air(begun.air)
     air, span = whole.job.history.air, 3 * MOST_LATE + float(whole.time[-1])
     return air if air.is_still else air.seen_from(np.array([begun.clock]), span)
 
@@ -188,41 +214,43 @@ def state_at_end(known: Known, log: TemperatureLog) -> LogEnd:
     return end_of(log, known.cell.heat, known.cell.warmth, known.motion)
 
 
-def begin_with_log(known: Known, file: str) -> Begun:
-    """The page starts when a log ends; of the wait before it nothing is known.
+def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
+    """The page starts when a log ends.
 
     Args:
         known: The robot by the plan.
         file: The log so far.
+        late: How much later [s] than the page before stopped, where the air changes with time.
 
     Raises:
         InputError: A bad file, or too few readings.
     """
-    logged = known.logged()
+    logged, clock = known.logged(), known.clock_after(late, "--log", file)
     log = read_log(known.cell, logged, file)
     end, wanted, name = float(log.time[-1]), state_at_end(known, log), Path(file).name
     return Begun(
         cell=replace(known.cell, warmth=wanted.warmth),
         state=wanted.state,
-        clock=known.clock,
+        clock=clock,
         why="; ".join([f"thermocouple log {name} until {end:.0f} s", *log.notes]),
         cause={"log": name, "log_sha256": sha256(read_regular(file)).hexdigest(), "log_end_s": end},
-        air=None if logged.is_air_given else float(log.air[-1]),
+        air=None if logged.is_air_given else float(log.air[-1]) if log.has_air else known.found_air,
     )
 
 
-def begin_with_state(known: Known, file: str, age: float) -> Begun:
+def begin_with_state(known: Known, file: str, age: float, late: float | None = None) -> Begun:
     """The page starts so long after a state was found, and the robot has stood since.
 
     Args:
         known: The robot by the plan.
         file: Of the state.
         age: How long ago it was [s].
+        late: How much later [s] than the page before stopped, where the air changes with time.
 
     Raises:
         InputError: A bad file, of another robot, older than its window, or than one that an earlier page is for.
     """
-    plain = known.plain()
+    plain, clock = known.plain(), known.clock_after(late, "--state", file)
     state = load_state(file, plain, age)
     for entry in known.earlier:
         if float(entry.get("state_time_s", state.time)) > state.time:
@@ -235,13 +263,12 @@ def begin_with_state(known: Known, file: str, age: float) -> Begun:
     if start is None:
         raise InputError(f"{file}: rise: it says nothing of the warmth; anchor again")
     if age > 0:
-        air = Ambient(np.zeros(1), np.array([state.air]))
-        start = state_after(cell.heat, [replace(known.standing, duration=age)], start, air)
+        start = state_after(cell.heat, [replace(known.standing, duration=age)], start, still_air(state.air))
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     return Begun(
         cell=cell,
         state=start,
-        clock=known.clock,
+        clock=clock,
         why=f"state {state.digest[:8]} says so ({state.verdict}, at {state.time:.0f} s{since})",
         cause={
             "anchored": state.digest,

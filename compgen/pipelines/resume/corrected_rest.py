@@ -42,6 +42,7 @@ from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 
 FORGOTTEN = 20.0  # time constants
+OTHER_AIR = 1.0  # [K] off the reference, from which on it is said that the pages are for that
 
 Earlier = Sequence[Mapping[str, Any]]  # what was replaced before, as the manifest has it
 
@@ -102,6 +103,9 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     at = stations[from_page - 1]
     known = _known_at(at, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
+    if begun.air is not None and abs(begun.air) > OTHER_AIR:
+        words = f"the air is {begun.air:+.1f} K off the 20 degC that the pages take from then on"
+        begun = replace(begun, why=f"{begun.why}; {words}")
     passed = begun.cell.heat.rate * known.motion().time[2 * at]
     started = as_written.start + _grown_back(begun.state - known.state, passed)
     new = _corrected(job, _beginning(begun.cell, started), (), progress)

@@ -151,6 +151,7 @@ def _with_manifest(resumed: Resumed, date: str, known_pages: Mapping[str, int]) 
     start = {
         "first_waypoint": resumed.written.pages[resumed.from_page - 1].first,
         "clock_s": begun.clock,
+        **({} if begun.air is None else {"air_K": begun.air}),
         "state": begun.state.tolist(),
         "rise_K": {n: round(float(r), 4) for n, r in zip(job.heat.names, planned.rise[0], strict=True)},
     }

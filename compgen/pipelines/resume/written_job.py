@@ -84,6 +84,7 @@ class _Resumed(_Open):
 class _ResumedJob(_Resumed):
     first_waypoint: Count
     clock_s: Time
+    air_K: Annotated[FiniteFloat, Field(ge=-100, le=100)] | None = None
     state: State
 
 
