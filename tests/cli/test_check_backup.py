@@ -63,6 +63,15 @@ def test_pages_are_compared_with_their_main_program(written, tmp_path):
     )
 
 
+def test_two_backups_of_one_program_are_refused(written, tmp_path):
+    """Names that differ by capitals: which of them runs is not known, and one may be as written."""
+    back = saved(written / "one", tmp_path / "md")
+    if (back / "LINE_Y.LS").exists():
+        pytest.skip("a file system that does not tell capitals")
+    (back / "LINE_Y.LS").write_bytes((back / "line_y.ls").read_bytes().replace(b"UTOOL_NUM=0", b"UTOOL_NUM=1"))
+    refused(run("check-backup", written / "one", back), 2, "line_y.ls", "LINE_Y.LS", "saved last")
+
+
 def test_a_difference_is_exit_1_and_each_is_in_the_json(written, tmp_path):
     back = saved(written / "one", tmp_path / "md") / "line_y.ls"
     back.write_bytes(back.read_bytes().replace(b"RUN AT 100%", b"RUN AT 50%").replace(b"CNT100", b"CNT50"))

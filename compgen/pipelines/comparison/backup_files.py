@@ -35,8 +35,13 @@ def verify_backup(written: str, backup: str) -> list[ComparedProgram]:
                 f"{backup}: {len(programs)} programs were written, and this is one file; give the folder of the backup"
             )
         return [_compare(programs[0], other)]
-    there = {path.name.upper(): path for path in sorted(other.iterdir())}
+    files = sorted(other.iterdir())
+    there = {path.name.upper(): path for path in files}
     backups = [there.get(f"{path.stem.upper()}.LS") for path in programs]
+    for path in files:
+        twin = there[path.name.upper()]
+        if twin in backups and twin != path:
+            raise InputError(f"{path}: {twin.name} is in it, too; leave the one that the controller saved last")
     for path, listing in zip(programs, backups, strict=False):
         if listing is None and (binary := there.get(f"{path.stem.upper()}.TP")) is not None:
             raise InputError(f"{binary}: {BINARY}")
