@@ -142,6 +142,7 @@ def test_the_air_that_a_log_found_stays_for_later_pages(job, tmp_path):
         json.loads(run("resume", job, "--from-page", "4", "--late", wait, "--json").stdout) for wait in ("0s", "1h")
     )
     assert at_once["replaced"] == []
+    refused(run("resume", job, "--from-page", "4", "--log", hot), 2, "hot.csv", "page 2", "until now")
     for name, node in NODES.items():
         keep, steady = math.exp(-1 / node["tau_h"]), 6 + steady_rise(node, "idle", 0)
         wanted = steady + (at_once["thermal"]["start_K"][name] - steady) * keep

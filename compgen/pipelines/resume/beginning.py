@@ -223,17 +223,20 @@ def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
         late: How much later [s] than the page before stopped, where the air changes with time.
 
     Raises:
-        InputError: A bad file, or too few readings.
+        InputError: A bad file, too few readings, or the log that an earlier page starts at the end of.
     """
     logged, clock = known.logged(), known.clock_after(late, "--log", file)
-    log = read_log(known.cell, logged, file)
+    log, digest = read_log(known.cell, logged, file), sha256(read_regular(file)).hexdigest()
+    for entry in known.earlier:
+        if entry.get("log_sha256") == digest:
+            raise InputError(f"{file}: page {entry['from_page']} starts at the end of this log; give the log until now")
     end, wanted, name = float(log.time[-1]), state_at_end(known, log), Path(file).name
     return Begun(
         cell=replace(known.cell, warmth=wanted.warmth),
         state=wanted.state,
         clock=clock,
         why="; ".join([f"thermocouple log {name} until {end:.0f} s", *log.notes]),
-        cause={"log": name, "log_sha256": sha256(read_regular(file)).hexdigest(), "log_end_s": end},
+        cause={"log": name, "log_sha256": digest, "log_end_s": end},
         air=None if logged.is_air_given else float(log.air[-1]) if log.has_air else known.found_air,
     )
 
