@@ -10,6 +10,7 @@ A rule holds keys whose values cannot sensibly be so small, and why:
 - materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;
 - tools travel at 1 mm/s or more: 0.2 is m/s; robots turn at 12 deg/s or more at their fastest: 3 is rad/s;
 - a controller smooths over an interpolation period at least: 0.2 ms is seconds;
+- masses lie centimetres and more from their joint; joints give 0.01 urad/(N m) and more: 3e-7 is rad/(N m);
 - a tool leads or leans by half a degree or more: 0.14 is radians;
 - an angle of a tool, a frame, an arm or a pattern that is a multiple of pi/4 to three digits is in radians, and so is
   one of pi/12 to four.
@@ -99,6 +100,22 @@ _RULES = (
         factor=1e3,
         unit="seconds",
         expected="ms",
+    ),
+    _Rule(
+        keys=r"sources\.loads\.(link|payload)_centre_mm",
+        together=True,
+        least=_SHORT,
+        factor=1e3,
+        unit="metres",
+        expected="mm",
+    ),
+    _Rule(
+        keys=r"sources\.compliance\.compliance_urad_Nm",
+        together=True,
+        least=1e-3,
+        factor=1e6,
+        unit="rad/(N m)",
+        expected="urad/(N m)",
     ),
     _Rule(keys=r"limits\.speed_deg_s", together=True, least=12, factor=1 / DEG, unit="rad/s", expected="deg/s"),
 )

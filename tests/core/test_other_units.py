@@ -52,6 +52,12 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
             "motion={moving_average_ms=[0.2,0.1]}",
             "moving_average_ms.0 = 0.2: did you mean 200?",
         ),
+        (ROBOT, "sources.loads.payload_centre_mm=[0,0.02,0.15]", "did you mean 150? it looks like metres"),
+        (
+            ROBOT,
+            "sources.compliance.compliance_urad_Nm=[0,3e-7,4e-7,8e-7,1e-6,0]",
+            "did you mean 1? it looks like rad/(N m)",
+        ),
         (ROBOT, "limits.speed_deg_s=[3,3,3,4.4,4.4,6.2]", "did you mean 355.2? it looks like rad/s"),
     ],
 )

@@ -288,6 +288,8 @@ def test_the_file_says_the_map_in_metres(robot):
         ("sources.map.1.axis=\"x\"", "sources.map: two lines along x"),
         ("sources.map.0.axis=\"w\"", "sources.map.0.axis: 'w'"),
         ("sources.loads.payload_kg=-1", "sources.loads.payload_kg: -1"),
+        ("sources.loads.payload_kg=3400", "payload_kg: 3400, and the robot carries payload_kg = 50; give the tool's"),
+        ("sources.loads.gravity_m_s2=[0,0,-9810]", "-9810.0]: more than 20 m/s^2"),
         ("sources.box.low_deg.2=100", "sources.box.high_deg.2: 90 must be above low_deg"),
     ],
 )  # fmt: skip

@@ -49,6 +49,7 @@ ROUNDED_UP = Finding(
     "interpolation periods, as FANUC's controllers were seen to do; give true or false",
 )
 MOST_BYTES = 64_000_000
+MOST_GRAVITY = 20.0  # [m/s2]
 _TOO_WIDE = "the sigmas alone say how well its parameters are known, and without their correlations a band is too wide"
 
 
@@ -165,6 +166,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     where, data = str(source), text.tables
     facts = check(RobotFile, data, where)
     _refuse_double(facts, where)
+    _refuse_load(facts, where)
     robot = _nominal(facts, where)
     check_arm_class(robot)
     heat, profiles, growth, warmth = _warmth(facts, robot, where)
@@ -270,6 +272,21 @@ def _silence(facts: RobotFile) -> Iterator[Finding]:
         yield ROUNDED_UP
     if not facts.thermal:
         yield COLD
+
+
+def _refuse_load(facts: RobotFile, where: str) -> None:
+    """Raises InputError for a load that no such robot carries, or that falls as nothing does."""
+    loads, largest = facts.sources.loads, facts.payload_kg
+    if largest is not None and loads.payload_kg > largest:
+        raise InputError(
+            f"{where}: sources.loads.payload_kg: {loads.payload_kg:g}, and the robot carries payload_kg = {largest:g}; "
+            "give the tool's mass in kg, or mend payload_kg"
+        )
+    if max(map(abs, loads.gravity_m_s2)) > MOST_GRAVITY:
+        raise InputError(
+            f"{where}: sources.loads.gravity_m_s2: {loads.gravity_m_s2}: more than {MOST_GRAVITY:g} m/s^2; gravity is "
+            "9.81 m/s^2"
+        )
 
 
 def _refuse_double(facts: RobotFile, where: str) -> None:
