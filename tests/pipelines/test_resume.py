@@ -303,6 +303,8 @@ def test_a_base_that_has_moved_stays_moved_for_later_pages(copy, tmp_path):
     late = later(copy, 4, 600.0)
     assert late.begun.cell.state.base[0] == pytest.approx(150e-6)
     assert max(page.before.max for page in late.pages) < 10 * UM  # the base is in the pages already
+    with pytest.raises(InputError, match="page 3 starts with this state"):
+        by_state(copy, 4, file)
     older, _ = moved_state(copy, place, time=100.0)
     with pytest.raises(InputError, match="a later one"):
         by_state(copy, 4, older)

@@ -251,11 +251,13 @@ def begin_with_state(known: Known, file: str, age: float, late: float | None = N
         late: How much later [s] than the page before stopped, where the air changes with time.
 
     Raises:
-        InputError: A bad file, of another robot, older than its window, or than one that an earlier page is for.
+        InputError: A bad file, of another robot, older than its window, no newer than one that an earlier page is for.
     """
     plain, clock = known.plain(), known.clock_after(late, "--state", file)
     state = load_state(file, plain, age)
     for entry in known.earlier:
+        if entry.get("anchored") == state.digest:
+            raise InputError(f"{file}: page {entry['from_page']} starts with this state; touch again, or say --late")
         if float(entry.get("state_time_s", state.time)) > state.time:
             raise InputError(
                 f"{file}: state.time_s: {state.time:g} s, and page {entry['from_page']} is for a state of "
