@@ -8,6 +8,7 @@ import naive_ls
 import numpy as np
 import pytest
 from corrected import HOME, MANY, ROUNDED_UM, corrected, missed_um
+from flawed import flawed_file
 from ls_text import at, cartesian, joint_form, program
 from shipped import ROOT
 
@@ -158,6 +159,15 @@ def test_a_position_that_cannot_be_told_or_driven_is_passed_through_with_its_lin
     assert listed.line == line_of(data, "P[1]{")
     with pytest.raises(InputError, match=f"line {listed.line}"):
         corrected(data, hot, strict=True)
+
+
+@pytest.mark.parametrize("dropped", [(), ("hysteresis", "map")], ids=["direction", "no direction"])
+def test_nothing_that_an_arm_with_errors_can_drive_to_is_said_not_a_fault(dropped, tmp_path):
+    data = program(["J P[1] 10% FINE"], [at(1, HOME).replace("N U T, 0, 0, 0", "L, 0, 0, 0")])
+    result = corrected(data, load_cell(flawed_file(tmp_path, drop=dropped)))
+    assert result.text == data
+    assert result.verdict == "nothing corrected"
+    assert ["does not name a posture" in u.reason for u in result.plan.scope.unsafe] == [True]
 
 
 @pytest.mark.parametrize(
