@@ -11,9 +11,9 @@ from shipped import path_file
 
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import log_end
-from compgen.thermal.log_doubt import doubt_of, hidden_lies
+from compgen.thermal.log_doubt import FLOOR, SIGMAS, doubt_of, hidden_lies
 from compgen.thermal.log_end import end_of
-from compgen.thermal.log_prior import prior_of
+from compgen.thermal.log_prior import LogPrior, Medians, medians_of, prior_of
 from compgen.thermal.state_from_log import LogFit, TemperatureLog, fit_log
 from compgen.thermal.temperature_log import read_temperature_log
 
@@ -132,6 +132,38 @@ def test_a_larger_lie_than_the_hidden_one_is_refused_and_a_smaller_one_moves_les
             moved = np.abs(end_of(replace(log, readings=small), nodes.heat, nodes.warmth).state - end.state)
             assert end.warmth.hidden is not None
             assert np.all(moved <= np.abs(end.warmth.hidden).max(axis=0) + 1e-6)
+
+
+def test_what_a_sensor_hides_is_that_of_a_hand():
+    """Of two sensors, what the other one leaves open; of one alone, how warm it may be."""
+    S = np.array([[4.0, 1.0], [1.0, 9.0]])
+    gain = np.array([[0.5, 0.2], [0.1, 0.3]])  # of two rises
+    amounts = np.linalg.cholesky(S)
+    at_end = (np.linalg.inv(amounts) @ S @ gain.T).T
+    of_two = Medians(np.array([0.0, 1.0]), np.full(2, 60.0), np.zeros(2), np.zeros(2))
+    of_one = Medians(np.zeros(2), np.array([0.0, 60.0]), np.zeros(2), np.zeros(2))
+    prior = LogPrior(
+        medians=of_two, beyond=np.zeros(2), spread=amounts, covariance=S, mean_at_end=np.zeros(2), spread_at_end=at_end
+    )
+    left_open = np.array([4 - 1 / 9, 9 - 1 / 4])  # of a reading beside the other: the inverse's diagonal
+    nodes, size, off = hidden_lies(prior, [3, 5])
+    assert nodes.tolist() == [3, 5]
+    assert_allclose(size, SIGMAS * np.sqrt(left_open + FLOOR**2))
+    assert_allclose(off, gain.T * size[:, None])
+    nodes, size, off = hidden_lies(replace(prior, medians=of_one), [3])
+    assert nodes.tolist() == [3, 3, 3]
+    assert_allclose(size, SIGMAS * 3.0)
+    courses = np.array([[1, 1], [0, 1], [0, 1]])  # off from the first reading on, running away, off from the second on
+    assert_allclose(off, courses @ gain.T * size[:, None])
+
+
+@pytest.mark.parametrize(("count", "scatter"), [(2, 0.1), (3, 1.05 * 6.0)])
+def test_two_readings_do_not_say_how_they_scatter(count, scatter):
+    time = np.array([0.0, 600.0, 1200.0])[:count]
+    values = np.array([0.0, 6.0, 12.0])[:count]
+    medians = medians_of(TemperatureLog(time, np.zeros(count), {"j2": values}))
+    rounding = 1 / 12**0.5  # of whole kelvins at most
+    assert_allclose(medians.sigma, np.sqrt((1.25 * scatter) ** 2 + 0.15**2 + rounding**2))
 
 
 def test_a_lone_sensor_hides_what_work_can_do(nodes):

@@ -231,6 +231,21 @@ def test_losses_are_power_times_shares(warm, heat):
     assert_allclose(held, 0, atol=1e-12)
 
 
+def test_a_load_that_is_speeded_up_costs_its_inertia(warm, heat):
+    """J1 turned about the vertical ever faster, at uneven waypoints: its torque is m r^2 times the acceleration."""
+    bare = replace(heat.drives, link_mass=np.zeros(6), coulomb=0.0, viscous=0.0)
+    time_ = np.cumsum(np.tile([0.01, 0.03], 40))
+    theta = np.zeros((80, 6)) + warm.robot.pendant_zero
+    tool = build_error_model(warm.robot, (), 0, Pose(bare.payload_centre, np.eye(3)))
+    inertia = bare.payload_mass * np.sum(tool.nominal_pose(theta[:1]).position[0, :2] ** 2)
+    most = warm.robot.acceleration[0]
+    for asked, driven in ((0.4, 0.4), (-1.5, -1.5), (3 * most, most)):  # the last: a corner of the way
+        theta[:, 0] = warm.robot.pendant_zero[0] + asked * time_**2 / 2
+        loss = moving_losses(warm.robot, bare, JointMotion(time_, theta, np.ones(79)))[1:-1, 0]
+        torque = inertia * driven
+        assert_allclose(loss, bare.holding * torque**2 * bare.rated_speed[0] ** 2 / bare.rated_power[0], rtol=1e-6)
+
+
 def test_mean_losses_of_a_long_program_are_the_means_over_its_time(warm, heat):
     rng = np.random.default_rng(5)
     time_ = np.cumsum(rng.uniform(0.01, 0.1, 5001))  # more segments than torques are worked out on

@@ -1,5 +1,6 @@
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ from scipy.integrate import quad, solve_ivp
 from compgen.core.units import HOUR
 from compgen.thermal import Duty, JointMotion, Profile, Section, growth_weights, rises_during, state_after
 from compgen.thermal.model import extrapolations
-from compgen.thermal.profiles import mean_share
+from compgen.thermal.node_model import cold_arm
+from compgen.thermal.profiles import mean_share, profile_rise
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
 import m710ic50_fit
@@ -122,10 +124,11 @@ def driven(heat, start, time, feed):
 def test_a_program_of_many_time_constants_does_not_overflow(job, tau):
     heat = replace(job.heat, tau=np.full(5, tau))
     time = np.linspace(0, 4000, 50)
-    out = driven(heat, np.full(5, 9.0), time, np.full(49, 0.1))
+    feed = np.append(np.linspace(0.02, 0.2, 36), np.full(13, 0.1))  # segments lead elsewhere: none may be lost
+    out = driven(heat, np.full(5, 9.0), time, feed)
     state = np.full(5, 9.0)
     for k in range(49):
-        state = state_after(heat, [Duty("moving", 0.1, time[k + 1] - time[k])], state)
+        state = state_after(heat, [Duty("moving", feed[k], time[k + 1] - time[k])], state)
         assert_allclose(out[k + 1], state, atol=1e-9)
     assert_allclose(out[-1], heat.steady_rise("moving", np.array([0.1]))[0], atol=1e-9)
 
@@ -152,6 +155,22 @@ def test_uniform_rise_grows_a_length_by_cte_l_dt():
     assert weights.sum() * 10 == pytest.approx(11.25e-6 * 1.0 * 10, rel=1e-14)  # 112.5 um
 
 
+def test_along_a_link_the_rise_is_that_of_a_hand():
+    """Straight from 12 to 4 K over 0.8 m; then in the reference by one ratio, 4 to 1 K over 0.4 m; held beyond."""
+    sections = (Section(0.0, 0.8, "p", "q", "linear"), Section(0.8, 1.2, "q", "r", "exponential"))
+    profile, reference = Profile("a2", 11.25e-6, sections), {"p": 12.0, "q": 4.0, "r": 1.0}
+    x = np.array([-0.1, 0.0, 0.2, 0.6, 0.8, 1.0, 1.1, 1.2, 1.5])
+    by_hand = [12, 12, 10, 6, 4, 2, 2**0.5, 1, 1]
+    assert_allclose(profile_rise(profile, reference, reference, x), by_hand, rtol=1e-12)
+    rise = {"p": -3.0, "q": 5.0, "r": 2.0}  # another state
+    edge = [0.0, 0.8, 1.2]
+    grown = sum(
+        quad(lambda at: profile_rise(profile, reference, rise, np.array([at]))[0], *ends)[0] for ends in pairwise(edge)
+    )
+    weights = growth_weights(profile, reference, ("p", "q", "r"))
+    assert weights @ list(rise.values()) == pytest.approx(11.25e-6 * grown, rel=1e-9)
+
+
 def test_profiles_are_linear_in_the_node_rises(job):
     growth = job.sources[0]
     rng = np.random.default_rng(0)
@@ -165,6 +184,11 @@ def test_cold_is_outside_the_box_as_heat_is(job):
     cold = extrapolations(job.heat, job.history.before, 0.2, 60.0, np.full((2, 5), [[-38.0], [1.0]]))
     assert cold == [f"a rise of -38.0 K lies further below zero than the {job.heat.box.rise:g} K measured above it"]
     assert extrapolations(job.heat, job.history.before, 0.2, 60.0, np.full((1, 5), -5.0)) == []
+
+
+def test_no_job_is_outside_the_box_of_an_arm_that_never_rises():
+    for feed in (0.0, 1e-4, 10.0):
+        assert extrapolations(cold_arm(), [Duty("moving", feed, 1000 * HOUR)], feed, HOUR, np.zeros((1, 1))) == []
 
 
 def test_a_job_outside_the_box_says_so(job):

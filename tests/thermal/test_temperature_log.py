@@ -48,6 +48,14 @@ def test_readings_that_no_robot_has_are_gaps():
     assert log.gaps == 3  # an empty cell is one that the logger meant
 
 
+def test_the_coldest_and_the_hottest_that_are_allowed_are_read(tmp_path):
+    file = tmp_path / "log.csv"
+    file.write_text(HEAD + "0,-20,-20\n10,60,120\n")
+    for log in (read(file.read_bytes()).readings, read_temperature_log(file, NODES, SENSORS)):
+        assert_allclose(log.ambient, [-20, 60])
+        assert_allclose(log.readings["j2"], [-20, 120])
+
+
 def test_a_clock_that_is_set_back_goes_on_where_it_was():
     log = read(rows((3600, 21), (3610, 22), (20, 23), (30, 24), (40, 25)))
     assert_allclose(log.readings.time, [3600, 3610, 3620, 3630, 3640])

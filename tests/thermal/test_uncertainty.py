@@ -47,6 +47,19 @@ def test_standing_and_resting_build_up_their_share(duty, share):
     assert_allclose(missed, share / -np.expm1(-6 * HOUR / HEAT.tau), rtol=1e-9)
 
 
+def test_a_changed_model_is_that_of_a_hand():
+    """Larger rises after the reference duty, longer time constants, and a feed that counts by its exponent."""
+    scale, lag = np.linspace(-0.2, 0.3, K), np.linspace(0.4, -0.1, K)
+    larger = DisturbedHeat(HEAT, WARMTH, changed(scale=scale))
+    assert_allclose(larger.outputs @ state_after(larger, [REFERENCE]), HEAT.reference_rise * (1 + scale))
+    cooling = DisturbedHeat(replace(HEAT, start=HEAT.reference_rise), WARMTH, changed(lag=lag))
+    left = cooling.outputs @ state_after(cooling, [Duty("off", 0.0, HOUR)])
+    assert_allclose(left, HEAT.reference_rise * np.exp(-HOUR / (HEAT.tau * np.exp(lag))))
+    faster = DisturbedHeat(HEAT, WARMTH, changed(feed=0.1))
+    moving = 0.05 + 0.95 * 1.1**HEAT.exponent
+    assert_allclose(faster.outputs @ state_after(faster, [REFERENCE]), HEAT.reference_rise * moving)
+
+
 def test_what_a_log_misses_fades():
     logged = replace(HEAT, start=np.full(K, 5.0))
     missed = missed_rise(WARMTH, logged, History(before=(Duty("off", 0.0, HOUR),)), changed(start=np.ones(K)), NOW)
