@@ -13,7 +13,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import log_end
 from compgen.thermal.log_doubt import FLOOR, SIGMAS, doubt_of, hidden_lies
 from compgen.thermal.log_end import end_of
-from compgen.thermal.log_prior import LogPrior, Medians, medians_of, prior_of
+from compgen.thermal.log_prior import Expected, LogPrior, Medians, medians_of, prior_of
 from compgen.thermal.state_from_log import LogFit, TemperatureLog, fit_log
 from compgen.thermal.temperature_log import read_temperature_log
 
@@ -155,6 +155,25 @@ def test_what_a_sensor_hides_is_that_of_a_hand():
     assert_allclose(size, SIGMAS * 3.0)
     courses = np.array([[1, 1], [0, 1], [0, 1]])  # off from the first reading on, running away, off from the second on
     assert_allclose(off, courses @ gain.T * size[:, None])
+
+
+def test_what_a_known_history_leaves_open_is_that_of_a_hand(nodes):
+    """Breaks that nobody told of, a start that was another, a night of 2 K and half of 4 K of air, a draught of 1 K."""
+    heat, warmth, begin = nodes.heat, nodes.warmth, 500.0
+    log = replace(simple_log(nodes), time=begin + simple_log(nodes).time, air=np.linspace(1.0, 3.0, 180))
+    rise = np.outer(np.linspace(0.2, 1.0, 50), heat.reference_rise)
+    expected = Expected(begin + np.linspace(0, 3 * HOUR, 50), rise, 4.0)
+    prior = prior_of(log, heat, warmth, expected)
+    node = [heat.names.index(list(log.readings)[int(n)]) for n in prior.medians.which]
+    since = prior.medians.time - begin
+    course = (0.2 + 0.8 * since / (3 * HOUR)) * heat.reference_rise[node]
+    tau, lag, first = heat.tau[node], warmth.lag[node], since.min()  # of the medians
+    air_then, air = np.interp(first, log.time - begin, log.air), np.interp(since, log.time - begin, log.air)
+    start = (0.2 + 0.8 * first / (3 * HOUR)) * heat.reference_rise[node] - air_then
+    work = [0.15 * (course - air), 0.15 * start * np.exp(-since / lag)]
+    columns = [*work, 8**0.5 * np.exp(-since / tau), 1 - np.exp(-since / tau)]
+    assert_allclose(prior.beyond, prior.medians.value - course - 2.0 * np.exp(-since / tau), atol=1e-9)
+    assert_allclose(prior.spread[:, :4] @ prior.spread[:, :4].T, sum(np.outer(c, c) for c in columns), atol=1e-9)
 
 
 @pytest.mark.parametrize(("count", "scatter"), [(2, 0.1), (3, 1.05 * 6.0)])

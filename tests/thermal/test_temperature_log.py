@@ -52,6 +52,7 @@ def test_the_coldest_and_the_hottest_that_are_allowed_are_read(tmp_path):
     file = tmp_path / "log.csv"
     file.write_text(HEAD + "0,-20,-20\n10,60,120\n")
     for log in (read(file.read_bytes()).readings, read_temperature_log(file, NODES, SENSORS)):
+        assert log.ambient is not None
         assert_allclose(log.ambient, [-20, 60])
         assert_allclose(log.readings["j2"], [-20, 120])
 
