@@ -20,7 +20,7 @@ from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
 from compgen.thermal.drive_losses import joint_torques, mean_losses, moving_losses
-from compgen.thermal.model import extrapolations
+from compgen.thermal.model import extrapolations, with_losses
 from compgen.thermal.network import Body, Housing, assemble_volumes, modal_form
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
@@ -255,6 +255,20 @@ def test_mean_losses_of_a_long_program_are_the_means_over_its_time(warm, heat):
     assert np.ptp(losses[:, 1]) > 1.0  # W: they vary
     mean = np.diff(time_) @ losses / (time_[-1] - time_[0])
     assert_allclose(mean_losses(warm.robot, heat.drives, motion).moving, mean, rtol=1e-9)
+
+
+def test_a_duty_at_half_the_feed_has_the_losses_of_a_program_twice_as_long(warm, heat):
+    time_ = np.linspace(0, 10, 41)
+    theta = 0.3 * np.sin(time_[:, None] + np.arange(6)) + warm.robot.pendant_zero
+    motion = JointMotion(time_, theta, np.append(np.full(20, 0.15), np.full(20, 0.05)))  # 0.1 m/s in the mean
+    duties = [Duty("moving", 0.05, HOUR, 0.6), Duty("idle", 0.0, HOUR), Duty("off", 0.0, HOUR)]
+    moving, idle, off = with_losses(heat, duties, motion)
+    slow = mean_losses(warm.robot, heat.drives, JointMotion(2 * time_, theta, motion.driven / 2))
+    assert slow.moving[0] < 0.9 * mean_losses(warm.robot, heat.drives, motion).moving[0]
+    assert_allclose(moving.loss, 0.6 * np.array(slow.moving) + 0.4 * np.array(slow.held))
+    assert_allclose(idle.loss, slow.held)
+    assert replace(moving, loss=()) == duties[0]
+    assert off == duties[2]
 
 
 def test_standing_in_a_programs_poses_costs_what_holds_them(warm, heat):

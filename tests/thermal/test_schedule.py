@@ -1,5 +1,6 @@
 """The language of duty: what a path file says of the cell's day, and what it refuses."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, rise_history, state_after, still_air
-from compgen.thermal.schedule import Shift, Step, expand_steps
+from compgen.thermal.schedule import Shift, Step, check_shifts, expand_steps
 
 PATH = path_file("line_y")
 
@@ -76,6 +77,21 @@ def test_shifts_move_rest_in_breaks_and_switch_off_between():
     assert [(d.state, d.duration / HOUR) for d in job.history.before] == [
         ("off", 6), ("moving", 3), ("idle", 0.5), ("moving", 4.5), ("off", 10)
     ]  # fmt: skip
+
+
+def test_shifts_and_breaks_that_meet_do_not_overlap():
+    """Work around the clock: each shift begins as the one before it ends, the first as the night's ends."""
+    early = Shift(6 * HOUR, 14 * HOUR, ((8 * HOUR, 9 * HOUR), (9 * HOUR, 9.5 * HOUR)))
+    around = [early, Shift(14 * HOUR, 22 * HOUR), Shift(22 * HOUR, 30 * HOUR)]
+    check_shifts(around, "day")
+    check_shifts(around[::-1], "day")
+    for shifts, words in (
+        ([*around[:2], Shift(22 * HOUR, 30.01 * HOUR)], "shift.2: 22 to 30.01 h overlaps shift.0"),
+        ([Shift(22 * HOUR, 30.01 * HOUR), early], "shift.1: 6 to 14 h overlaps shift.0"),
+        ([replace(early, breaks=((9 * HOUR, 10 * HOUR), (8 * HOUR, 9.01 * HOUR)))], "shift.0.breaks_h: the breaks"),
+    ):
+        with pytest.raises(InputError, match=words):
+            check_shifts(shifts, "day")
 
 
 def test_a_night_shift_goes_on_past_midnight():

@@ -12,7 +12,14 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.thermal import Ambient, Duty, JointMotion, rises_during, state_after
 from compgen.thermal.node_model import NodeModel
 from compgen.thermal.schedule import History
-from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, missed_rise, rise_by_air, rise_by_model
+from compgen.thermal.uncertainty import (
+    DisturbedHeat,
+    HeatChange,
+    missed_rise,
+    nothing_warms,
+    rise_by_air,
+    rise_by_model,
+)
 
 CELL = load_cell("m710ic50")
 HEAT, WARMTH = cast(NodeModel, CELL.heat), CELL.warmth
@@ -45,6 +52,14 @@ def test_a_cold_arm_misses_nothing_and_one_that_stands_off_forgets():
 def test_standing_and_resting_build_up_their_share(duty, share):
     missed = missed_rise(WARMTH, HEAT, History(before=(duty,)), changed(rise=np.ones(K)), NOW)[0]
     assert_allclose(missed, share / -np.expm1(-6 * HOUR / HEAT.tau), rtol=1e-9)
+
+
+def test_what_is_not_said_changes_nothing_and_a_cold_arm_has_no_band():
+    none, cold = HeatChange.none(K), nothing_warms(HEAT)
+    assert not none.changes_model
+    assert not any(np.any(value) for value in (none.rise, none.start, none.air))
+    assert not any((cold.law, cold.sensors, cold.air, cold.feed, cold.missing, cold.idle))
+    assert (cold.own, cold.start, cold.hidden, cold.expansion, dict(cold.growth)) == (None, None, None, None, {})
 
 
 def test_a_changed_model_is_that_of_a_hand():
