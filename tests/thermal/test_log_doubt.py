@@ -1,5 +1,6 @@
 """Which temperature logs are believed: lies of sensors and clocks are named, honest days are taken."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -100,8 +101,18 @@ def test_a_sensor_that_fell_off_is_named_and_no_warm_one(cell, name):
 
 def test_a_sensor_that_runs_away_is_named(cell):
     log = day(cell)
+    honest = log.readings["j2"].copy()
     log.readings["j2"][:] += 4 * log.time / HOUR
-    assert doubt(cell, log).startswith("column j2_degC: reads ")
+    words = doubt(cell, log)
+    assert words.startswith("column j2_degC: reads ")
+    told = re.search(r"reads (\S+) degC (\d+) s after .*, (\d+) sigma off: .* allow (\S+) \+- (\S+);", words)
+    assert told is not None
+    read, at, sigmas, allowed, spread = map(float, told.groups())
+    row = round(at / 60)
+    assert at > 4.9 * HOUR  # where it has run farthest
+    assert read == pytest.approx(20 + log.readings["j2"][row], abs=0.051)
+    assert abs(allowed - 20 - honest[row]) < 3 * spread
+    assert sigmas == pytest.approx(abs(read - allowed) / spread, abs=1.5)
 
 
 def test_columns_that_are_exchanged_are_told(cell):

@@ -57,6 +57,21 @@ def test_the_coldest_and_the_hottest_that_are_allowed_are_read(tmp_path):
         assert_allclose(log.readings["j2"], [-20, 120])
 
 
+@pytest.mark.parametrize(
+    ("time", "words"),
+    [
+        ((0, 10, 10), "10 after 10: time must rise; write the times with their seconds"),
+        ((0, 10, 5), "5 after 10: time must rise; sort the log"),
+        ((-1, 10, 20), "-1 is negative; begin at 0"),
+    ],
+)
+def test_a_whole_log_whose_time_does_not_rise_is_refused(tmp_path, time, words):
+    file = tmp_path / "log.csv"
+    file.write_text(rows(*((t, 21) for t in time)))
+    with pytest.raises(InputError, match=words):
+        read_temperature_log(file, NODES, SENSORS)
+
+
 def test_a_clock_that_is_set_back_goes_on_where_it_was():
     log = read(rows((3600, 21), (3610, 22), (20, 23), (30, 24), (40, 25)))
     assert_allclose(log.readings.time, [3600, 3610, 3620, 3630, 3640])
