@@ -216,6 +216,12 @@ def test_fewer_decimals_than_were_written_are_a_difference():
         (found,) = differences(text, other)
         assert str(found) == f"P[2]: X: written 1250.452, backup {back.decode()}"
     assert differences(text, text.replace(b"1250.452", b"1250.452000")) == ()
+    one = text.replace(b"1250.452", b"1250")
+    assert compare_programs(ls.loads(text), ls.loads(one)).lines(5)[0].endswith(": 1 difference")
+    two = re.sub(rb"(P\[3\]\{[^}]*?X = +)-?[\d.]+", rb"\g<1>1.5", one)
+    lines = compare_programs(ls.loads(text), ls.loads(two)).lines(1)
+    assert lines[0].endswith(": 2 differences")
+    assert lines[2] == "  and 1 more (--first N, or --json)"
     fine = written(decimals=6)
     coarse = re.sub(rb"(P\[2\]\{[^}]*?X = +)(-?\d+\.\d{6})", lambda m: m[1] + b"%.3f" % float(m[2]), fine)
     assert [(d.where, d.what) for d in differences(fine, coarse)] == [("P[2]", "X")]

@@ -1,11 +1,21 @@
 """What a statement makes of registers, beside sums by hand and Python's own arithmetic."""
 
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from ls_text import cartesian, joint_form, program
 
+from compgen.core.pose import Pose
+from compgen.core.rotations import from_wpr
+from compgen.fanuc import loads
+from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS
+from compgen.fanuc.analysis.flow_graph import Node
+from compgen.fanuc.analysis.placements import read_placements
 from compgen.fanuc.analysis.register_arithmetic import UNKNOWN, Key, Values, element, evaluate_number, evaluate_register
+from compgen.fanuc.analysis.register_flow import RegisterFlow
+from compgen.program.frames import default_frames
 from compgen.program.registers import CARTESIAN, JOINT, Register
 
 ONE, TWO = (1.0, 2.0, 3.0, 10.0, 20.0, 30.0), (100.0, 0.0, -7.0, 0.5, 0.0, -1.0)
@@ -84,3 +94,30 @@ def test_an_element_is_its_kind_number_component_and_end():
     assert element("PR[R[7]]=1") == ("PR", None, None, 8)
     assert element("PR[5") is None
     assert element("DO[5]") is None
+
+
+def test_positions_frames_and_tools_are_their_numbers_in_mm_and_degrees():
+    place, ridden = cartesian(1, ONE), cartesian(4, ONE, more=",\n\tE1= 10.000 mm")
+    points = [place, cartesian(2, ["********", *ONE[1:]]), joint_form(3, ONE), ridden]
+    frame = Pose(np.array([0.1, -0.2, 0.3]), from_wpr(np.zeros(()), np.zeros(()), np.array(np.pi / 6)))
+    frames = replace(default_frames(), uframe={3: frame})
+    flow = RegisterFlow(program=loads(program([], points)), frames=frames, called=UNKNOWN_PROGRAMS)
+    assert flow.position(1) == Register(CARTESIAN, ONE)
+    assert flow.position(2) == Register(CARTESIAN, (None, *ONE[1:]))
+    assert flow.position(3) == Register(JOINT)
+    assert flow.position(4) == flow.position(5) == flow.frame("UTOOL", 3) == UNKNOWN
+    assert flow.frame("UFRAME", 3).form == CARTESIAN
+    assert flow.frame("UFRAME", 3).values == pytest.approx((100.0, -200.0, 300.0, 0.0, 0.0, 30.0), abs=1e-9)
+    known = flow.leave(Node(text="PR[5]=P[1]"), {})
+    known = flow.leave(Node(text="PR[5,3]=PR[5,2]*(-2)"), known)
+    assert known["PR", 5] == Register(CARTESIAN, (1.0, 2.0, -4.0, 10.0, 20.0, 30.0))
+
+
+def test_a_program_whose_motions_are_all_offset_is_shifted():
+    """By the register that it starts with; a motion without an offset beside them is not."""
+    points, offset = [cartesian(1, ONE), cartesian(2, TWO)], "100mm/sec FINE Offset,PR[7]"
+    moves, start = [f"L P[1] {offset}", f"L P[2] {offset}"], {7: Register(CARTESIAN, TWO)}
+    for more, shifted in (([], [0, 1]), (["L P[1] 100mm/sec FINE"], [0, 1])):
+        placed = read_placements(loads(program([*moves, *more], points)), default_frames(), start)
+        assert sorted(placed.of_motion) == shifted
+        assert not placed.unknown

@@ -98,3 +98,13 @@ def test_without_a_robot_lines_take_their_lengths_over_their_speeds_alone():
     )
     drive = read_traversal(read, read_poses(read, None, default_frames()), None)
     assert_allclose(drive.duration[1], 1.0)
+
+
+def test_a_program_that_ends_on_an_arc_takes_the_arcs_time():
+    """Half a circle of 50 mm: to the point between and from there, a quarter each."""
+    corners = [(1300.0, 0.0, 203.0), (1350.0, 50.0, 203.0), (1400.0, 0.0, 203.0)]
+    points = [cartesian(n, (*p, *DOWN)) for n, p in enumerate(corners, 1)]
+    read = fanuc.loads(program(["L P[1] 100mm/sec FINE", "C P[2]\n    :  P[3] 100mm/sec FINE"], points))
+    drive = read_traversal(read, read_poses(read, None, default_frames()), None)
+    assert_allclose(drive.length[1:], 0.05 * np.pi / 2)
+    assert_allclose(drive.duration[1:].sum(), 0.5 * np.pi, atol=0.02)
