@@ -2,10 +2,16 @@
 
 import numpy as np
 import pytest
+from ls_text import cartesian, program
 from naive_arm import frame
 from numpy.testing import assert_allclose
 
-from compgen.fanuc.editing.numbers import nearest_wpr
+from compgen.core.pose import Pose
+from compgen.fanuc import loads
+from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.editing.numbers import NewPoses, nearest_wpr, number_edits
+from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.frames import default_frames
 
 
 def turned(old, by):
@@ -30,3 +36,16 @@ def test_where_p_is_square_r_stays_and_w_takes_the_change(p):
     assert_allclose(printed[:, 2], old[:, 2])
     assert_allclose(printed[:, 0], old[:, 0] + 0.1 - 0.4 * np.sign(p), atol=1e-9)
     assert_allclose([frame(0, 0, 0, *t)[:3, :3] for t in printed], rotation, atol=1e-12)
+
+
+@pytest.mark.parametrize(("other", "printed"), [("0.500", "0.250"), (".500", ".250"), ("-.500", ".250")])
+def test_a_zero_before_the_point_stands_where_the_program_has_it(other, printed):
+    arm, places = load_robot("m710ic50"), [("1300.000", y, "203.000", 180.0, 0.0, 30.0) for y in ("5.000", other)]
+    read = loads(program(["L P[1] 100mm/sec FINE"], [cartesian(n, p) for n, p in enumerate(places, 1)]))
+    poses = read_poses(read, arm, default_frames())
+    moved = Pose(poses.tcp.position[:1] - [0.0, 4.75e-3, 0.0], poses.tcp.rotation[:1])
+    new = NewPoses(
+        rows=np.zeros(1, int), tcp=moved, theta=poses.theta[:1], nudge=np.zeros((1, 3), int), marked=np.zeros(1, bool)
+    )
+    (text,) = number_edits(read, poses, arm, new).values()
+    assert text.strip() == printed.encode()
