@@ -9,6 +9,8 @@ from numpy.testing import assert_allclose
 from compgen.core.pose import Pose
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.traversal import read_traversal
+from compgen.fanuc.editing.insertion import target_number_span
 from compgen.fanuc.editing.numbers import NewPoses, nearest_wpr, number_edits
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
@@ -49,3 +51,12 @@ def test_a_zero_before_the_point_stands_where_the_program_has_it(other, printed)
     )
     (text,) = number_edits(read, poses, arm, new).values()
     assert text.strip() == printed.encode()
+
+
+def test_the_number_of_each_station_stands_where_its_target_does():
+    moves = ["J P[1] 10% FINE", "L P[20] 100mm/sec FINE", "C P[3]\n    :  P[4] 100mm/sec FINE"]
+    places = {1: (1300, 0), 20: (1400, 0), 3: (1450, 50), 4: (1500, 0)}
+    read = loads(program(moves, [cartesian(n, (x, y, 203, 180, 0, 30)) for n, (x, y) in places.items()]))
+    drive = read_traversal(read, read_poses(read, None, default_frames()), None)
+    spans = [target_number_span(read, drive, station) for station in range(4)]
+    assert [read.data[a:b] for a, b in spans] == [b"1", b"20", b"3", b"4"]

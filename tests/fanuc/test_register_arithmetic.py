@@ -113,6 +113,20 @@ def test_positions_frames_and_tools_are_their_numbers_in_mm_and_degrees():
     assert known["PR", 5] == Register(CARTESIAN, (1.0, 2.0, -4.0, 10.0, 20.0, 30.0))
 
 
+@pytest.mark.parametrize("text", ["UFRAME[R[1]]=PR[5]", "UFRAME[3,2]=R[4]"])
+def test_a_frame_that_run_time_writes_makes_all_of_its_kind_unknown(text):
+    flow = RegisterFlow(
+        program=loads(program([], [cartesian(1, ONE)])), frames=default_frames(), called=UNKNOWN_PROGRAMS
+    )
+    before = flow.leave(Node(text="UTOOL[3]=P[1]"), flow.leave(Node(text="UFRAME[3]=P[1]"), {}))
+    values = flow.values(before)
+    assert [values.frame_value(kind, 3).values for kind in ("UFRAME", "UTOOL")] == [ONE, ONE]
+    assert values.frame_value("UFRAME", 0).form == CARTESIAN  # of the table
+    after = flow.values(flow.leave(Node(text=text), before))
+    assert after.frame_value("UFRAME", 3) == after.frame_value("UFRAME", 0) == UNKNOWN
+    assert after.frame_value("UTOOL", 3).values == ONE
+
+
 def test_a_program_whose_motions_are_all_offset_is_shifted():
     """By the register that it starts with; a motion without an offset beside them is not."""
     points, offset = [cartesian(1, ONE), cartesian(2, TWO)], "100mm/sec FINE Offset,PR[7]"

@@ -18,7 +18,7 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.motion_plan import plan_written_motion
 from compgen.pipelines.files.path_file import load_job
-from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
+from compgen.thermal import Ambient, Duty, JointMotion, drive_losses, rise_history, rises_during, state_after
 from compgen.thermal.drive_losses import joint_torques, mean_losses, moving_losses
 from compgen.thermal.model import extrapolations, with_losses
 from compgen.thermal.network import Body, Housing, assemble_volumes, modal_form
@@ -205,9 +205,11 @@ def test_torques_are_those_of_hanging_masses(warm, heat):
     rng = np.random.default_rng(3)
     theta = rng.uniform(-1.5, 1.5, (8, 6)) + warm.robot.pendant_zero
     still = np.zeros_like(theta)
-    load = replace(heat.drives, link_mass=np.zeros(6))  # payload alone: its height is that of the tool
+    aside = np.array([0.05, -0.08, 0.0])  # off the flange's axis: which way J4 and J6 turn counts
+    centre = heat.drives.payload_centre + aside
+    load = replace(heat.drives, link_mass=np.zeros(6), payload_centre=centre)  # alone: its height is that of the tool
     twin_height = []
-    model = build_error_model(warm.robot, (), 0, Pose(heat.drives.payload_centre, np.eye(3)))
+    model = build_error_model(warm.robot, (), 0, Pose(centre, np.eye(3)))
     for i in range(6):
         h = 1e-5
         ends = [model.nominal_pose(theta + s * h * np.eye(6)[i]).position[:, 2] for s in (1, -1)]
@@ -269,6 +271,19 @@ def test_a_duty_at_half_the_feed_has_the_losses_of_a_program_twice_as_long(warm,
     assert_allclose(idle.loss, slow.held)
     assert replace(moving, loss=()) == duties[0]
     assert off == duties[2]
+
+
+def test_between_the_segments_whose_torques_are_worked_out_heat_is_straight_in_time(warm, heat, monkeypatch):
+    rng, bare = np.random.default_rng(5), replace(heat.drives, coulomb=0.0, viscous=0.0)
+    time_ = np.cumsum(rng.uniform(0.01, 0.1, 5001))
+    theta = np.cumsum(rng.normal(0.0, 1e-3, (5001, 6)), axis=0) + warm.robot.pendant_zero
+    motion = JointMotion(time_, theta, np.ones(5000))
+    sampled = moving_losses(warm.robot, bare, motion)
+    monkeypatch.setattr(drive_losses, "SAMPLES", 10**5)
+    whole = moving_losses(warm.robot, bare, motion)
+    rows = np.unique(np.linspace(0, 4999, 2000).astype(int))
+    middle = time_[:-1] + np.diff(time_) / 2
+    assert_allclose(sampled, np.column_stack([np.interp(middle, middle[rows], w) for w in whole[rows].T]), rtol=1e-9)
 
 
 def test_standing_in_a_programs_poses_costs_what_holds_them(warm, heat):

@@ -162,6 +162,8 @@ def test_along_a_link_the_rise_is_that_of_a_hand():
     x = np.array([-0.1, 0.0, 0.2, 0.6, 0.8, 1.0, 1.1, 1.2, 1.5])
     by_hand = [12, 12, 10, 6, 4, 2, 2**0.5, 1, 1]
     assert_allclose(profile_rise(profile, reference, reference, x), by_hand, rtol=1e-12)
+    even = Profile("a2", 11.25e-6, (Section(0.0, 0.8, "p", "q", "exponential"),))  # no ratio between alike ones
+    assert_allclose(profile_rise(even, {"p": 4.0, "q": 4.0}, {"p": 12.0, "q": 4.0}, x[1:5]), [12, 10, 6, 4])
     rise = {"p": -3.0, "q": 5.0, "r": 2.0}  # another state
     edge = [0.0, 0.8, 1.2]
     grown = sum(
