@@ -42,7 +42,7 @@ USELESS = 0.95  # of what nothing leaves
 class Left(Sizes):
     """What is left of a path on the part [m]."""
 
-    turn: float  # [rad] largest, of the tool
+    turn: float  # [rad] largest tilt of the tool's axis
 
 
 @dataclass(frozen=True, eq=False, slots=True)
