@@ -32,22 +32,15 @@ class _Rule:
     keys: str  # regular expression of dotted keys, places in lists left out
     together: bool  # whether the values of a table or a list are judged by their largest
     least: float  # what is below it, and not zero, was meant in another unit
-    factor: float  # from that unit
-    unit: str
-    expected: str
+    factor: float = 1e3  # from that unit
+    unit: str = "metres"
+    expected: str = "mm"
 
 
 _SHORT = 3  # mm: of no arm, tool, frame or pattern
 _SHORTEST_TOOL = 25  # mm from the flange
 _RULES = (
-    _Rule(
-        keys=r"(tool|u(frame|tool)\.\d+)\.([xyz]|length)_mm|boundary\.corners_mm",
-        together=True,
-        least=_SHORT,
-        factor=1e3,
-        unit="metres",
-        expected="mm",
-    ),
+    _Rule(keys=r"(tool|u(frame|tool)\.\d+)\.([xyz]|length)_mm|boundary\.corners_mm", together=True, least=_SHORT),
     _Rule(
         keys=r"(tool|utool\.\d+)\.([xyz]|length)_mm",
         together=True,
@@ -57,32 +50,15 @@ _RULES = (
         expected="mm",
     ),
     _Rule(
-        keys=r"(dh\.[ad]|identified\.(reflector|instrument))_mm(\.\w+)?",
+        keys=r"(dh\.[ad]|identified\.(reflector|instrument)|sources\.loads\.(link|payload)_centre)_mm(\.\w+)?",
         together=True,
         least=_SHORT,
-        factor=1e3,
-        unit="metres",
-        expected="mm",
     ),
-    _Rule(keys=r"tool\.length_mm", together=False, least=_SHORT, factor=1e3, unit="metres", expected="mm"),
-    _Rule(
-        keys=r"boundary\.holes\.(diameter|length|width|size|corners)_mm",
-        together=True,
-        least=1,
-        factor=1e3,
-        unit="metres",
-        expected="mm",
-    ),
+    _Rule(keys=r"tool\.length_mm", together=False, least=_SHORT),
+    _Rule(keys=r"boundary\.holes\.(diameter|length|width|size|corners)_mm", together=True, least=1),
     _Rule(keys=r"process\.(lead|lean)_deg", together=True, least=0.5, factor=1 / DEG, unit="radians", expected="deg"),
-    _Rule(keys=r"process\.lift_mm", together=False, least=0.1, factor=1e3, unit="metres", expected="mm"),
-    _Rule(
-        keys=r"path\.(length|diameter|size)_mm|boundary\.(?!corners)\w+_mm",
-        together=False,
-        least=_SHORT,
-        factor=1e3,
-        unit="metres",
-        expected="mm",
-    ),
+    _Rule(keys=r"process\.lift_mm", together=False, least=0.1),
+    _Rule(keys=r"path\.(length|diameter|size)_mm|boundary\.(?!corners)\w+_mm", together=False, least=_SHORT),
     _Rule(keys=r"thermal\.cte_um_m_K(\.\w+)?", together=False, least=1e-3, factor=1e6, unit="1/K", expected="um/m/K"),
     _Rule(keys=r"thermal\.cte_um_m_K(\.\w+)?", together=False, least=0.1, factor=1e3, unit="mm/m/K", expected="um/m/K"),
     _Rule(
@@ -100,14 +76,6 @@ _RULES = (
         factor=1e3,
         unit="seconds",
         expected="ms",
-    ),
-    _Rule(
-        keys=r"sources\.loads\.(link|payload)_centre_mm",
-        together=True,
-        least=_SHORT,
-        factor=1e3,
-        unit="metres",
-        expected="mm",
     ),
     _Rule(
         keys=r"sources\.compliance\.compliance_urad_Nm",

@@ -19,7 +19,7 @@ from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.posterior import KnownParameter, numbers_of
 from compgen.job.job import Cell
 from compgen.thermal import Duty
-from compgen.thermal.ambient import Ambient
+from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.model import state_with_rises
 from compgen.thermal.schedule import STANDING, History
 
@@ -164,7 +164,7 @@ def history_from_state(history: History, state: AnchoredState, age: float, air: 
         air: From the first duty of the old ``before`` on, where the path file says it; None: as the state has it.
     """
     clock = history.clock
-    air = Ambient(np.zeros(1), np.array([state.air])) if air is None else air.since(clock - age)
+    air = still_air(state.air) if air is None else air.since(clock - age)
     standing = (replace(history.standing, duration=age),) if age > 0 else ()
     return replace(history, before=standing, air=air)
 

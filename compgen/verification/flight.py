@@ -82,7 +82,7 @@ def fly(
     # an arm that remembers its direction knows it from where a chain of sure neighbours begins
     pieces = [slice(0, len(theta))] if not twin.remembers_direction else chains(driven, station)
     parts = [tcp[:0]]
-    for some in pieces if len(theta) else ():  # no position of the program can be driven to
+    for some in pieces:
         its_tools = None if twin.faults is None else tools[some]
         parts.append(twin.actual_pose(theta[some], rise[some], lambda share: None, its_tools))
         progress(0.5 + some.stop / max(len(theta), 1) / 2)

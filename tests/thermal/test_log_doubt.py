@@ -105,9 +105,9 @@ def test_a_sensor_that_runs_away_is_named(cell):
     log.readings["j2"][:] += 4 * log.time / HOUR
     words = doubt(cell, log)
     assert words.startswith("column j2_degC: reads ")
-    told = re.search(r"reads (\S+) degC (\d+) s after .*, (\d+) sigma off: .* allow (\S+) \+- (\S+);", words)
-    assert told is not None
-    read, at, sigmas, allowed, spread = map(float, told.groups())
+    match = re.search(r"reads (\S+) degC (\d+) s after .*, (\d+) sigma off: .* allow (\S+) \+- (\S+);", words)
+    assert match is not None
+    read, at, sigmas, allowed, spread = map(float, match.groups())
     row = round(at / 60)
     assert at > 4.9 * HOUR  # where it has run farthest
     assert read == pytest.approx(20 + log.readings["j2"][row], abs=0.051)

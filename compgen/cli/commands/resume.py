@@ -65,7 +65,7 @@ class Cause:
     ] = None
 
     def check(self) -> None:
-        """Raises InputError where not one of the three is given, or a value is none."""
+        """Raises InputError where none of the three, or both a state and a log are given, or a value is none."""
         from compgen.job.anchored_start import seconds_of_age
 
         causes = (("--state", self.state), ("--log", self.log), ("--late", self.late))

@@ -21,7 +21,7 @@ from compgen.error_model.uncertain_sources import Quantity
 from compgen.identification.touches import Touches
 from compgen.job.job import Cell, Job
 from compgen.job.motion_plan import plan_written_motion
-from compgen.thermal import Ambient, JointMotion, rise_history, state_after
+from compgen.thermal import JointMotion, rise_history, state_after, still_air
 from compgen.thermal.ensemble import duties_until
 from compgen.thermal.filled_rises import HEIGHT
 from compgen.thermal.log_prior import EACH
@@ -102,7 +102,7 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
         return plan_written_motion(job.plan, job.cell, job.plan.process.feed).joint_motion
 
     fitted = fit_log(cut, heat, heat.mean_losses(working).moving)
-    air = Ambient(np.zeros(1), cut.air[-1:])
+    air = still_air(float(cut.air[-1]))
     state, end = fitted.state, float(cut.time[-1])
     if last > end:
         state = state_after(heat, (replace(job.history.standing, duration=last - end),), state, air)

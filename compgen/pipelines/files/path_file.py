@@ -60,7 +60,7 @@ from compgen.planning.tables import (
 )
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.tables import TOOL_POSE, ToolTable, tool_pose
-from compgen.thermal import Ambient, JointMotion, tables
+from compgen.thermal import Ambient, JointMotion, still_air, tables
 from compgen.thermal.ensemble import Ensemble, started
 from compgen.thermal.log_end import end_of
 from compgen.thermal.schedule import History
@@ -146,7 +146,7 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
         log = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
         read += log.notes
         if not is_air_given:
-            air = Ambient(np.zeros(1), log.air[-1:])  # the file does not say how warm the air is: as the log left it
+            air = still_air(float(log.air[-1]))  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
     notes = (*(files.project.notes if files.project else ()), *notes, *read_findings(read))

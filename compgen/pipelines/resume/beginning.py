@@ -28,11 +28,11 @@ from compgen.core.units import DAY, MINUTE, limit_words
 from compgen.error_model.anchored_state import parse_state, state_text
 from compgen.job.anchored_start import cell_with_state, load_state
 from compgen.job.job import Cell, Job
+from compgen.pipelines.files.path_file import NOT_OF_AIR
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.planned.job_results import Planned
-from compgen.thermal import Ambient, Duty, JointMotion, state_after, states_at, tables
-from compgen.thermal.ambient import still_air
+from compgen.thermal import Ambient, Duty, JointMotion, state_after, states_at, still_air, tables
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import LogEnd, end_of
 from compgen.thermal.model import ThermalModel
@@ -65,7 +65,7 @@ class Logged(NamedTuple):
     @property
     def is_air_given(self) -> bool:
         """Whether the job says what the air does, so that what was found now does not stay."""
-        return bool(self.ambient.model_fields_set - {"reference_degC", "clock_h"})
+        return bool(self.ambient.model_fields_set - NOT_OF_AIR)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -83,7 +83,7 @@ class Known:
     motion: Callable[[], JointMotion]  # of the whole program
     logged: Callable[[], Logged]
     earlier: tuple[Mapping[str, Any], ...]  # what was replaced before
-    found_air: float | None = None  # [K] rise that a log or a state found for an earlier page, and that stays
+    measured_air: float | None = None  # [K] rise by a log or a state of an earlier page, which stays
 
     def clock_after(self, late: float | None, option: str, file: str) -> float:
         """When the page starts [s]: asked for beside a log or a state where the air changes, and only there.
@@ -118,17 +118,17 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
         first: The waypoint that it starts at.
     """
     job, row, state, clock, cell = whole.job, 0, whole.job.state(), whole.job.clock, whole.job.cell
-    air, found = job.history.air, None
+    measured_air = None
     earlier = [entry for entry in resumed if int(entry["from_page"]) < page]
     for entry in earlier:
         row, state, clock = int(entry["first_waypoint"]), np.array(entry["state"]), float(entry["clock_s"])
         if "state_toml" in entry:
             anchored = parse_state(str(entry["state_toml"]).encode(), "manifest: resumed.state_toml")
             cell = cell_with_state(unmoved(job), anchored, "manifest: resumed.state_toml")
-        found = None if air.moves_after(clock) else entry.get("air_K")
+        measured_air = entry.get("air_K")
     if len(state) != len(job.heat.rate):
         raise InputError("manifest: resumed.state is that of another thermal model; generate the job anew")
-    air = air if found is None else still_air(found)
+    air = job.history.air if measured_air is None else still_air(measured_air)
     motion = whole.motion_from(row)
     at = np.array([first - row], dtype=np.int64)
     after = states_at(job.heat, state, motion, at, air, clock)[0]
@@ -143,7 +143,7 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
         motion=partial(whole.motion_from, 0),
         logged=partial(logged_by, job),
         earlier=tuple(earlier),
-        found_air=found,
+        measured_air=measured_air,
     )
 
 
@@ -161,7 +161,7 @@ def begin_late(known: Known, late: float) -> Begun:
     waited = state_after(known.heat, [replace(known.standing, duration=late)], known.state, known.air, known.clock)
     why = f"it starts {limit_words(late)} late"
     clock, cause = known.clock + late, {"late_s": late}
-    return Begun(cell=known.cell, state=waited, clock=clock, why=why, cause=cause, air=known.found_air)
+    return Begun(cell=known.cell, state=waited, clock=clock, why=why, cause=cause, air=known.measured_air)
 
 
 def air_from(whole: Planned, begun: Begun) -> Ambient:
@@ -237,7 +237,7 @@ def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
         clock=clock,
         why="; ".join([f"thermocouple log {name} until {end:.0f} s", *log.notes]),
         cause={"log": name, "log_sha256": digest, "log_end_s": end},
-        air=None if logged.is_air_given else float(log.air[-1]) if log.has_air else known.found_air,
+        air=None if logged.is_air_given else float(log.air[-1]) if log.has_air else known.measured_air,
     )
 
 

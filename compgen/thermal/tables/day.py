@@ -118,7 +118,7 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
         if log.ambient is None:
             raise InputError(f"{source}: it has no column ambient_degC; add it")
         return Ambient(log.time, log.ambient - zero)
-    return Ambient(np.zeros(1), np.array([level])) if level else still_air()
+    return still_air(level)
 
 
 def log_of(

@@ -60,7 +60,7 @@ class Twin:
             progress: Called with the share done.
             tools: M tools, one a sample; default the twin's own.
         """
-        if self.only_grows and tools is None:
+        if not len(theta) or (self.only_grows and tools is None):
             return self._grown_pose(theta, self.growth(rise), progress)
         every = max(1, len(theta) // self.confirmed)
         pose, _ = self.faulty_pose(theta, self.growth(rise), rise, DirectionHistory(), every, tools)
