@@ -21,13 +21,13 @@ Rows of one pose share what the arm does there and no model says: noise of the p
 by Sherman and Morrison, coordinate by coordinate. Without it three reflectors on a pose would count as three poses."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, lapack
+from scipy.linalg import cho_solve, cholesky, lapack
 from scipy.sparse import coo_matrix
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, IntArray
 
 NU = 0.3
 #: [m], [rad] of one number of each kind (``measurements``): an instrument's and the arm's repeatability together
@@ -58,11 +58,6 @@ class NormalEquations:
             self.kind,
         )
 
-    def of_unknowns(self, kept: BoolArray) -> "NormalEquations":
-        """The equations of some of the unknowns, (D,), the others at zero."""
-        matrix = self.matrix[np.ix_(kept, kept)]
-        return NormalEquations(matrix, self.vector[kept], self.sum_of_squares, self.rows, self.kind)
-
 
 def normal_equations(A: Array, z: Array, weight: Array, kind: int = 0) -> NormalEquations:
     """Normal equations of rows A (n, D), z (n,), weights (n,) of one kind."""
@@ -91,10 +86,6 @@ class Prior:
     precision: Array  # (D - K,) of the others
     mean: Array  # (D - K,)
     ceiling: Array  # (G,) largest lambda of each group
-
-    def of_parameters(self, kept: BoolArray) -> "Prior":
-        """With some of the parameters, (K,), the others at zero."""
-        return replace(self, group=self.group[kept])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -171,13 +162,12 @@ def _solved(channels: Sequence[NormalEquations], prior: Prior, scales: Scales) -
         b += channel.vector / scales.noise[channel.kind]
     root = np.sqrt(np.diag(H))
     scale = np.outer(root, root)
-    factor = cho_factor(H / scale, lower=True)
-    inverse, _ = lapack.dpotri(factor[0], lower=1)
-    lower = np.tril(inverse)
-    C = lower + lower.T
+    factor = cholesky((H / scale).T, lower=True, overwrite_a=True)  # as LAPACK wants it: no copy
+    inverse, _ = lapack.dpotri(factor, lower=1)  # nothing above its diagonal
+    C = inverse + inverse.T
     np.fill_diagonal(C, np.diag(inverse))
     C /= scale
-    return cho_solve(factor, b / root) / root, C, 2 * float(np.log(np.diag(factor[0]) * root).sum())
+    return cho_solve((factor, True), b / root) / root, C, 2 * float(np.log(np.diag(factor) * root).sum())
 
 
 def _group_scales(prior: Prior, scales: Scales, u: Array, gamma: Array) -> Array:

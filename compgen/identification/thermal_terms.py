@@ -8,7 +8,14 @@ again, until each of those left
     does not worsen the forecast: the mean distance of each block of warm poses from what the cold poses and the blocks
     before it say, by more than its standard error.
 
-Both are taken at the fit's linearisation, with its scales: terms are small, the arm is linear in them."""
+Both are taken at the fit's linearisation, with its scales: terms are small, the arm is linear in them. There the
+unknowns are Gaussian, x with covariance C, and holding those of one kind, k, of prior variance lambda, at zero leaves
+
+    x - C_:k C_kk^-1 x_k,   C - C_:k C_kk^-1 C_k:
+
+at a log evidence that is less by the ratio of two densities at zero (Savage's; Dickey 1971, Ann. Math. Stat. 42, 204)
+
+    (log det C_kk - n_k log lambda + x_k' C_kk^-1 x_k) / 2"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +26,6 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.error_model.source import ArmFacts
-from compgen.identification.evidence import NormalEquations
 from compgen.identification.fit import Fit, fit
 from compgen.identification.linearisation import LinearProblem
 from compgen.identification.measurements import Measurements
@@ -32,26 +38,39 @@ BLOCKS = 6  # of consecutive warm poses; the first is never foretold
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Known:
+    """What rows say of the unknowns."""
+
+    x: Array  # (D,)
+    C: Array  # (D, D) covariance
+
+    def without(self, k: IntArray) -> "Known":
+        """The same with unknowns k at zero."""
+        lever = np.linalg.solve(self.C[np.ix_(k, k)], self.C[k])
+        return Known(self.x - self.x[k] @ lever, self.C - self.C[:, k] @ lever)
+
+    def loss(self, k: IntArray, variance: float) -> float:
+        """By how much unknowns k at zero explain the rows worse, in log evidence; their prior has this variance."""
+        C, x = self.C[np.ix_(k, k)], self.x[k]
+        return float(np.linalg.slogdet(C)[1] - len(k) * np.log(variance) + x @ np.linalg.solve(C, x)) / 2
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class _Choice:
-    """The linear problem of a fit, for all rows and for those before each block."""
+    """What all rows of a fit say, and what those before each block say of it."""
 
     problem: LinearProblem
-    all_rows: list[NormalEquations]
-    earlier: list[tuple[list[NormalEquations], BoolArray]]  # equations before a block, and its rows (N,)
+    known: Known
+    foretold: list[tuple[Known, BoolArray]]  # what is known before a block, and its rows (N,)
 
-    def solve(self, equations: list[NormalEquations], kept: BoolArray) -> tuple[Array, float]:
-        """The unknowns (D,), zero where not kept (K',), and the log evidence."""
-        prior = self.problem.prior
-        every = np.append(kept, np.ones(len(prior.precision), dtype=bool))
-        problem = replace(self.problem, prior=prior.of_parameters(kept))
-        solution = problem.solve([e.of_unknowns(every) for e in equations])
-        x = np.zeros(len(every))
-        x[every] = solution.x
-        return x, solution.log_evidence
+    def without(self, k: IntArray) -> "_Choice":
+        """The same with unknowns k at zero."""
+        foretold = [(known.without(k), rows) for known, rows in self.foretold]
+        return replace(self, known=self.known.without(k), foretold=foretold)
 
-    def forecast(self, kept: BoolArray) -> Array:
+    def forecast(self) -> Array:
         """Distances of the rows of all blocks from what is known before each [m]."""
-        left = [self.problem.left(self.solve(equations, kept)[0], rows) for equations, rows in self.earlier]
+        left = [self.problem.left(known.x, rows) for known, rows in self.foretold]
         return np.asarray(np.linalg.norm(np.concatenate(left), axis=1))
 
 
@@ -108,16 +127,15 @@ def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
     group = group_of[fitted.active]
     optional = sorted({int(g) for g in group_of[fitted.active & model.thermal]})
     choice = _choice(model, data, fitted)
-    if not choice.earlier:
+    if not choice.foretold:
         return fitted.active
-    kept = np.ones(len(group), dtype=bool)
-    evidence = choice.solve(choice.all_rows, kept)[1]
-    forecast = choice.forecast(kept)
+    kept, forecast = np.ones(len(group), dtype=bool), choice.forecast()
     while optional:
-        losses = {g: evidence - choice.solve(choice.all_rows, kept & (group != g))[1] for g in optional}
+        losses = {g: choice.known.loss(np.flatnonzero(group == g), choice.problem.scales.group[g]) for g in optional}
         for g in sorted(optional, key=lambda g: losses[g]):
-            without = choice.forecast(kept & (group != g))
-            gain = without - forecast
+            without = choice.without(np.flatnonzero(group == g))
+            foretold = without.forecast()
+            gain = foretold - forecast
             worse = gain.mean() < -gain.std() / np.sqrt(len(gain))
             if losses[g] < GAIN or worse:
                 break
@@ -125,7 +143,7 @@ def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
             break
         kept &= group != g
         optional.remove(g)
-        evidence, forecast = choice.solve(choice.all_rows, kept)[1], without
+        choice, forecast = without, foretold
     active = fitted.active.copy()
     active[np.flatnonzero(active)[~kept]] = False
     return active
@@ -133,9 +151,14 @@ def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
 
 def _choice(model: ArmModel, data: Measurements, fitted: Fit) -> _Choice:
     problem, block = fitted.problem(model, data), warm_blocks(data)[data.pose]
-    foretold = [(block == b) & ~fitted.outlier for b in range(1, BLOCKS)] if block.max(initial=-1) > 0 else []
-    earlier = [(problem.equations(block < b), rows) for b, rows in enumerate(foretold, 1) if rows.any()]
-    return _Choice(problem, problem.equations(), earlier)
+    rows = [(block == b) & ~fitted.outlier for b in range(1, BLOCKS)] if block.max(initial=-1) > 0 else []
+    foretold = [(_known(problem, block < b), rows) for b, rows in enumerate(rows, 1) if rows.any()]
+    return _Choice(problem, _known(problem), foretold)
+
+
+def _known(problem: LinearProblem, rows: BoolArray | None = None) -> Known:
+    solution = problem.solve(problem.equations(rows))
+    return Known(solution.x, solution.covariance)
 
 
 def warm_blocks(data: Measurements) -> IntArray:

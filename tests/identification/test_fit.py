@@ -20,6 +20,7 @@ from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
+from compgen.identification.thermal_terms import Known
 
 SOURCES = ("link_offsets", "joint_zeros", "gear_harmonics", "joint_coupling")
 FREE = 60  # parameters of them
@@ -138,6 +139,25 @@ def test_the_linear_problem_meets_the_closed_form():
     whole = s2 * np.eye(40) + A @ np.linalg.inv(D) @ A.T  # the evidence is a Gaussian of the rows
     direct = -0.5 * (z @ np.linalg.solve(whole, z) + np.linalg.slogdet(2 * np.pi * whole)[1])
     assert_allclose(solution.log_evidence, direct, rtol=1e-9)
+
+
+def test_unknowns_held_at_zero_leave_what_the_rows_say_without_their_columns():
+    rng = np.random.default_rng(2)
+    A, z, k, rest = rng.normal(size=(40, 8)), rng.normal(size=40), np.array([1, 3, 4]), np.array([0, 2, 5, 6, 7])
+    group, lam = np.array([0, 1, 0, 1, 1, 0]), np.array([0.5, 2.0])
+
+    def solved(columns):
+        prior = Prior(group[columns[:-2]], np.array([1e-3, 1e-2]), np.array([0.1, -0.2]), np.full(2, 1e6))
+        rows, scales = normal_equations(A[:, columns], z, np.ones(40)), Scales(lam, np.array([0.3]))
+        return posterior([rows], prior, scales, learn_groups=False, learn_noise=False)
+
+    whole, direct = solved(np.arange(8)), solved(rest)
+    known = Known(whole.x, whole.covariance)
+    without = known.without(k)
+    assert_allclose(without.x[rest], direct.x, rtol=1e-10)
+    assert_allclose(without.C[np.ix_(rest, rest)], direct.covariance, rtol=1e-9, atol=1e-14)
+    assert_allclose([without.x[k], np.diag(without.C)[k]], 0.0, atol=1e-15)
+    assert_allclose(known.loss(k, lam[1]), whole.log_evidence - direct.log_evidence, rtol=1e-9)
 
 
 def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
