@@ -9,7 +9,7 @@ from compgen.core.units import HOUR
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.job.job import Job
-from compgen.thermal.modes import advance
+from compgen.thermal.model import advance
 
 LONGEST = 16 * HOUR
 SHORTEST = 60.0  # s, that the search begins with

@@ -22,8 +22,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.integration import ROWS, initial_state, rises_during, state_after, states_at
-from compgen.thermal.model import ThermalModel
-from compgen.thermal.modes import advance
+from compgen.thermal.model import ThermalModel, advance
 from compgen.thermal.schedule import History
 
 SHORT = 1.0  # [s] an interval of delays below it counts as its middle

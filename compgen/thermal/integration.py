@@ -12,8 +12,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.model import ThermalModel
-from compgen.thermal.modes import advance
+from compgen.thermal.model import ThermalModel, advance
 
 MAX_SPAN = 300.0  # time constants that one block of a sum may span
 ROWS = 1024  # output times at a time

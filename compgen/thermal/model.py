@@ -16,8 +16,22 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR, MM
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
-from compgen.thermal.modes import advance
 from compgen.thermal.node_model import HeatSources, MeasuredBox, NodeModel
+
+
+def advance(rate: Array, state: Array, goal: Array | float, time: Array | float) -> Array:
+    """goal + (z - goal) exp(-rate t): modes that go towards a goal which stands.
+
+    Args:
+        rate: (S,) [1/s].
+        state: z, (S,) or a row for each time.
+        goal: (S,) or a row for each time.
+        time: t, (...,) [s].
+
+    Returns:
+        (..., S); of one time (S,).
+    """
+    return np.asarray(goal + (state - goal) * np.exp(-np.asarray(time)[..., None] * rate))
 
 
 class ThermalModel(Protocol):

@@ -22,8 +22,7 @@ from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.thermal.ambient import Ambient
-from compgen.thermal.model import ArmHeat
-from compgen.thermal.modes import advance
+from compgen.thermal.model import ArmHeat, advance
 
 BLOCKS = 24  # within the log
 EARLIER = 4 * HOUR  # length of the block just before it

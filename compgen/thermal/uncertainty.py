@@ -19,8 +19,7 @@ import numpy as np
 from compgen.core.arrays import Array, owns
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.integration import state_after
-from compgen.thermal.model import ThermalModel
-from compgen.thermal.modes import advance
+from compgen.thermal.model import ThermalModel, advance
 from compgen.thermal.node_model import NodeModel
 from compgen.thermal.schedule import History
 
