@@ -227,10 +227,10 @@ class Code(StrEnum):
         "Set controller.rounds_up_to_period as your controller does it.", NOTE)
     TIMING_OVER_PERIODS = ("timing.over_periods", "pipelines", "Lines last longer than the periods laid out for them.",
         "Nothing, or lay the path out with other segments.", WARNING)
-    TIMING_ASSUMED = ("timing.assumed", "pipelines", "A speed or a way known at run time only is assumed.",
+    TIMING_ASSUMED = ("timing.assumed", "pipelines", "A speed known at run time only is assumed; a wait takes no time.",
         "Write the speed into the program where its heat matters.", NOTE)
     TIMING_ORDER = ("timing.order", "pipelines", "Jumps, calls, loops: the heat is that of one pass as listed.",
-        "Nothing, where that is near the truth.", NOTE)
+        "Where a call or a loop lasts, make what follows a program of its own.", NOTE)
     TIMING_SHORT = ("timing.short", "pipelines",
         "Segments are shorter than an interpolation period: the robot is slower there.", "Take fewer points.", NOTE)
     CONTROLLER_PERIODS = ("controller.periods", "pipelines", "The robot file leaves open whether lines are rounded up.",

@@ -416,6 +416,17 @@ def test_what_lasts_as_run_time_decides_is_said(statement, open_time, hot):
     assert all(message.startswith("line 5: ") for message in assumed)
 
 
+def test_what_takes_no_time_in_the_heat_is_said(hot):
+    """A call may last hours, a wait for a signal too: the stations behind them are as if they did not."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    lines, positions = ["J P[1] 10% FINE", "L P[2] 50mm/sec FINE"], [at(1, HOME), at(2, q)]
+    plain = corrected(program(lines, positions), hot)
+    for statement, code in (("CALL POLISH", "timing.order"), ("WAIT DI[1]=ON", "timing.assumed")):
+        result = corrected(program([lines[0], statement, lines[1]], positions), hot)
+        assert result.plan.stations.time.tolist() == plain.plan.stations.time.tolist()
+        assert ["takes no time" in f.message for f in result.findings if f.code == code] == [True]
+
+
 def test_turning_on_the_spot_takes_seconds(hot):
     """A line of some micrometres at 250 mm/s with a turn of the wrist: joints, not length, take the time."""
     q = (*HOME[:5], HOME[5] + 120)

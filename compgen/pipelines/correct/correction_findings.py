@@ -312,11 +312,16 @@ def _timing_findings(result: Correction) -> Iterator[Finding]:
     if drive.untimed:
         message = (
             f"{_lines(drive.untimed)}: how fast or how long is only known at run time "
-            "(a register, a wait, an override): an assumed time warms the model"
+            "(a register, a wait, an override): a speed is assumed; a wait, and a way between places that are not "
+            "told, takes no time in the heat"
         )
         yield Finding(Level.NOTE, Code.TIMING_ASSUMED, message)
     if drive.flow:
-        message = f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed"
+        message = (
+            f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed, in which "
+            "a called program takes no time: behind one that lasts, the arm is not as warm as said; make what follows "
+            "a program of its own, with --before"
+        )
         yield Finding(Level.NOTE, Code.TIMING_ORDER, message)
 
 
