@@ -144,7 +144,7 @@ UNTIMED = any_case(r"^(?:WAIT|PAUSE)\b(?!\s+\.?\d)|^(?:OVERRIDE\s*=(?!\s*100\s*%
 JUMP = any_case(r"^JMP\b")
 LABEL_ALONE = any_case(r"^LBL\[\s*(\d*)")
 ABORT = any_case(r"^(?:END|ABORT)\s*$")
-IF_THEN = any_case(r"^IF\b.*\bTHEN\s*$")
+IF_THEN = any_case(r"^IF\b.*\bTHEN\s*(?:;|$)")
 ELSE_ALONE = any_case(r"^ELSE\s*$")
 ENDIF = any_case(r"^ENDIF\b")
 FOR = any_case(r"^FOR\b")

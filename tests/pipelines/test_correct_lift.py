@@ -89,6 +89,11 @@ def test_every_position_is_lifted_and_corrected_up_there(folder):
     assert speeds == re.findall(rb"P\[\d\] (\S+ \S+)", part())
 
 
+def test_a_program_with_branches_and_loops_is_lifted(cell):
+    branches = [*MOVES[:2], "IF (R[1]=1) THEN", MOVES[2], "ELSE", "FOR R[2]=1 TO 3", MOVES[3], "ENDFOR", "ENDIF"]
+    assert loads(corrected(part(branches), cell, raised=0.05).text).name == "PART_DRY"
+
+
 def test_it_may_be_written_again_and_never_over_the_real_one(folder):
     assert lift(folder).returncode == 0
     assert lift(folder, height="20").returncode == 0
