@@ -196,7 +196,7 @@ def look_record(
     """A look in plain types.
 
     Args:
-        look: None where the log has no reading yet.
+        look: None where the log has no reading yet since the job was planned to start.
         resumed: The pages that it led to.
         within: Largest error that a page may leave [um].
         force: Whether pages outside the job's bounds are written.
@@ -237,7 +237,7 @@ def look_record(
 def look_words(look: Look | None, resumed: Resumed | ResumedProgram | None, within: float, *, force: bool) -> str:
     """A look in one line; see ``look_record``."""
     if look is None:
-        return "no reading yet"
+        return "no reading yet since the job was planned to start (--planned)"
     if look.doubt:
         return "; ".join([f"{look.time:.0f} s: {look.doubt}; the pages stay as they are", *look.notes])
     where = f"page {look.running} runs ({100 * look.share:.0f} %)" if look.running else "the robot stands"

@@ -152,7 +152,9 @@ def test_it_says_what_it_sees_in_a_line(job, tmp_path):
         assert words in line
     empty = tmp_path / "empty.csv"
     empty.write_text("")
-    assert "no reading yet" in run("follow", job, "--log", empty, *ONCE).stdout
+    early = ("follow", job, "--log", log(tmp_path, 30), "--planned", "1h")
+    for call in (("follow", job, "--log", empty), early):
+        assert "no reading yet since the job was planned to start (--planned)" in run(*call, *ONCE).stdout
 
 
 def test_a_wild_log_is_read_as_far_as_it_goes(job, tmp_path):

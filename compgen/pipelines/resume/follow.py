@@ -64,7 +64,7 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
     lead: float = 0.0,
     anchored: AnchoredState | None = None,
 ) -> Look | None:
-    """A running job at its log's last reading; None before the first one.
+    """A running job at its log's last reading; None before the first one since its planned start.
 
     Args:
         run: The job in its folder.
