@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 from compgen import fanuc
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code
 from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.program_course import course_of_text
@@ -169,3 +170,25 @@ def test_a_corner_that_is_cut_by_more_than_corrections_are_clamped_to_is_no_othe
     assert run.inside
     assert run.deviation.away == 0
     assert 5e-3 < run.deviation.extents["total"].max < 10e-3
+
+
+def test_a_line_that_ends_at_speed_before_a_place_that_is_not_told_bends_as_it_may(tmp_path, robot):
+    """Smoothed by two means from stop to stop; where the program goes on from its last line only the log shows."""
+    means, statements, points, rows, run = (0.176, 0.168), [], [], [], [np.array([1200.0, -100, 300])]
+    for n in range(1, 21):
+        end = np.array([1200 + 14 * (n // 2), 100 if n % 2 else -100, 300])
+        is_stop = n % 3 == 0
+        points.append(ls_text.cartesian(n, (*end, 180, 0, 0)))
+        statements.append(f"L P[{n}] 100mm/sec {'FINE' if is_stop else 'CNT100'}")
+        run += list(np.linspace(run[-1], end, round(np.linalg.norm(end - run[-1]) / 100 / 0.008) * 4 + 1)[1:])
+        if is_stop or n == 20:
+            after = np.linspace(end, end + np.array([0, 0, 0 if is_stop else 60]), 301)[1:]
+            way = np.concatenate([np.repeat(run[:1], 300, axis=0), run, after])
+            for mean in means:
+                way = logs.moving_mean(way, round(mean / 0.002))
+            rows, run = [*rows, way[::4]], [end]
+    place = np.concatenate(rows)
+    content = ls_text.program([*statements, "L PR[1] 100mm/sec FINE"], points, name="PART")
+    log = logs.csv(0.008 * np.arange(len(place)), place * 1e-3, np.tile([np.pi, 0, 0], (len(place), 1)))
+    codes = [f.code for f in judged(tmp_path, robot, content, log).findings]
+    assert Code.EXECUTED_ANOTHER not in codes

@@ -149,6 +149,8 @@ def _spans(run: ExecutedRun) -> list[_Span]:
     for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):
         if not course.judged[a:b].all() or course.arc[b] <= first or course.arc[a] >= last:
             continue
+        if course.kept[[a, b]].any():  # the robot goes on, or comes, by a way that nobody knows: it bends there
+            continue
         begin, end = (float(np.interp(course.arc[k], arcs, times)) for k in (a, b))  # on the log's clock
         inside = [s for s in run.clock.stretches if s.begin < end and s.end > begin] or list(run.clock.stretches[:1])
         if len(inside) != 1 or any(course.arc[a] < arc < course.arc[b] for arc in held):

@@ -180,7 +180,7 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
         "cruise": clock_of(np.diff(written) - wait[:-1]),
         "planned": planned - planned[0],
         "stop": stop,
-        "kept": np.where(stop, 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
+        "kept": np.where(drive.stop[at], 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
         "wait": wait,
         "number": poses.number[pose].astype(np.int64),
         "theta": poses.theta[pose],

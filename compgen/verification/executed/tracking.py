@@ -230,7 +230,8 @@ class Projection:
 
 def project(course: ProgramCourse, position: Array, travelled: Array, track: Track) -> Projection:
     """The nearest points to all rows of a log, (M, 3) [m], that a track has laid along the course."""
-    expected = np.clip(np.interp(travelled, *rising(track.travelled, track.arc)), 0.0, course.length)
+    on = track.on  # of marks off the course it is a guess where they are
+    expected = np.clip(np.interp(travelled, *rising(track.travelled[on], track.arc[on])), 0.0, course.length)
     M = len(position)
     arc, way, off = np.empty(M), np.empty(M, dtype=np.int64), np.empty((M, 3))
     tangent = course.tangents()

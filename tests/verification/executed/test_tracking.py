@@ -1,5 +1,7 @@
 """Logs laid along courses that come back on their own way, lie beside themselves, or are driven in part."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -162,3 +164,15 @@ def test_a_row_beyond_a_reversal_is_not_of_an_earlier_pass():
     for seed in range(4):
         _, projection = laid(path, arc, 2e-5, seed)
         assert np.abs(projection.arc - arc).max() < 4e-4
+
+
+def test_a_joint_motion_that_passes_beside_a_later_line_is_not_on_that_line():
+    points = [(0, 0, 0), (0.3, 0, 0), (0.3, 0, -0.2), (0.15, 0.2, -0.2), (0.15, 0.2, 0), (0.15, 0.0355, 0)]
+    path = replace(course(points), judged=np.array([False, True, True, True, True]))
+    bow = course([(0, 0, 0), (0, 0.03, 0), (0.32, 0.03, 0), (0.3, 0, 0)])  # 5.5 mm beside the last line
+    bow_place = bow.place(np.linspace(0, bow.length, 401))
+    place = np.concatenate([bow_place, path.place(np.linspace(0.3, path.length, 3001))])
+    travelled = travelled_way(place, 0.0)
+    track = follow(path, place, travelled)
+    assert fits(path, track)
+    assert project(path, place, travelled, track).arc[: len(bow_place)].max() < 0.301
