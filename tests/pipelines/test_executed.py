@@ -192,3 +192,11 @@ def test_a_line_that_ends_at_speed_before_a_place_that_is_not_told_bends_as_it_m
     log = logs.csv(0.008 * np.arange(len(place)), place * 1e-3, np.tile([np.pi, 0, 0], (len(place), 1)))
     codes = [f.code for f in judged(tmp_path, robot, content, log).findings]
     assert Code.EXECUTED_ANOTHER not in codes
+
+
+def test_a_last_line_with_cnt_rests_at_the_programs_end_and_not_before_a_place_that_is_not_told(robot):
+    points = [ls_text.cartesian(n, (1200, 100 * n, 300, 180, 0, 0)) for n in (1, 2)]
+    lines = ["L P[1] 100mm/sec FINE", "L P[2] 100mm/sec CNT100"]
+    for more, kept in (([], 0.0), (["DO[1]=OFF"], 0.0), (["L PR[1] 100mm/sec FINE"], 1.0)):
+        text = ls_text.program([*lines, *more], points, name="PART")
+        assert course_of_text(text, robot, default_frames()).kept[-1] == kept

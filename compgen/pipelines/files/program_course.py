@@ -173,14 +173,15 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     # a way along unknown places, and the first one, take what they take
     planned, written = (np.cumsum(drive.pause + each)[at] for each in (drive.duration, drive.written))
     wait = np.append(np.where(follows, drive.pause[at[1:]], 0.0), 0.0)
-    stop = drive.stop[at] | ~np.append(False, judged) | ~np.append(judged, False)
+    rests = drive.stop[at] | (at == len(drive.pose) - 1)  # at its end a program rests, whatever its last line says
+    stop = rests | ~np.append(False, judged) | ~np.append(judged, False)
     nodes = {
         "position": poses.tcp.position[pose],
         "judged": judged,
         "cruise": clock_of(np.diff(written) - wait[:-1]),
         "planned": planned - planned[0],
         "stop": stop,
-        "kept": np.where(drive.stop[at], 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
+        "kept": np.where(rests, 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
         "wait": wait,
         "number": poses.number[pose].astype(np.int64),
         "theta": poses.theta[pose],
