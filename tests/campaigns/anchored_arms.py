@@ -6,7 +6,7 @@ python tests/campaigns/anchored_arms.py --arms 0:10 --keep FOLDER --table    onl
 Hidden arms of ``flown_arms`` (play run through over a width of its own at each joint, bends, column, own growths, in
 numpy), identified from the poses of ``plan-poses`` (FOLDER/plan, made once) and a warm-up by ``cgen identify``. A day:
 2 to 6 h of motion, told right or 2 to 4 h off or as a cold arm (or a cold arm told warm), or told right but for a
-break after it (0.5 to 2.5 h of standing, then up to 1 h of motion); eight centres of four
+break after it (0.5 to 2.5 h of standing, then up to 1 h of motion); eight centres (``--touches``) of four
 spheres located with 12 um, in one orientation, each joint with the play that the way there left; places by an
 instrument (``certified``) or those that the robot commanded on them cold (``taught``). The truth is the hidden arm on
 the shipped spiral, play apart.
@@ -339,10 +339,11 @@ def main():
     parser.add_argument("--arms", default="0:10")
     parser.add_argument("--draws", default="0:1")
     parser.add_argument("--keep", required=True, type=lambda text: Path(text).resolve())
+    parser.add_argument("--touches", default=8, type=int)
     parser.add_argument("--table", action="store_true")
     asked = parser.parse_args()
     asked.keep.mkdir(parents=True, exist_ok=True)
-    journal, rows = asked.keep / "days.jsonl", []
+    journal, rows = asked.keep / f"days_{asked.touches}.jsonl", []
     if journal.exists():
         rows = [json.loads(line) for line in journal.read_text().splitlines()]
     seen = {(r["seed"], r["kind"], r["draw"]) for r in rows}
@@ -350,7 +351,8 @@ def main():
         for draw, kind in product(range(*map(int, asked.draws.split(":"))), KINDS):
             if (seed, kind, draw) not in seen:
                 with tempfile.TemporaryDirectory() as folder:
-                    rows.append(run(seed, kind, draw, identified(seed, asked.keep), Path(folder)))
+                    own_robot = identified(seed, asked.keep)
+                    rows.append(run(seed, kind, draw, own_robot, Path(folder), count=asked.touches))
                 with journal.open("a") as file:
                     file.write(json.dumps(rows[-1]) + "\n")
                 print(rows[-1], flush=True)
