@@ -31,7 +31,7 @@ DRAWS = 200_000
 EXCHANGES = 3  # rounds over all poses
 GAIN = 1e-9  # of log det: an exchange that gains less is none
 #: of a reversal run, from its turn: small ones where play is run through, large ones that show the curve
-REVERSAL_STEPS = np.array([0.01, 0.03, 0.07, 0.13, 0.22, 0.4, 0.7, 1.2]) * DEG
+REVERSAL_STEPS = np.array([0.004, 0.015, 0.03, 0.07, 0.13, 0.25, 0.5, 1.2]) * DEG
 REVERSAL_ENTRY = 1.0 * DEG  # from where a run comes to its turn
 
 
