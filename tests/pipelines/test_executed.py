@@ -174,7 +174,8 @@ def test_a_corner_that_is_cut_by_more_than_corrections_are_clamped_to_is_no_othe
 
 def test_a_line_that_ends_at_speed_before_a_place_that_is_not_told_bends_as_it_may(tmp_path, robot):
     """Smoothed by two means from stop to stop; where the program goes on from its last line only the log shows."""
-    means, statements, points, rows, run = (0.176, 0.168), [], [], [], [np.array([1200.0, -100, 300])]
+    means, statements, points = (0.176, 0.168), list[str](), list[str]()
+    rows, run = list[np.ndarray](), [np.array([1200.0, -100, 300])]
     for n in range(1, 21):
         end = np.array([1200 + 14 * (n // 2), 100 if n % 2 else -100, 300])
         is_stop = n % 3 == 0
