@@ -124,16 +124,16 @@ def with_needed_warmth(
 def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
     """The parameters of a fit without the thermal terms that the data does not need, (K,)."""
     _, group_of = model.groups()
-    group = group_of[fitted.active]
-    optional = sorted({int(g) for g in group_of[fitted.active & model.thermal]})
+    thermal = np.unique(group_of[fitted.active & model.thermal]).tolist()
+    optional = {g: np.flatnonzero(group_of[fitted.active] == g) for g in thermal}
     choice = _choice(model, data, fitted)
     if not choice.foretold:
         return fitted.active
-    kept, forecast = np.ones(len(group), dtype=bool), choice.forecast()
+    active, forecast = fitted.active.copy(), choice.forecast()
     while optional:
-        losses = {g: choice.known.loss(np.flatnonzero(group == g), choice.problem.scales.group[g]) for g in optional}
+        losses = {g: choice.known.loss(k, choice.problem.scales.group[g]) for g, k in optional.items()}
         for g in sorted(optional, key=lambda g: losses[g]):
-            without = choice.without(np.flatnonzero(group == g))
+            without = choice.without(optional[g])
             foretold = without.forecast()
             gain = foretold - forecast
             worse = gain.mean() < -gain.std() / np.sqrt(len(gain))
@@ -141,18 +141,16 @@ def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
                 break
         else:
             break
-        kept &= group != g
-        optional.remove(g)
+        active &= group_of != g
+        del optional[g]
         choice, forecast = without, foretold
-    active = fitted.active.copy()
-    active[np.flatnonzero(active)[~kept]] = False
     return active
 
 
 def _choice(model: ArmModel, data: Measurements, fitted: Fit) -> _Choice:
     problem, block = fitted.problem(model, data), warm_blocks(data)[data.pose]
-    rows = [(block == b) & ~fitted.outlier for b in range(1, BLOCKS)] if block.max(initial=-1) > 0 else []
-    foretold = [(_known(problem, block < b), rows) for b, rows in enumerate(rows, 1) if rows.any()]
+    blocks = [(block == b) & ~fitted.outlier for b in range(1, BLOCKS)] if block.max(initial=-1) > 0 else []
+    foretold = [(_known(problem, block < b), rows) for b, rows in enumerate(blocks, 1) if rows.any()]
     return _Choice(problem, _known(problem), foretold)
 
 
