@@ -11,6 +11,7 @@ import platform
 import secrets
 import shutil
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -48,6 +49,7 @@ def install_handlers(*, as_json: bool = False) -> None:
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _handle)
             _handled_signals.append(number)
+    sys.unraisablehook = _say_unraisable
 
 
 def raise_on_signal() -> None:
@@ -179,6 +181,12 @@ def _handle(number: int, frame: FrameType | None) -> None:
         os._exit(128 + number)
     if not _raise_later:
         raise Interrupted(number)
+
+
+def _say_unraisable(unraisable: "sys.UnraisableHookArgs") -> None:
+    """Python drops what a signal raises inside a ``__del__`` or a callback; ``raise_if_interrupted`` finds it."""
+    if unraisable.exc_type is not Interrupted:
+        sys.__unraisablehook__(unraisable)
 
 
 def _message(number: int) -> str:

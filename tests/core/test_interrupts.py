@@ -134,3 +134,28 @@ def test_a_study_on_several_processes_stops_at_once_and_keeps_what_is_done(tmp_p
     _, stderr = process.communicate(timeout=HANGS_S)
     assert (process.returncode, stderr) == (130, "cgen: interrupted; finished scenarios are kept\n")
     assert journal.read_bytes().count(b"\n") < 300  # at once: most of the 400 were still to be done
+
+
+def test_a_signal_inside_a_callback_that_python_runs_by_itself_says_nothing_there_and_is_not_lost():
+    code = """
+import os, signal, weakref
+from compgen.core import interrupts
+
+class Lock: pass
+
+interrupts.install_handlers()
+interrupts.raise_on_signal()
+lock = Lock()
+kept = weakref.ref(lock, lambda _: os.kill(os.getpid(), signal.SIGINT))
+other = Lock()
+beside = weakref.ref(other, lambda _: 1 / 0)
+del lock, other
+try:
+    interrupts.raise_if_interrupted()
+except interrupts.Interrupted as stop:
+    raise SystemExit(stop.code)
+"""
+    completed = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert completed.returncode == 130
+    assert "ZeroDivisionError" in completed.stderr  # what is no interrupt is said as ever
+    assert "Interrupted" not in completed.stderr
