@@ -230,7 +230,7 @@ class Code(StrEnum):
     TIMING_ASSUMED = ("timing.assumed", "pipelines", "A speed known at run time only is assumed; a wait takes no time.",
         "Write the speed into the program where its heat matters.", NOTE)
     TIMING_ORDER = ("timing.order", "pipelines", "Jumps, calls, loops: the heat is that of one pass as listed.",
-        "Where a call or a loop lasts, make what follows a program of its own.", NOTE)
+        "Where a call or a loop lasts, make what follows a program of its own.", WARNING, NOTE)
     TIMING_SHORT = ("timing.short", "pipelines",
         "Segments are shorter than an interpolation period: the robot is slower there.", "Take fewer points.", NOTE)
     CONTROLLER_PERIODS = ("controller.periods", "pipelines", "The robot file leaves open whether lines are rounded up.",

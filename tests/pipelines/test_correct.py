@@ -24,7 +24,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
-from compgen.program.frames import Frames, load_frames
+from compgen.program.frames import Frames, default_frames, load_frames
 from compgen.verification.verdict import Verdict
 
 
@@ -425,6 +425,17 @@ def test_what_takes_no_time_in_the_heat_is_said(hot):
         result = corrected(program([lines[0], statement, lines[1]], positions), hot)
         assert result.plan.stations.time.tolist() == plain.plan.stations.time.tolist()
         assert ["takes no time" in f.message for f in result.findings if f.code == code] == [True]
+
+
+@pytest.mark.parametrize(("level", "does"), [("warning", "L P[1] 50mm/sec FINE"), ("note", "R[1]=1"), ("note", None)])
+def test_a_called_program_that_moves_the_arm_is_warned_of(level, does, hot):
+    """A program of that name is known to warm the arm; one that moves nothing, or is not there, is not."""
+    beside = {} if does is None else {"POLISH": program([does], [at(1, HOME)], name="POLISH")}
+    data = program(["J P[1] 10% FINE", "CALL POLISH", "L P[1] 50mm/sec FINE"], [at(1, HOME)])
+    result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
+    (found,) = (f for f in result.findings if f.code == "timing.order")
+    assert found.level == level
+    assert ("POLISH may move the arm" in found.message) == (level == "warning")
 
 
 def test_turning_on_the_spot_takes_seconds(hot):

@@ -9,11 +9,12 @@ from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
 from compgen.fanuc.vocabulary import CALL, FRAME_MENTIONED, may_move_arm, may_write_registers, written_frames
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CalledPrograms:
     """Names, in capitals, of programs of which something is known."""
 
     motionless: frozenset[str] = frozenset()  # they do not move the arm
+    moving: frozenset[str] = frozenset()  # they may move it, as their listings say
     settled: frozenset[str] = frozenset()  # they write no position register, user frame or tool
     in_frames: frozenset[str] = frozenset()  # they leave the numbers of user frame and tool as they are set
     frames: frozenset[tuple[str, int | None]] = frozenset()  # that any of them writes, as ``written_frames``
@@ -70,6 +71,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
     effects = {name: look_up(name) for name in _names(program)}
     return CalledPrograms(
         motionless=frozenset(name for name, its in effects.items() if its.motionless),
+        moving=frozenset(name for name, its in effects.items() if not its.motionless) - missing,
         settled=frozenset(name for name, its in effects.items() if its.settled),
         in_frames=frozenset(name for name, its in effects.items() if its.in_frames),
         frames=frozenset(frames),

@@ -317,12 +317,13 @@ def _timing_findings(result: Correction) -> Iterator[Finding]:
         )
         yield Finding(Level.NOTE, Code.TIMING_ASSUMED, message)
     if drive.flow:
+        moving = sorted(result.around.called.moving)
         message = (
             f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed, in which "
-            "a called program takes no time: behind one that lasts, the arm is not as warm as said; make what follows "
-            "a program of its own, with --before"
+            f"a called program takes no time{f' ({_first_of(moving)} may move the arm)' if moving else ''}: behind one "
+            "that lasts, the arm is not as warm as said; make what follows a program of its own, with --before"
         )
-        yield Finding(Level.NOTE, Code.TIMING_ORDER, message)
+        yield Finding(Level.WARNING if moving else Level.NOTE, Code.TIMING_ORDER, message)
 
 
 def _controller_findings(result: Correction) -> Iterator[Finding]:
