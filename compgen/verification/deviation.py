@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, frozen, owns, rms, row_norms
+from compgen.core.arrays import Array, BoolArray, frozen, owns, rms, row_norms
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.units import MDEG, UM
 from compgen.planning.curves import WIDTH
@@ -95,9 +95,9 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
     )
 
 
-def sample_lengths(arc: Array) -> Array:
-    """Length of path that each sample stands for, (M,) [m]."""
-    gaps = np.abs(np.diff(arc))
+def sample_lengths(arc: Array, counted: BoolArray | None = None) -> Array:
+    """Length of path that each sample stands for, (M,) [m], of the gaps between samples that count, (M - 1,)."""
+    gaps = np.abs(np.diff(arc)) * (1.0 if counted is None else counted)
     lengths = np.zeros_like(arc)
     lengths[:-1] = gaps
     lengths[1:] += gaps

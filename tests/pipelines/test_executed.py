@@ -201,3 +201,19 @@ def test_a_last_line_with_cnt_rests_at_the_programs_end_and_not_before_a_place_t
     for more, kept in (([], 0.0), (["DO[1]=OFF"], 0.0), (["L PR[1] 100mm/sec FINE"], 1.0)):
         text = ls_text.program([*lines, *more], points, name="PART")
         assert course_of_text(text, robot, default_frames()).kept[-1] == kept
+
+
+def test_a_row_stands_for_no_way_that_is_not_judged(tmp_path, robot):
+    """Two lines of 100 mm with a fast joint motion of 500 mm between; the first 8 mm of the last are 0.1 mm off."""
+    ends = np.array([[1200.0, -300, 300], [1200, -200, 300], [1200, 300, 300], [1200, 400, 300]])
+    points = [ls_text.cartesian(n, (*end, 180, 0, 0)) for n, end in enumerate(ends, 1)]
+    lines = ["J P[1] 10% FINE", "L P[2] 100mm/sec FINE", "J P[3] 10% FINE", "L P[4] 100mm/sec FINE"]
+    share = np.arange(0, 1.0001, 0.008)[:, None]  # of a line: rows of 0.8 mm
+    first, between, last = (a + share * (b - a) for a, b in zip(ends[:-1], ends[1:], strict=True))
+    last[:11, 2] += 0.1
+    between[:, 0] -= 60 * np.sin(np.pi * share[:, 0])
+    between = between[::12]
+    place = np.vstack([way[[0] * 60 + list(range(len(way)))] for way in (first, between, last)])
+    log = logs.csv(0.008 * np.arange(len(place)), place * 1e-3, np.tile([np.pi, 0, 0], (len(place), 1)))
+    run = judged(tmp_path, robot, ls_text.program(lines, points, name="PART"), log)
+    assert run.deviation.extents["total"].rms == pytest.approx(0.1e-3 * np.sqrt(8 / 200), rel=0.1)

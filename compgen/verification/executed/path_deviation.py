@@ -1,6 +1,6 @@
 r"""How far a log's motion is off the path of a program's text: across it, normal to it, and where; and of which text.
 
-A row counts on a way that is straight or circular and surely driven, and stands for the length of path around it.
+A row counts on a way that is straight or circular and surely driven, and stands for the length of such ways around it.
 
 Where two texts A and B differ by D(s) square to the path, a run of A is off A by nothing and a run of B by D, whatever
 else pulls it off both. So the log's deviation e from A is split, over its rows, by least squares,
@@ -64,7 +64,8 @@ def deviation_of(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:
     distance = projection.distance[rows]
     extents = {}
     if judged.any():
-        weight = sample_lengths(arc)[judged]
+        beside = judged[1:] & judged[:-1] & (np.diff(rows) == 1)  # no way that is not judged lies between
+        weight = sample_lengths(arc, beside)[judged]
         weight = weight if weight.sum() > 0 else np.ones(len(weight))
         for name, values in (("total", distance), ("across", np.abs(across)), ("normal", np.abs(normal))):
             extents[name] = extent_of(values[judged], weight, arc[judged])
