@@ -28,7 +28,6 @@ from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import load_frames
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.executed.position_log import read_position_log
-from compgen.verification.executed.third_joint import J3
 from compgen.verification.twin.controller.command import corner_wait
 from compgen.verification.twin.controller.smoothing import smooth
 
@@ -236,7 +235,7 @@ def foretold(place: Path, motion: ControllerMotion) -> tuple[float, float]:
     robot = load_robot(str(place / "arm.toml"))
     around = Situation(robot, load_frames(str(place / "frames.toml")), {}, lambda name: None)
     content = (place / "RUN.LS").read_bytes()
-    log = read_position_log(place / "log.csv", J3.LINK2)
+    log = read_position_log(place / "log.csv", third_on_link2=True)
     run = judge_log(read_text(str(place / "RUN.LS"), content), around.course(content), log, around)
     windows = timed_windows(run, robot).windows
     course = run.course

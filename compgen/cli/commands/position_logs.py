@@ -28,7 +28,6 @@ from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 from compgen.core.units import MINUTE, MM
-from compgen.verification.executed.third_joint import J3
 
 if TYPE_CHECKING:
     from compgen.identification.motion.identify import IdentifiedMotion
@@ -94,7 +93,7 @@ def executed(
     robot: opt.ProgramRobot = None,
     tables: opt.ProgramTables,
     in_world: opt.InWorld = False,
-    j3: opt.JointThree = J3.HORIZONTAL,
+    j3: opt.JointThree = opt.J3.HORIZONTAL,
     also: OtherPrograms = None,
     max_um: opt.MaxUm = None,
     output: Annotated[
@@ -121,7 +120,8 @@ def executed(
     check_folder(folder, own, record=RECORD, others=[PAGE, TABLE])
     place = page_place(folder, page, date)
     others = [(name, read_program(name)) for name in also or []]
-    run = judge_log(text, logged.course, read_position_log(logged.log, j3), logged.situation, others, bound)
+    positions = read_position_log(logged.log, third_on_link2=j3 is opt.J3.LINK2)
+    run = judge_log(text, logged.course, positions, logged.situation, others, bound)
     summary = executed_summary(run, text, logged.situation.robot, bound)
     record, html = json_text(summary), executed_html(run, summary, logged.inputs(), place.options)
     files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
@@ -164,7 +164,7 @@ def identify_motion(
     ] = None,
     tables: opt.ProgramTables,
     in_world: opt.InWorld = False,
-    j3: opt.JointThree = J3.HORIZONTAL,
+    j3: opt.JointThree = opt.J3.HORIZONTAL,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
     ] = None,
@@ -187,7 +187,7 @@ def identify_motion(
     arm = load_arm(logged.robot_file)
     default = Path("outputs") / "motion" / f"{arm.robot.name}.toml"
     target = robot_file_place(output, default, Command.IDENTIFY_MOTION, IDENTIFIED_MOTION, page, date)
-    positions = read_position_log(logged.log, j3)
+    positions = read_position_log(logged.log, third_on_link2=j3 is opt.J3.LINK2)
     with show_progress(quiet=screen.is_silent) as progress:
         run, identified = identify(
             logged.text, logged.course, positions, logged.situation, partial(progress, stages.MOTION)

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from glob import escape, glob, has_magic
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -21,7 +22,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import PROJECT
 from compgen.core.findings import beyond_text
 from compgen.core.units import UM
-from compgen.verification.executed.third_joint import J3
 
 if TYPE_CHECKING:
     from compgen.core.arrays import Array
@@ -174,6 +174,15 @@ LogReference = Annotated[
 PositionLog = Annotated[
     str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
 ]
+
+
+class J3(StrEnum):
+    """Against what a log counts the third joint."""
+
+    HORIZONTAL = "horizontal"  # as the pendant has it
+    LINK2 = "link2"  # as a DH angle
+
+
 JointThree = Annotated[
     J3,
     typer.Option("--j3", help="Against what the log counts J3: the horizontal, as the pendant does, or link2."),

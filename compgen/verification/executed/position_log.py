@@ -14,7 +14,6 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM, MS
-from compgen.verification.executed.third_joint import J3
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 TURN = ("w_deg", "p_deg", "r_deg")
@@ -60,12 +59,12 @@ class PositionLog:
         return self.table.location(int(self.row[m]), column)
 
 
-def read_position_log(source: str | Path, j3: J3 = J3.HORIZONTAL) -> PositionLog:
+def read_position_log(source: str | Path, *, third_on_link2: bool = False) -> PositionLog:
     """Read a log; other columns may stand beside those above.
 
     Args:
         source: The file.
-        j3: Against what it counts the third joint.
+        third_on_link2: Whether it counts the third joint against link 2, as DH angles do, not as the pendant does.
 
     Raises:
         InputError: Not readable, columns missing or without a number, a cell that is no number, fewer than ten rows,
@@ -99,9 +98,9 @@ def read_position_log(source: str | Path, j3: J3 = J3.HORIZONTAL) -> PositionLog
     numbers = values[rows, 1:]
     if np.ptp(numbers, axis=0).max() == 0:
         raise InputError(f"{source}: all {len(rows)} rows have the same position; log while the program runs")
-    if j3 is J3.LINK2:
+    if third_on_link2:
         if columns != JOINTS:
-            raise InputError(f"{source}: --j3 {j3}: it has no joints, but {columns[0]} to {columns[-1]}; leave it out")
+            raise InputError(f"{source}: --j3 link2: it has no joints, but {columns[0]} to {columns[-1]}; leave it out")
         numbers = numbers - numbers[:, 1:2] * np.eye(6)[2]
     units = [DEG] * 6 if columns == JOINTS else [MM] * 3 + [DEG] * 3
     return PositionLog(
