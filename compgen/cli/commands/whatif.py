@@ -213,9 +213,9 @@ def _run_scenarios(study: "Study", folder: Path, choice: Scenarios, *, silent: b
     rows: list[dict[str, Any]] = [] if choice.fresh else files_of_study.read_finished(folder, study.identity)
     rows = [row for row in rows if row["index"] < len(study.scenarios)]
     if len(rows) < len(study.scenarios):
+        interrupts.set_outcome("finished scenarios are kept")
         interrupts.raise_on_signal()
         journal = files_of_study.Journal(folder, study.identity, rows)
-        interrupts.set_outcome("finished scenarios are kept")
         try:
             with _scenario_bar(len(study.scenarios), len(rows), silent=silent) as advance:
 
