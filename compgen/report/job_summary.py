@@ -9,7 +9,7 @@ from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.commands import Command
 from compgen.core.evaluation import kept_with
 from compgen.core.pose import Pose
-from compgen.core.units import DEG, HOUR, KB, MDEG, MM, MS, UM
+from compgen.core.units import DEG, KB, MDEG, MM, MS, UM
 from compgen.core.version import __version__
 from compgen.job.bounds import Bounds
 from compgen.job.job import Job
@@ -22,6 +22,7 @@ from compgen.program.speeds import feed_errors
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import DRAWN, band_record, guaranteed_record
 from compgen.report.inputs import made_from
+from compgen.report.provenance import stretch_record
 from compgen.verification.band import Band
 from compgen.verification.deviation import statistics
 from compgen.verification.motion_effect import MotionEffect
@@ -186,9 +187,7 @@ def _provenance(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "overrides": list(job.overrides),
         "tool": _numbered_pose(job.tool.number, job.tool.pose),
         "frame": None if job.frame is None else _numbered_pose(job.frame.number, job.frame.register),
-        "before": [
-            {"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / HOUR} for d in job.history.before
-        ],
+        "before": [stretch_record(duty) for duty in job.history.before],
         "joint_range_deg": _joint_range(planned, corrected),
     }
     if state is not None:

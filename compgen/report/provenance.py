@@ -1,8 +1,6 @@
 """What a corrected program was made from, and the way back to the planned program."""
 
-import base64
 import json
-import zlib
 from hashlib import sha256
 from typing import Any
 
@@ -16,8 +14,9 @@ from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.job.tables import words_of_guarantee
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.correct.program_file import planned_in
+from compgen.pipelines.correct.program_file import packed, planned_in
 from compgen.report.averaged import starts_record
+from compgen.thermal import Duty
 
 SCHEMA = 1
 KIND = "compgen correction"
@@ -35,10 +34,7 @@ def provenance(result: Correction) -> dict[str, Any]:
         "robot_file": {"path": result.cell.robot_file, "sha256": result.cell.robot_file_hash},
         "overrides": list(result.cell.overrides),
         **_context(result),
-        "before": [
-            {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
-            for d in result.before
-        ],
+        "before": [stretch_record(duty) for duty in result.before],
         **_state(result.cell.state),
         "start_K": dict(zip(result.cell.heat.names, result.plan.stations.start.tolist(), strict=True)),
         "options": {
@@ -74,6 +70,7 @@ def _state(state: AnchoredState | None) -> dict[str, str]:
 def _context(result: Correction) -> dict[str, Any]:
     """Frames, registers and called programs that were given, by number and name."""
     frames, registers, called = result.around.frames, result.around.registers, result.around.called
+    taught = {str(n): table.model_dump() for n, table in frames.taught.items()}
     written = [f"{kind}[{'R' if n is None else n}]" for kind, n in called.frames]
     known = {"motionless": called.motionless, "settled": called.settled, "writes": written}
     return {
@@ -87,9 +84,21 @@ def _context(result: Correction) -> dict[str, Any]:
                 }
                 for name, axis in frames.extended.items()
             },
+            **({"taught": taught} if taught else {}),
         },
         "registers": {str(n): list(register.values) for n, register in registers.items()},
         "called": {key: sorted(names) for key, names in known.items()},
+    }
+
+
+def stretch_record(duty: Duty) -> dict[str, Any]:
+    """What went before, as a path file says it."""
+    rest = {"duty": duty.share} if duty.share != 1 else {}
+    return {
+        "state": duty.state,
+        "feed_mm_s": round(duty.feed / MM, 9),
+        "duration_h": round(duty.duration / HOUR, 9),
+        **rest,
     }
 
 
@@ -101,13 +110,13 @@ def _xyzwpr(pose: Pose) -> list[float]:
 
 def provenance_json(result: Correction) -> bytes:
     """What a corrected program was made from, with the planned program, which ``restore_planned`` gives back."""
-    packed = base64.b85encode(zlib.compress(result.planned, 9)).decode("ascii")
     data = {
         "kind": KIND,
         "schema": SCHEMA,
         "command": Command.CORRECT,
         **provenance(result),
-        "planned_zlib_b85": packed,
+        "planned_zlib_b85": packed(result.planned),
+        "called_zlib_b85": {name: packed(listing) for name, listing in result.around.called.listings},
     }
     return json_text(data)
 

@@ -14,7 +14,9 @@ from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.resume.corrected_rest import ResumedProgram, words_of
 from compgen.pipelines.resume.follow import Look
 from compgen.pipelines.resume.result import Resumed
+from compgen.report.band_page import band_facts
 from compgen.report.band_words import band_record
+from compgen.report.correction import band_of_correction
 from compgen.report.curves import Row, course, figure_in_rows
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace
 from compgen.report.inputs import Inputs, correction_inputs, job_inputs, made_from, time_words
@@ -104,6 +106,7 @@ def program_summary(resumed: ResumedProgram) -> dict[str, Any]:
         **resumed.begun.cause,
         "replaced": list(resumed.replaced),
         "join": None if resumed.join is None else {**resumed.join.record(), "on_the_part": None},
+        "band": band_of_correction(resumed.correction),
         "pages": [
             {
                 "page": p.number,
@@ -142,6 +145,7 @@ def resume_html(resumed: Resumed, options: PageOptions = PLAIN) -> bytes:
         kind=KINDS.get(data["verdict"], "outside"),
         verdict=VERDICTS[data["verdict"]],
         why=why,
+        facts=band_facts(data["band"]),
         findings=resumed.findings,
         page_rows=[[row["file"], fixed(row["start_s"] / HOUR), *_sizes(row)] for row in data["pages"]],
         parts=PARTS,
@@ -165,6 +169,7 @@ def program_html(resumed: ResumedProgram, options: PageOptions = PLAIN) -> bytes
         options=options,
         kind="inside" if resumed.correction.inside else "outside",
         words="; ".join(words_of(resumed)),
+        facts=band_facts(data["band"]) if data["band"] else [],
         findings=resumed.findings,
         page_rows=[[row["file"], *_sizes(row)] for row in data["pages"]],
     )

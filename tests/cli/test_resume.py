@@ -66,6 +66,7 @@ def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
         "the job&#39;s pages so far",
         "bound 2.5",
         "rise of j2 [K]",
+        "not measured on this robot",
     ):
         assert words in page
     assert "the robot starts cold" not in page

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from command_line import refused, run
 from corrected_pages import pages_of
+from ls_text import program
 from states import state_of, written
 
 from compgen import fanuc as ls
@@ -37,6 +38,7 @@ def test_a_late_start_is_what_correct_makes_of_the_same_wait(job, tmp_path):
     for number in (1, 2, 3):
         ours, oracle = (ls.loads((folder / f"LONG_0{number}.LS").read_bytes()) for folder in (job, waited))
         assert np.array_equal(ours.positions.value, oracle.positions.value, equal_nan=True)
+    assert "Uncertainty of the robot data" in result.stdout
     assert run("resume", job, "--from-page", "1", *RESUME).stdout.count("nothing to do") == 1
 
 
@@ -58,6 +60,8 @@ def test_the_rest_is_written_and_what_was_before_stays(job):
     changed = {name for name in after if before.get(name) != after[name]}
     assert changed == {"compgen.json", "LONG_02.LS", "LONG_03.LS", "LONG.pages.json", "resume.json", "resume.html"}
     assert [page["page"] for page in report["pages"]] == [2, 3]
+    assert report["band"]["p95_um"] > 5
+    assert "not measured on this robot" in after["resume.html"].decode()
     for page in report["pages"]:
         assert page["before"]["max_um"] > 5 > 1 > page["after"]["max_um"]
     join = report["join"]
@@ -160,6 +164,21 @@ def test_registers_frames_and_many_starts_are_taken_from_what_made_the_pages(tmp
     waited = pages_of(tmp_path / "w", "pages", *given[:2], "--before", "idle 35min", motion=" Offset,PR[5]")
     for ours, oracle in zip(numbers_of(made, (1, 2, 3)), numbers_of(waited, (1, 2, 3)), strict=True):
         assert np.array_equal(ours, oracle, equal_nan=True)
+
+
+def test_called_programs_and_a_history_with_rests_are_taken_from_what_made_the_pages(tmp_path):
+    (tmp_path / "made").mkdir()
+    (tmp_path / "made" / "GRIP.LS").write_bytes(program(["DO[1]=ON"], [], name="GRIP"))
+    table, day = tmp_path / "registers.toml", tmp_path / "day.toml"
+    table.write_text("[pr.5]\nx_mm = 10\ny_mm = 0\nz_mm = 20\nw_deg = 0\np_deg = 0\nr_deg = 0\n")
+    day.write_text('[[before]]\nstate = "moving"\nfeed_mm_s = 200\nduration_h = 5\nduty = 0.5\n')
+    given = {"history": ("--before", day), "motion": " Offset,PR[5]", "between": ("CALL GRIP",)}
+    made = pages_of(tmp_path / "made", "pages", "--registers", table, **given)
+    (tmp_path / "made" / "GRIP.LS").unlink()  # the folder of the pages is all that is needed
+    result = run("resume", made, "--from-page", "1", "--late", "0s", *RESUME[2:], "--json")
+    assert result.returncode == 0, result.stderr
+    assert "program.called" not in {finding["code"] for finding in json.loads(result.stdout)["findings"]}
+    assert json.loads((made / "LONG.pages.json").read_bytes())["corrected_from"]["before"][0]["duty"] == 0.5
 
 
 def test_without_a_bound_it_is_written_and_said(job):

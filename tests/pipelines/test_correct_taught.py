@@ -135,6 +135,16 @@ def half_widths(z, *, taught=True):
     return 2 * np.sqrt((np.concatenate([*effects, noise], axis=2) ** 2).sum(axis=2))
 
 
+def test_pages_written_anew_keep_what_the_frame_was_taught_with(cell):
+    _, report, _ = corrected(cell)
+    lines = ("--robot", cell / "mine.toml", "--set", "controller.max_lines=4", "-q")
+    assert run("pages", cell / "out" / "PART.LS", *lines, "-o", cell / "parted").returncode == 0
+    result = run("resume", cell / "parted", "--from-page", 1, "--late", "0s", "--max-um", 500, "--json")
+    assert result.returncode == 0, result.stderr
+    resumed = json.loads(result.stdout)
+    assert resumed["band"] == report["band"]
+
+
 @pytest.mark.parametrize("z", [50.0, 120.0])
 def test_the_band_is_what_the_taught_frame_leaves(cell, z):
     """With the probe for a tool, and with a tool of its own: then the probe's place is no part of it."""

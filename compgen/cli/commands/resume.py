@@ -192,7 +192,7 @@ def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool
     if isinstance(resumed, Resumed):
         name, lines = resumed.planned.job.name, list(_words_of_job(resumed, verbose=verbose))
     else:
-        name, lines = resumed.correction.name, words_of(resumed)
+        name, lines = resumed.correction.name, [*words_of(resumed), *_words_of_band(resumed, verbose=verbose)]
     print_table(console, f"{name} from page {resumed.from_page} on", pages_table(resumed.pages))
     lines += finding_lines(resumed.findings, verbose=verbose)
     if is_written:
@@ -262,6 +262,16 @@ def pages_table(pages: Sequence["PageResult"]) -> "Table":
         sides = (page.before, page.after)
         table.add_row(page.file, *(f"{getattr(s, name) / UM:.2f}" for s in sides for name in ("max", "p99", "rms")))
     return table
+
+
+def _words_of_band(resumed: "ResumedProgram", *, verbose: bool) -> Iterator[str]:
+    """What the robot file leaves open on a program's pages."""
+    from compgen.report.band_words import not_known_words
+    from compgen.report.correction import band_of_correction
+
+    record = band_of_correction(resumed.correction)
+    if record is not None:
+        yield not_known_words(record, verbose=verbose)
 
 
 def _words_of_job(resumed: "Resumed", *, verbose: bool) -> Iterator[str]:

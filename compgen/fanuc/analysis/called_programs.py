@@ -19,6 +19,7 @@ class CalledPrograms:
     in_frames: frozenset[str] = frozenset()  # they leave the numbers of user frame and tool as they are set
     frames: frozenset[tuple[str, int | None]] = frozenset()  # that any of them writes, as ``written_frames``
     missing: frozenset[str] = frozenset()  # called here or beneath, and no listing of theirs was there to read
+    listings: tuple[tuple[str, bytes], ...] = ()  # that were, by name
 
 
 UNKNOWN_PROGRAMS = CalledPrograms()
@@ -41,6 +42,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
     known: dict[str, _Effects] = {}
     frames: set[tuple[str, int | None]] = set()
     missing: set[str] = set()
+    listings: dict[str, bytes] = {}
 
     def look_up(name: str) -> _Effects:
         if name not in known:
@@ -53,6 +55,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
             if called is None or called.name.upper() != name:
                 missing.add(name)
             else:
+                listings[name] = called.source
                 known[name] = effects_of(called)
         return known[name]
 
@@ -76,6 +79,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         in_frames=frozenset(name for name, its in effects.items() if its.in_frames),
         frames=frozenset(frames),
         missing=frozenset(missing),
+        listings=tuple(sorted(listings.items())),
     )
 
 

@@ -91,11 +91,24 @@ def provenance_beside(source: Path, content: bytes) -> Path | None:
     return None
 
 
+def packed(listing: bytes) -> str:
+    """A program as a provenance record holds it."""
+    return base64.b85encode(zlib.compress(listing, 9)).decode("ascii")
+
+
+def unpacked(text: str) -> bytes:
+    """The same back; raises ValueError where it is damaged."""
+    try:
+        return zlib.decompress(base64.b85decode(text))
+    except zlib.error as failure:
+        raise ValueError(str(failure)) from None
+
+
 def planned_in(record: Mapping[str, Any]) -> bytes | None:
     """The planned program that a provenance record holds; None where it is damaged."""
     try:
-        planned = zlib.decompress(base64.b85decode(record["planned_zlib_b85"]))
-    except (KeyError, ValueError, TypeError, zlib.error):
+        planned = unpacked(record["planned_zlib_b85"])
+    except (KeyError, ValueError, TypeError):
         return None
     return planned if sha256(planned).hexdigest() == record.get("planned_sha256") else None
 

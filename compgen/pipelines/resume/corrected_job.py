@@ -9,11 +9,12 @@ from compgen.core.units import HOUR, MM
 from compgen.error_model.anchored_state import parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
-from compgen.pipelines.correct.program_file import planned_in
+from compgen.pipelines.correct.program_file import planned_in, unpacked
 from compgen.pipelines.correct.program_pages import CORRECTED
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.planning.tables import TaughtTable
 from compgen.program.extended_axes import ExtendedAxis
 from compgen.program.frames import Frames, default_frames
 from compgen.program.pose_table import pose_of
@@ -32,6 +33,7 @@ class CorrectedJob:
     plain: Cell  # as its robot file has it, without the state that the program may begin with
     frames: Frames
     registers: Mapping[int, Register]  # when the program starts, by number
+    called: Mapping[str, bytes]  # listings of programs that it calls, by name
     before: tuple[Duty, ...]
     options: Options
     planned: bytes
@@ -57,10 +59,15 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         overrides = [str(o) for o in made["overrides"]]
         name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
         given, frames = made["options"], made["frames"]
-        before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
+        before = tuple(
+            Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR, d.get("duty", 1.0))
+            for d in made["before"]
+        )
         options = _options(given, max_um)
         kinds = {kind: {int(n): pose_of(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
         extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}
+        taught = {int(n): TaughtTable(**table) for n, table in frames.get("taught", {}).items()}
+        called = {name: unpacked(text) for name, text in made.get("called_zlib_b85", {}).items()}
         registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
         corrected_sum = str(made["corrected_sha256"])
         state_text = made["state_toml"] if "state_sha256" in made else ""
@@ -80,8 +87,9 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         written=written,
         cell=cell,
         plain=plain,
-        frames=Frames(*tables, extended=extended),
+        frames=Frames(*tables, extended=extended, taught=taught),
         registers=registers,
+        called=called,
         before=before,
         options=options,
         planned=planned,

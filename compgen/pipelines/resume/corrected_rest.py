@@ -183,7 +183,9 @@ def _beginning(cell: Cell, start: Array) -> Cell:
 
 
 def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress: Progress) -> Correction:
-    return correct_program(job.planned, cell, job.frames, before, job.options, progress, registers=job.registers)
+    return correct_program(
+        job.planned, cell, job.frames, before, job.options, progress, job.called.get, registers=job.registers
+    )
 
 
 def _unjudged(job: CorrectedJob) -> CorrectedJob:

@@ -110,6 +110,7 @@ class _Duty(_Open):
     state: Literal["moving", "idle", "off"]
     feed_mm_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)]
     duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e6)]
+    duty: Annotated[FiniteFloat, Field(ge=0, le=1)] = 1.0
 
 
 class _Provenance(_Open):
