@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 from command_line import refused, run
-from corrected_pages import pages_of
+from corrected_pages import PAGES, pages_of
 from ls_text import program
 from states import state_of, written
 
@@ -164,6 +164,19 @@ def test_registers_frames_and_many_starts_are_taken_from_what_made_the_pages(tmp
     waited = pages_of(tmp_path / "w", "pages", *given[:2], "--before", "idle 35min", motion=" Offset,PR[5]")
     for ours, oracle in zip(numbers_of(made, (1, 2, 3)), numbers_of(waited, (1, 2, 3)), strict=True):
         assert np.array_equal(ours, oracle, equal_nan=True)
+
+
+def test_pages_of_a_program_touched_up_since_say_that_they_cannot_be_written_anew(tmp_path):
+    pages_of(tmp_path, "pages")
+    corrected, out = tmp_path / "pages_made" / "LONG.LS", tmp_path / "out"
+    corrected.write_bytes(corrected.read_bytes().replace(b"100mm/sec", b"101mm/sec", 1))
+    result = run("pages", corrected, *PAGES[:-1], "-o", out)
+    assert result.returncode == 0
+    assert "cgen resume cannot write these pages anew: LONG.LS is not what LONG.compgen.json" in result.stdout
+    refused(run("resume", out, "--from-page", "2", *RESUME), 2, "cannot be written anew", "touched up since")
+    corrected.with_name("LONG.compgen.json").unlink()
+    assert "no LONG.compgen.json beside LONG.LS says" in run("pages", corrected, *PAGES[:-1], "-o", out).stdout
+    assert "anew" not in run("pages", tmp_path / "LONG.LS", *PAGES[:-1], "-o", tmp_path / "planned").stdout
 
 
 def test_called_programs_and_a_history_with_rests_are_taken_from_what_made_the_pages(tmp_path):

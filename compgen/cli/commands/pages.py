@@ -57,6 +57,8 @@ def pages(
     _put(folder, parted.files, parted.manifest, Run(Command.PAGES, parted.paged.name))
     loads = f"{len(parted.paged.pages)} pages in {parted.paged.load_count} loads"
     lines = [f"{parted.name}: {_size_text(parted.size)}: {loads}, in {folder}", *_lines(parted.paged)]
+    if parted.why_unknown:
+        lines.append(f"warning: cgen resume cannot write these pages anew: {parted.why_unknown}")
     return Outcome(record=parted.files[parted.manifest], show=partial(print_lines, lines))
 
 

@@ -17,7 +17,7 @@ from compgen.core.files import PROVENANCE, near_file, read_regular
 from compgen.core.json_text import read_record
 from compgen.core.toml import check, read_toml
 from compgen.core.units import HOUR, MINUTE
-from compgen.fanuc import loads
+from compgen.fanuc import LsProgram, loads
 from compgen.fanuc.analysis.inspection import inspect, robots_named
 from compgen.fanuc.analysis.watermark import Mark, carries_mark
 from compgen.job.anchored_start import begin
@@ -89,6 +89,18 @@ def provenance_beside(source: Path, content: bytes) -> Path | None:
         if record.get("corrected_sha256") == checksum != record.get("planned_sha256", checksum):
             return provenance
     return None
+
+
+def why_unknown(source: Path, program: LsProgram, robot: Robot) -> str:
+    """Why nothing says what a corrected program was made from, no provenance being its own; empty of a planned one."""
+    beside = source.with_name(f"{source.stem}{PROVENANCE}")
+    record = read_record(beside)
+    if sha256(program.source).hexdigest() == record.get("planned_sha256"):
+        return ""
+    if "corrected_sha256" in record:
+        return f"{source.name} is not what {beside.name} says that cgen correct wrote: it was touched up since"
+    said = f"no {beside.name} beside {source.name} says what this corrected program was made from"
+    return said if carries_mark(program, robot) else ""
 
 
 def packed(listing: bytes) -> str:

@@ -3,7 +3,7 @@
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from compgen.fanuc.editing.insertion import marking_remark
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.join_check import check_join, check_manifest
 from compgen.fanuc.paging.split import split_program
-from compgen.pipelines.correct.program_file import provenance_beside
+from compgen.pipelines.correct.program_file import provenance_beside, why_unknown
 from compgen.pipelines.files.program_course import listing_of
 from compgen.program.page_stops import controller_capacity
 from compgen.program.pages import MANIFEST_SUFFIX, Capacity, PagedProgram, ProgramSize, manifest_json
@@ -28,6 +28,7 @@ from compgen.robot.robot import Robot
 
 _NUMBER = re.compile(rb"\d+")  # in "P[12: name]": the first one
 CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
+UNKNOWN = "corrected_unknown"  # of one whose provenance is not its own: why
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,6 +39,7 @@ class ProgramPages:
     size: ProgramSize
     paged: PagedProgram | None  # None: it is held in one file
     files: dict[str, bytes]  # the manifest, the pages and the main program, by name
+    why_unknown: str = ""  # of a corrected program that cannot be corrected anew
 
     @property
     def manifest(self) -> str:
@@ -67,13 +69,15 @@ def pages_of_program(file: str, content: bytes, robot: Robot, taken: Sequence[st
     with naming_file(file):
         paged = part_program(program, robot, capacity, taken, corrected=provenance is not None)
     check_join(program, paged.main, {p.name: p.data for p in paged.pages})
-    made = {} if provenance is None else {CORRECTED: json.loads(read_regular(provenance))}
+    why = why_unknown(Path(file), program, robot) if provenance is None else ""
+    made = {UNKNOWN: why} if why else {}
+    made = made if provenance is None else {CORRECTED: json.loads(read_regular(provenance))}
     origin = {"command": Command.PAGES, "planned_sha256": sha256(content).hexdigest(), **made}
-    pages = ProgramPages(program.name, size, paged, paged.files())
+    pages = ProgramPages(program.name, size, paged, paged.files(), why)
     manifest = manifest_json(paged, capacity, origin)
     files = {pages.manifest: manifest, **paged.files()}
     check_manifest(manifest, files)
-    return ProgramPages(program.name, size, paged, files)
+    return replace(pages, files=files)
 
 
 def part_program(

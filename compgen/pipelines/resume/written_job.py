@@ -16,7 +16,7 @@ from compgen.core.files import MOST_TABLE_BYTES, read_named, read_regular
 from compgen.core.json_text import read_json
 from compgen.core.toml import Table, check
 from compgen.job.job import Job
-from compgen.pipelines.correct.program_pages import CORRECTED
+from compgen.pipelines.correct.program_pages import CORRECTED, UNKNOWN
 from compgen.pipelines.files.path_file import load_job
 from compgen.program.pages import MANIFEST_SUFFIX, SCHEMA, is_as_written
 
@@ -250,6 +250,8 @@ def _record_of(manifest: Path) -> dict[str, Any]:
     if record.get("schema") != SCHEMA:
         given = repr(record.get("schema"))[:20]
         raise InputError(f"{manifest}: schema {given}, and this compgen reads {SCHEMA}; generate the job anew")
+    if UNKNOWN in record:
+        raise InputError(f"{manifest}: its pages cannot be written anew: {record[UNKNOWN]!s:.300}")
     if not {"job", CORRECTED} & {*record}:
         raise InputError(f"{manifest}: it does not say which path file and robot file made these pages; {WRITTEN}")
     try:
