@@ -70,6 +70,17 @@ def test_what_was_flown_is_what_the_second_arm_finds(served):
     assert served.served.at_mean.largest < 2 * UM < served.served.worst[1].largest / 3
 
 
+def test_a_start_that_becomes_worse_is_named(served, hot):
+    assert not [f for f in served.findings if "worse" in f.message]
+    wide = corrected(PLANNED, hot, ensemble=Ensemble((0.0, 57600.0)))
+    sizes = [np.linalg.norm(misses(text, 57600.0), axis=1).max() for text in (wide.text, PLANNED)]
+    assert sizes[0] > sizes[1] + 3
+    (message,) = [f.message for f in wide.findings if "worse" in f.message]
+    left, planned = (float(words.split(" um")[0].split()[-1]) for words in message.split(", and "))
+    assert message.startswith("run 1, 57600 s late: ")
+    assert (left, planned) == pytest.approx(sizes, abs=1.0)
+
+
 def test_an_override_warms_less_and_takes_longer(hot):
     long = program(MOVES * 60, [at(n, q) for n, q in enumerate(JOINTS, 1)])
     full = corrected(long, hot, before=())

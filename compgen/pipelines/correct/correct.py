@@ -330,9 +330,12 @@ def _fly_both(
     progress(stages.TWIN_AFTER, 0.0)
     if ensemble is None:
         return _Flights(planned, fly_written(), target, judged, length, None)
-    residue = partial(residue_of, target=target, judged=judged, length=length)
-    worst, served = worst_of_starts(ensemble, fly_written, residue)
-    return _Flights(fly_planned(starts=((1.0, served.worst[0]),)), worst, target, judged, length, served)
+    residue = partial(residue_of, judged=judged, length=length)
+    worst, served = worst_of_starts(ensemble, fly_written, partial(residue, target=target))
+    own = interpolate_poses(drive, station, fraction)
+    flights = {start: fly_planned(starts=((1.0, start),)) for start, _ in served.flown}
+    served = replace(served, planned=tuple(residue(flight, target=own) for flight in flights.values()))
+    return _Flights(flights[served.worst[0]], worst, target, judged, length, served)
 
 
 def _written(plan: CorrectionPlan, shared: SharedCorrections, task: _Task) -> tuple[LsProgram, Mark]:

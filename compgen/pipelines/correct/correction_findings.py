@@ -23,7 +23,7 @@ from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import numbers_by_words
-from compgen.pipelines.planned.averaging import WIDE, spread_finding
+from compgen.pipelines.planned.averaging import WIDE, spread_finding, start_words
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.page_stops import controller_capacity
@@ -221,6 +221,17 @@ def _served_findings(result: Correction) -> Iterator[Finding]:
         message = (
             f"a file for each start alone would be about {worst.largest / mean:.1f} times better: --before with the "
             "standing makes one"
+        )
+        yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
+    both = zip(result.served.flown, result.served.planned, strict=True)
+    more, start, left, planned = max(
+        ((left.largest - planned.largest, start, left, planned) for (start, left), planned in both),
+        key=lambda one: one[0],
+    )
+    if more > ROUNDING:
+        message = (
+            f"{start_words(start)}: up to {left.largest / UM:.1f} um are left, and the planned program is "
+            f"{planned.largest / UM:.1f} um off: it would become worse there; serve fewer starts"
         )
         yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
 

@@ -41,6 +41,7 @@ class ServedStarts:
     ensemble: Ensemble
     at_mean: Residue  # with the mean of the rises
     flown: tuple[tuple[Start, Residue], ...]
+    planned: tuple[Residue, ...] = ()  # of the planned program at each of them
 
     @property
     def worst(self) -> tuple[Start, Residue]:
