@@ -40,6 +40,7 @@ class Logger:
     after: float = 1.0
     start: float = 0.0  # share of the run that is missed at the beginning
     end: float = 1.0
+    lag: float = 0.0  # s, of first order, that it filters by
     drop: float = 0.0  # share of rows that are lost
     seed: int = 0
 
@@ -132,6 +133,7 @@ def log_rows(course, run, logger):
 
     rng = np.random.default_rng(logger.seed)
     grid, place, arc = commanded(course, run, logger.before, logger.after)
+    place = first_order(place, logger.lag) if logger.lag else place
     time = np.arange(grid[0], grid[-1], logger.step)
     n = len(time)
     time = time[int(logger.start * n) : max(int(logger.end * n), 1)]

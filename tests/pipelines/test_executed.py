@@ -50,6 +50,15 @@ def test_override_and_time_of_the_twin_s_controller_come_back(tmp_path, robot, m
     assert run.inside
 
 
+@pytest.mark.parametrize("run", [logs.Run(ramp=0.25), logs.Run(ramp=0.25, means=(0.2, 0.1))], ids=["bare", "means"])
+def test_a_logger_that_lags_is_named_where_it_shows_no_stop(tmp_path, robot, run):
+    course = course_of_text(logs.part(), robot, default_frames())
+    log = by_steps(course, run, logs.Logger(noise=2e-6, lag=0.05))
+    (message,) = [f.message for f in judged(tmp_path, robot, logs.part(), log).findings if "stood" in f.message]
+    assert "Where it began and ended it was right: the log lags" in message
+    assert "it was 0 um off" not in message
+
+
 def test_a_clock_that_is_fast_is_a_rate_near_whole_percent(tmp_path, robot):
     log = simulated_log(logs.part(), situation(robot), None, 0.5, Logger(rate=3e-4, jitter=1e-3, dropped=0.1))
     (stretch,) = judged(tmp_path, robot, logs.part(), log).clock.stretches

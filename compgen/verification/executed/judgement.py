@@ -174,11 +174,15 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
         np.median(away) <= STOPPED_OFF + 3 * deviation.noise and away.max() <= LEAST_OFFSET + 3 * deviation.noise
     ):
         return None
+    cause, standing = "No controller smooths there: it had another frame or tool, or an older correction ran", "stood"
+    ends = np.isin(stops, course.arc[[0, -1]])
+    if ends.sum() == 2 and away[ends].max() <= STOPPED_OFF + 3 * deviation.noise:
+        stops, away, standing = stops[~ends], away[~ends], "should have stood"
+        cause = "Where it began and ended it was right: the log lags (log without a filter), or an older correction ran"
     where = course.point_name(float(stops[int(np.argmax(away))]))
     message = (
-        f"where the robot stood it was {np.median(away) / UM:.0f} um off the program (up to {away.max() / UM:.0f} at "
-        f"{where}). No controller smooths there: it had another frame or tool, or an older correction ran: give that "
-        "with --also"
+        f"where the robot {standing} it was {np.median(away) / UM:.0f} um off the program (up to "
+        f"{away.max() / UM:.0f} at {where}). {cause}: give that with --also"
     )
     return Finding(Level.OUTSIDE, Code.EXECUTED_OLDER, message)
 
