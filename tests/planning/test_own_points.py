@@ -239,6 +239,11 @@ def test_points_that_make_no_path_are_refused(position, words):
         check_points(given(np.asarray(position, dtype=float)), 0.1)
 
 
+def test_points_a_last_digit_apart_are_two():
+    x = np.arange(0, 900.0005, 0.001) * 1e-3
+    check_points(given(np.column_stack([x, 0 * x, 0 * x])), 0.1)
+
+
 def test_a_tool_upside_down_is_refused_by_its_line():
     normal = np.tile([0.0, 0.0, 1.0], (20, 1))
     normal[12] = [0.0, np.sin(3.0), np.cos(3.0)]

@@ -9,6 +9,7 @@ from compgen.core.recorded.layout import DialectTable
 from compgen.planning.own_points.apt import read_apt
 from compgen.planning.own_points.csv_points import read_points
 from compgen.planning.own_points.gcode import read_gcode
+from compgen.verification.own_file.second_reading import read_own_file
 
 HEAD = "x_mm,y_mm,z_mm"
 
@@ -356,3 +357,23 @@ def test_a_machine_that_stands_elsewhere_in_mid_file_is_refused(tmp_path):
 def test_a_tool_that_turns_where_it_stands_is_refused(tmp_path):
     with pytest.raises(InputError, match="line 4: the tool turns where it stands"):
         read_apt(written(tmp_path, f"{APT_START}GOTO/100,0,0,0,0.6,0.8\n"))
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_a_remark_in_any_language_is_no_statement(tmp_path, ending, mark):
+    """As Latin letters the second byte of х and Å ends a line; a byte order mark is no word."""
+    file = tmp_path / "given.txt"
+    moves = "G1 X0 Y0 Z0;вверх X9\nG1 X5 ; til KÅ Y9\nY7\n"
+    file.write_bytes((mark + moves).replace("\n", ending).encode())
+    points = read_gcode(file)
+    assert_allclose(points.position * 1e3, [[0, 0, 0], [5, 0, 0], [5, 7, 0]])
+    assert points.line.tolist() == [1, 2, 3]
+    assert_allclose(read_own_file(file, "gcode", np.zeros(3), joined=True).corner, points.position)
+
+
+def test_text_that_ends_with_a_dollar_swallows_no_point(tmp_path):
+    file = written(tmp_path, "PPRINT/COST 5 $\nGOTO/0,0,0\nGOTO/1,2,$\n3\n$$ х GOTO/9,9,9\nGOTO/4,5,6\nFINI\n")
+    points = read_apt(file)
+    assert_allclose(points.position * 1e3, [[0, 0, 0], [1, 2, 3], [4, 5, 6]])
+    assert_allclose(read_own_file(file, "apt", np.zeros(3), joined=True).corner, points.position)

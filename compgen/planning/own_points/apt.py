@@ -59,7 +59,8 @@ AIR AUXFUN CLAMP CLDIST CLEARP COOLNT CUTTER DISPLY END-OF-PATH GECENT HEAD INTO
 OPSKIP OUTTOL PAINT PLABEL PROGNO REWIND SAFETY SELCTL SEQNO SPINDL SYN TLDATA TMARK TOLER TOOL TOOLNO TPRINT UNITS
 """
 NO_MOTION = frozenset(_STILL.split())
-TEXT = ("PPRINT", "PARTNO", "REMARK", "TOOL PATH", "CATPROCESS")  # what stands behind them is no statement
+#: what stands behind them is no statement; of the first three not even a $ at the end
+TEXT = ("PPRINT", "PARTNO", "REMARK", "TOOL PATH", "CATPROCESS")
 ENDS = ("END", "FINI")
 OTHER_FEEDS = ("IPM", "IPR", "MMPR", "PERREV", "INVERS")  # said alone, they are of numbers to come
 SHORT = re.compile(r"[\x21-\x7e]{1,20}")  # a word that a message may show
@@ -175,7 +176,7 @@ def _statements(name: str, lines: list[str]) -> Iterator[tuple[int, str, list[st
     for n, line in enumerate(lines, 1):
         line = line.split("$$", 1)[0]
         first = first if text else n
-        if line.rstrip().endswith("$"):
+        if line.rstrip().endswith("$") and (text or not line.lstrip().upper().startswith(TEXT[:3])):
             text += line.rstrip()[:-1]
             continue
         statement, text = (text + line).strip().upper(), ""

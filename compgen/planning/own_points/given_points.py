@@ -1,5 +1,6 @@
 """Points that a user gives: where the tool goes, how it stands, how fast; and how they grow as a file is read."""
 
+from codecs import BOM_UTF8
 from dataclasses import dataclass, field, replace
 from math import pi
 from pathlib import Path
@@ -12,7 +13,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.units import DEG, MM, UM
 
-SAME = 1 * UM  # points nearer than this are one
+SAME = 0.999 * UM  # points nearer than this are one; those a last digit apart are two, however they are rounded
 UNUSUAL = 20.0  # times the usual step, from where a long one is a slip
 SMALL = 5 * MM  # a whole path below this was written in metres
 MAX_TILT = 150 * DEG  # of the tool from upright: at 180 deg its tilt has no one axis
@@ -147,7 +148,8 @@ def read_lines(source: str | Path, kind: str) -> list[str]:
     data = read_named(source, f"give {kind}", MAX_BYTES)
     if b"\0" in data:
         raise InputError(f"{source}: holds zero bytes, so it is no text; give {kind}")
-    return data.decode("latin-1").splitlines()
+    # bytes end at CR and LF alone: as Latin letters, one byte of Å and of Cyrillic х would end a line, and a remark
+    return [line.decode("latin-1") for line in data.removeprefix(BOM_UTF8).splitlines()]
 
 
 Triple = tuple[float, float, float]

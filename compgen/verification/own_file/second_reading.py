@@ -6,6 +6,7 @@ What this reader does not know is refused: a result that only one of them has re
 """
 
 import csv
+from codecs import BOM_UTF8
 from collections.abc import Iterator, Sequence
 from math import acos, atan2, ceil, cos, hypot, pi, sin, sqrt
 from pathlib import Path
@@ -24,7 +25,7 @@ SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks":
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "um": 0.001}
 MOTION_G, COUNTING_G, DWELL_G = (0.0, 1.0, 2.0, 3.0), (90.0, 91.0), 4.0
 QUIET_G = {17.0, 21.0, 40.0, 43.0, 49.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 61.0, 64.0, 80.0, 91.1, 94.0, 98.0, 99.0}
-ENDS = ("FINI", "END")
+ENDS, TEXTS = ("FINI", "END"), ("PPRINT", "PARTNO", "REMARK")
 
 Place = tuple[float, float, float]  # mm
 
@@ -67,7 +68,7 @@ def read_own_file(
     """
     corners = _Corners(str(source))
     try:
-        lines = source.read_bytes().decode("latin-1").splitlines()
+        lines = [line.decode("latin-1") for line in source.read_bytes().removeprefix(BOM_UTF8).splitlines()]
         if recorded is not None and recorded.recorded is not None:
             _recorded(source, recorded.line, recorded.recorded, corners)
         else:
@@ -98,7 +99,7 @@ def _recorded(source: Path, lines: Sequence[int] | IntArray, how: Recorded, corn
 
 def _csv(lines: list[str], corners: _Corners) -> None:
     text = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
-    rows = csv.reader(line.removeprefix("\xef\xbb\xbf") for _, line in text)
+    rows = csv.reader(line for _, line in text)
     heads = [cell.strip() for cell in next(rows)]
     x, y, z = (heads.index(f"{axis}_mm") for axis in "xyz")
     for (n, _), row in zip(text[1:], rows, strict=True):
@@ -110,7 +111,7 @@ def _apt(lines: list[str], corners: _Corners) -> None:
     for n, line in enumerate(lines, 1):
         begun = begun or n
         part = line[: line.index("$$")] if "$$" in line else line
-        if part.rstrip().endswith("$"):
+        if part.rstrip().endswith("$") and (whole or not part.strip().upper().startswith(TEXTS)):
             whole += part.rstrip()[:-1]
             continue
         statement, first = (whole + part).strip().upper(), begun
