@@ -70,6 +70,16 @@ def test_a_break_that_nobody_told_of_is_found(days):
     assert left["after"][0] < 0.5 * left["before"][0]
 
 
+def test_touches_tell_a_growth_of_which_the_robot_file_says_nothing(tmp_path):
+    """Its prior of 30 % stood in the band beside the state, which had measured it."""
+    day = drawn_day(2, tmp_path, overrides=[])
+    warmth = replace(day.job.cell.warmth, expansion=None, growth={})
+    job = replace(day.job, cell=replace(day.job.cell, warmth=warmth))
+    unknowns = unknowns_of(job, forecast_now(job, day.touches), np.zeros(3), 0.6, 10 * UM)
+    assert unknowns.named == tuple(f"thermal_growth.excess_{n}" for n in ("a[2]", "d[4]", "d[6]"))
+    assert_allclose(unknowns.prior.forecast[-3:, -3:], 0.09 * np.eye(3))
+
+
 def test_a_base_that_moved_is_named_and_found(tmp_path):
     shift = np.array([120, -150, 60, 0, 0, 0]) * UM
     day = drawn_day(3, tmp_path, base=shift)

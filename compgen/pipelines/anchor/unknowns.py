@@ -23,6 +23,7 @@ from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.posterior import numbers_of
 from compgen.error_model.rigid_share import rigid_share
+from compgen.error_model.source import Expanding
 from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.anchored_start import base_rows, drifting_row
 from compgen.job.job import Cell, Job
@@ -117,7 +118,10 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
     known = quantities_of_cell(cell)
     parameters, base = known.parameters, base_rows(known.parameters)
     moves = {id(q): set(np.flatnonzero(q.cause.parameters).tolist()) for q in known.quantities}
-    growth = [q for q in known.quantities if moves[id(q)] and (q.source in GROWTH or moves[id(q)] <= set(base))]
+    alone = {*base}, _unmeasured_growth(cell, parameters)
+    growth = [
+        q for q in known.quantities if (m := moves[id(q)]) and (q.source in GROWTH or any(m <= rows for rows in alone))
+    ]
     thermal = [q for q in known.quantities if not moves[id(q)]]
     others = [q for q in known.quantities if q not in [*growth, *thermal]]
     named = _named(cell, parameters, set[int]().union(*(moves[id(q)] for q in growth)) - set(base))
@@ -132,6 +136,17 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
         other_rise=other_rise,
         prior=_prior(job, forecast, thermal, growth, rows, _base_prior(job, middle, radius, missed), middle),
     )
+
+
+def _unmeasured_growth(cell: Cell, parameters: SourceParameters) -> set[int]:
+    """Rows of lengths' expansions of which the robot file says nothing, so that their priors count."""
+    measured = {known.source.NAME for known in cell.known if known.sigma}
+    return {
+        parameters.at(k, entry.field, entry.index)
+        for k, source in enumerate(parameters.sources)
+        if isinstance(source, Expanding) and source.NAME not in measured
+        for entry in source.expansions().values()
+    }
 
 
 def _named(cell: Cell, parameters: SourceParameters, grown: set[int]) -> dict[str, tuple[int, float]]:
