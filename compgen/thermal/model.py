@@ -141,7 +141,7 @@ def extrapolations(heat: ArmHeat, duties: Sequence[Duty], feed: float, duration:
         heat: The model.
         duties: Before the program.
         feed: Of the program [m/s].
-        duration: Of the program [s].
+        duration: Of the program, as far as it moves [s].
         rise: While it runs, (M, K) [K].
     """
     messages, box = [], heat.box

@@ -427,6 +427,16 @@ def test_what_takes_no_time_in_the_heat_is_said(hot):
         assert ["takes no time" in f.message for f in result.findings if f.code == code] == [True]
 
 
+def test_a_wait_is_no_motion_that_the_thermal_parameters_were_measured_over(hot):
+    """They were over 6.5 h: 5 h and a wait of two hours are less, 7 h of motion are more."""
+    move = ["J P[1] 10% FINE", "WAIT 7300.00(sec)", "L P[2] 50mm/sec FINE"]
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    data = program(move, [at(1, HOME), at(2, q)])
+    for hours, count in ((5, 0), (7, 1)):
+        found = corrected(data, hot, before=(f"moving 200mm/s {hours}h",)).findings
+        assert len([f for f in found if f.code == "thermal.box" and "of motion" in f.message]) == count
+
+
 @pytest.mark.parametrize(("level", "does"), [("warning", "L P[1] 50mm/sec FINE"), ("note", "R[1]=1"), ("note", None)])
 def test_a_called_program_that_moves_the_arm_is_warned_of(level, does, hot):
     """A program of that name is known to warm the arm; one that moves nothing, or is not there, is not."""

@@ -311,10 +311,10 @@ def _heat_findings(result: Correction) -> Iterator[Finding]:
     yield from result.cell.input_findings
     if not result.before and result.cell.heat.start is None:
         yield Finding(Level.NOTE, Code.THERMAL_COLD, "no --before: the cell starts cold")
-    run = drive.duration > 0
+    run, moving = drive.duration > 0, float(drive.duration.sum())
     if run.any() and np.nansum(drive.length) > 0:
-        feed = float(np.nansum(drive.length[run]) / drive.duration[run].sum())
-        messages = extrapolations(heat, result.before, round(feed, 4), float(stations.time[-1]), stations.rise)
+        feed = float(np.nansum(drive.length[run]) / moving)
+        messages = extrapolations(heat, result.before, round(feed, 4), moving, stations.rise)
         yield from [Finding(Level.WARNING, Code.THERMAL_BOX, message) for message in messages]
 
 
