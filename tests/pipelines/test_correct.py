@@ -433,8 +433,8 @@ def test_a_wait_is_no_motion_that_the_thermal_parameters_were_measured_over(hot)
     q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
     data = program(move, [at(1, HOME), at(2, q)])
     for hours, count in ((5, 0), (7, 1)):
-        found = corrected(data, hot, before=(f"moving 200mm/s {hours}h",)).findings
-        assert len([f for f in found if f.code == "thermal.box" and "of motion" in f.message]) == count
+        findings = corrected(data, hot, before=(f"moving 200mm/s {hours}h",)).findings
+        assert len([f for f in findings if f.code == "thermal.box" and "of motion" in f.message]) == count
 
 
 @pytest.mark.parametrize(("level", "does"), [("warning", "L P[1] 50mm/sec FINE"), ("note", "R[1]=1"), ("note", None)])
@@ -443,9 +443,9 @@ def test_a_called_program_that_moves_the_arm_is_warned_of(level, does, hot):
     beside = {} if does is None else {"POLISH": program([does], [at(1, HOME)], name="POLISH")}
     data = program(["J P[1] 10% FINE", "CALL POLISH", "L P[1] 50mm/sec FINE"], [at(1, HOME)])
     result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
-    (found,) = (f for f in result.findings if f.code == "timing.order")
-    assert found.level == level
-    assert ("POLISH may move the arm" in found.message) == (level == "warning")
+    (order,) = (f for f in result.findings if f.code == "timing.order")
+    assert order.level == level
+    assert ("POLISH may move the arm" in order.message) == (level == "warning")
 
 
 def test_turning_on_the_spot_takes_seconds(hot):

@@ -224,11 +224,8 @@ def _served_findings(result: Correction) -> Iterator[Finding]:
         )
         yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
     both = zip(result.served.flown, result.served.planned, strict=True)
-    more, start, left, planned = max(
-        ((left.largest - planned.largest, start, left, planned) for (start, left), planned in both),
-        key=lambda one: one[0],
-    )
-    if more > ROUNDING:
+    (start, left), planned = max(both, key=lambda one: one[0][1].largest - one[1].largest)
+    if left.largest > planned.largest + ROUNDING:
         message = (
             f"{start_words(start)}: up to {left.largest / UM:.1f} um are left, and the planned program is "
             f"{planned.largest / UM:.1f} um off: it would become worse there; serve fewer starts"

@@ -99,8 +99,8 @@ def why_unknown(source: Path, program: LsProgram, robot: Robot) -> str:
         return ""
     if "corrected_sha256" in record:
         return f"{source.name} is not what {beside.name} says that cgen correct wrote: it was touched up since"
-    said = f"no {beside.name} beside {source.name} says what this corrected program was made from"
-    return said if carries_mark(program, robot) else ""
+    absent = f"no {beside.name} beside {source.name} says what this corrected program was made from"
+    return absent if carries_mark(program, robot) else ""
 
 
 def packed(listing: bytes) -> str:

@@ -71,7 +71,8 @@ def pages_of_program(file: str, content: bytes, robot: Robot, taken: Sequence[st
     check_join(program, paged.main, {p.name: p.data for p in paged.pages})
     why = why_unknown(Path(file), program, robot) if provenance is None else ""
     made = {UNKNOWN: why} if why else {}
-    made = made if provenance is None else {CORRECTED: json.loads(read_regular(provenance))}
+    if provenance is not None:
+        made = {CORRECTED: json.loads(read_regular(provenance))}
     origin = {"command": Command.PAGES, "planned_sha256": sha256(content).hexdigest(), **made}
     pages = ProgramPages(program.name, size, paged, paged.files(), why)
     manifest = manifest_json(paged, capacity, origin)
