@@ -6,7 +6,12 @@ centre, r its distance from the J1 axis, R = +/- r - a1 and Z = W_z,
 
     joint 1     theta_1 = atan2(+/- W_y, +/- W_x)                                 front: +, back: -
     triangle    a2, L = hypot(a3, d4), side R^2 + Z^2                             elbow up: +, down: -
+    joint 3     theta_3 = 90 deg - atan2(a3, -d4) - e with e the triangle's outer angle at the elbow, 0 when stretched
     wrist       Rz(theta_4) Rx(90) Rz(theta_5) Rx(-90) Rz(theta_6) = R_03^T R_06   no flip: J5 <= 0, flip: J5 > 0
+
+A range of theta_3 of more than a turn (M-20iA: -185 to 273.1 deg) has two angles for some poses, and CONFIG no digit for
+it: meant is the one that the arm reaches from elbow up through the stretch, not through the fold [assumed]. The cut is
+then where the elbow is folded, which no line in one posture passes.
 
 ``joint_path`` follows one branch along a whole program; ``kinematics.flange_pose`` is the way back.
 """
@@ -89,7 +94,7 @@ def _flange_expr(position: Any, rows: Any, tool: Any) -> tuple[Any, Any]:
 class BranchSolution(NamedTuple):
     """Joints that bring N poses about on one branch, and how well within reach they are."""
 
-    theta: Array  # (N, 6) [rad] DH angles in (-pi, pi]; out of reach those of the nearest stretched or folded arm
+    theta: Array  # (N, 6) [rad] DH angles; out of reach those of the nearest stretched or folded arm
     margin: Array  # (N,) [m] by which the wrist centre lies inside the reach of joints 2 and 3; negative: out of reach
 
 
@@ -198,8 +203,7 @@ def branch_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) ->
     se = up * ca.sqrt((1 - ce) * (1 + ce))  # e: turn from the upper arm down to the line elbow - wrist
     upper_arm = ca.atan2(Z, R) + ca.atan2(L * se, a2 + L * ce)  # elevation
     shift = float(np.arctan2(a3, -d4))
-    forearm = upper_arm - ca.atan2(se, ce) - shift  # elevation of the forearm's axis
-    theta2, theta3 = _wrap(-upper_arm), _wrap(forearm - upper_arm + np.pi / 2)
+    theta2, theta3 = _wrap(-upper_arm), np.pi / 2 - shift - ca.atan2(se, ce)
     # their cosines and sines: (R + i Z) (a2 + L exp(i e)), turned back by e + shift for the forearm
     x, y = R * (a2 + L * ce) - Z * L * se, R * L * se + Z * (a2 + L * ce)
     length = ca.sqrt(x * x + y * y)
@@ -235,5 +239,5 @@ def _cosine_and_sine(x: Any, y: Any) -> tuple[Any, Any]:
 
 
 def _wrap(angle: Any) -> Any:
-    """An angle brought into (-pi, pi]; theta_3 of a legal arm may be quoted a turn away: see ``nearest_turns``."""
+    """An angle brought into (-pi, pi]."""
     return angle + 2 * np.pi * ca.floor((np.pi - angle) / (2 * np.pi))

@@ -34,7 +34,9 @@ def follow_branch(robot: Robot, flange: Pose, posture: Posture) -> Array:
     _check_reach(flange.position, margin)
     _check_shoulder(robot, flange)
     _check_elbow(robot, margin)
-    theta = _unwrap(theta, legal_turns(robot, nearest_turns(theta[0], robot.pendant_zero)))
+    near = robot.pendant_zero.copy()
+    near[2] = theta[0, 2]  # the closed form tells it
+    theta = _unwrap(theta, legal_turns(robot, nearest_turns(theta[0], near)))
     check_joint_limits(robot, theta)
     check_interference(robot, theta)
     _check_wrist(robot, theta)

@@ -10,6 +10,7 @@ import pytest
 from corrected import HOME, MANY, ROUNDED_UM, corrected, missed_um
 from flawed import flawed_file
 from ls_text import at, cartesian, joint_form, program
+from numpy.testing import assert_allclose
 from shipped import ROOT
 
 from compgen.core.exceptions import InputError
@@ -467,3 +468,15 @@ def test_motion_up_to_the_end_of_the_program_counts_against_the_hours_the_heat_w
     for hours, is_beyond in (("6.4h", True), ("6.2h", False)):
         result = corrected(data, cell, before=(f"moving 200mm/s {hours}",))
         assert any("of motion" in f.message for f in result.findings if f.code == "thermal.box") == is_beyond
+
+
+def test_joint_3_runs_on_past_200_degrees_as_the_same_program_taught_by_joints_has_it(hot):
+    """CONFIG tells no turn of J3; at 200 deg of J2 + J3 a turn of it came into the way, 1.3 s at full speed."""
+    places = [(10.0, 110.0, elbow - 110.0, 30.0, -60.0, 45.0) for elbow in np.arange(150.0, 252.0, 4.0)]
+    lines = ["J P[1] 10% FINE", *(f"L P[{n}] 100mm/sec FINE" for n in range(2, len(places) + 1))]
+    plans = [
+        corrected(program(lines, [form(n, place) for n, place in enumerate(places, 1)]), hot).plan
+        for form in (at, joint_form)
+    ]
+    assert_allclose(plans[0].poses.theta, plans[1].poses.theta, atol=1e-4)
+    assert_allclose(plans[0].drive.duration, plans[1].drive.duration, atol=1e-9)

@@ -53,7 +53,18 @@ def test_a_straight_wrist_reaches_the_pose(j5_deg, robot):
     for k in range(8):
         legal = ~np.isnan(branches[:, k, 0])
         assert_allclose(poses_of_rows(robot, branches[legal, k])[1], rotation[legal], atol=3e-10)
-        assert (np.abs(branches[legal, k]) <= np.pi + 1e-12).all()
+        assert (np.abs(np.delete(branches[legal, k], 2, axis=1)) <= np.pi + 1e-12).all()
+
+
+def test_joint_3_of_a_range_of_more_than_a_turn_runs_on_as_the_elbow_opens(robot):
+    """J2 + J3 up to 280 deg: one side of the stretch to the other, and no jump at 180 or 200 deg."""
+    elbow = np.arange(-80.0, 250.0, 0.5)
+    elbow = elbow[np.abs(elbow - 80.5) > 1]  # stretched
+    theta = np.zeros((len(elbow), 6))
+    theta[:] = robot.to_theta(np.array([10.0, -20.0, 0.0, 30.0, -60.0, 45.0]) * DEG)
+    theta[:, 2] = elbow * DEG
+    branches = solve_all(robot, *poses_of_rows(robot, theta))
+    assert np.nanmin(np.abs(branches - theta[:, None]).max(axis=2), axis=1).max() < 1e-9
 
 
 def test_the_eight_branches_differ(robot):

@@ -92,6 +92,14 @@ def test_joint_6_runs_on_through_180(robot):
     assert solved[:, 5].max() > np.pi
 
 
+@pytest.mark.parametrize("ends", [(150.0, 250.0), (250.0, 190.0)])
+def test_joint_3_runs_on_through_200_and_begins_there(ends, robot):
+    theta = np.tile(robot.to_theta(np.array([10, 110, 0, 30, -60, 45]) * DEG), (50, 1))
+    theta[:, 2] = np.linspace(ends[0], ends[1], 50) * DEG
+    solved = follow_branch(robot, Pose(*poses_of_rows(robot, theta)), Posture(up=False))
+    assert_allclose(solved, theta, atol=1e-9)
+
+
 def test_nearest_turns_bring_each_joint_within_half_a_turn_of_its_reference():
     rng = np.random.default_rng(6)
     theta, reference = rng.uniform(-3, 3, (200, 6)), rng.uniform(-12, 12, (200, 6))
