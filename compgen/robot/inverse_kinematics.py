@@ -9,9 +9,9 @@ centre, r its distance from the J1 axis, R = +/- r - a1 and Z = W_z,
     joint 3     theta_3 = 90 deg - atan2(a3, -d4) - e with e the triangle's outer angle at the elbow, 0 when stretched
     wrist       Rz(theta_4) Rx(90) Rz(theta_5) Rx(-90) Rz(theta_6) = R_03^T R_06   no flip: J5 <= 0, flip: J5 > 0
 
-A range of theta_3 of more than a turn (M-20iA: -185 to 273.1 deg) has two angles for some poses, and CONFIG no digit for
-it: meant is the one that the arm reaches from elbow up through the stretch, not through the fold [assumed]. The cut is
-then where the elbow is folded, which no line in one posture passes.
+A range of theta_3 of more than a turn (M-20iA: -185 to 273.1 deg) has two angles for some poses, and CONFIG no digit
+for it: meant is the one that the arm reaches from elbow up through the stretch, not through the fold [assumed]. The cut
+is then where the elbow is folded, which no line in one posture passes.
 
 ``joint_path`` follows one branch along a whole program; ``kinematics.flange_pose`` is the way back.
 """
