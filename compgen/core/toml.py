@@ -33,6 +33,7 @@ NotNegative = Annotated[FiniteFloat, Field(ge=0, le=1e6)]
 Length = Annotated[FiniteFloat, Field(gt=0, le=1e4)]  # mm
 Coordinate = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
 Angle = Annotated[FiniteFloat, Field(ge=-3600, le=3600)]  # deg
+NAME = r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$"
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=16)]
 Point = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -275,6 +276,8 @@ def _steps(data: Any, error: ErrorDetails) -> list[str]:
 
 def _reason(error: ErrorDetails) -> str:
     """What a value must be, in the words of pydantic."""
+    if error.get("ctx", {}).get("pattern") == NAME:
+        return "must be of letters, digits, _ . + and -, without a blank"
     text = re.sub(r"^(?:Input|List|String) should ", "must ", error["msg"])
     return text.replace(" after validation", "").replace("a valid dictionary", "a table")
 

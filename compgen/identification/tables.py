@@ -4,11 +4,9 @@ from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
-from compgen.core.toml import Coordinate, Length, NotNegative, Table
+from compgen.core.toml import NAME, Coordinate, Length, NotNegative, Table
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=32)]
-
-
+Name = Annotated[str, Field(pattern=NAME, max_length=32)]
 Direction = Annotated[list[Annotated[FiniteFloat, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
 
 

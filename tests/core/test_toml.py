@@ -8,6 +8,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError, TableError
 from compgen.core.toml import Table, check, override, read_toml
+from compgen.identification.tables import ArtefactFile
 from compgen.program.frames import load_frames
 
 
@@ -293,3 +294,8 @@ def test_what_would_steer_a_terminal_or_a_page_is_refused_by_its_key(character):
         assert str(caught.value).startswith(f"f.toml: {key}")
         assert str(caught.value).isprintable()
     assert check(Titled, {"title": "Größe\t日本 שלום\n"}, "f.toml").title == "Größe\t日本 שלום\n"
+
+
+def test_a_name_with_a_blank_is_refused_in_words():
+    with pytest.raises(TableError, match=r"sphere\.0\.name: 'ball 1': must be of letters, digits, _ \. \+ and -, with"):
+        check(ArtefactFile, {"sphere": [{"name": "ball 1"}]}, "f.toml")

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from compgen.compensation.tables import CompensationTable
-from compgen.core.toml import Positive, Table
+from compgen.core.toml import NAME, Positive, Table
 from compgen.error_model.schema import SourcesTable
 from compgen.error_model.unmeasured import UnknownTable
 from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable
@@ -89,7 +89,7 @@ class PathFile(Table):
 class RobotFile(Table):
     """A robot file of compgen: the nominal arm, its controller, how it warms, and what makes it err."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=24)]
+    name: Annotated[str, Field(pattern=NAME, max_length=24)]
     """Name of the robot."""
     maker: str = ""
     """Maker of the robot."""
