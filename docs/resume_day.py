@@ -26,7 +26,7 @@ from compgen.pipelines.resume.paged_run import planned_run
 from compgen.pipelines.resume.pages_anew import read_written, steps_of
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.result import size_of
-from compgen.pipelines.resume.resume import resume, segments_on_part
+from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 from compgen.program.pages import join_programs
 from compgen.thermal import Ambient, state_after, states_at
@@ -124,7 +124,7 @@ def left_on_the_part(day: Day, written):
     prepared = prepare(twin_of(whole.job), text, ()).with_rise(day.rise)
     deviation = deviation_from_path(whole.path, prepared.chunks(), prepared.sample_count)
     samples = prepared.first_samples()
-    touching = np.append(np.repeat(segments_on_part(whole.path), np.diff(samples)), False)
+    touching = np.append(np.repeat(whole.path.segments_on_part(), np.diff(samples)), False)
     page = np.searchsorted([samples[p.last] for p in written.pages], np.arange(len(touching)), side="left") + 1
     length = np.gradient(deviation.arc)
     return deviation.total()[touching], length[touching], page[touching]

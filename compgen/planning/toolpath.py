@@ -64,6 +64,19 @@ class ToolPath:
         """Share of the feed that each segment is driven at, (N - 1,)."""
         return self.exact.curve.pace[self.piece]
 
+    def rows_on_part(self) -> IntArray:
+        """Waypoints where the tool touches; all of a path that never does."""
+        return np.flatnonzero(self.contact if self.contact.any() else np.ones_like(self.contact))
+
+    def touching_segments(self) -> BoolArray:
+        """Where the tool works, and touches at one end at least, (N - 1,)."""
+        return np.asarray((self.contact[:-1] | self.contact[1:]) & self.exact.curve.working[self.piece])
+
+    def segments_on_part(self) -> BoolArray:
+        """The same, (N - 1,); all of a path that never touches."""
+        touching = self.touching_segments()
+        return touching if touching.any() else np.ones_like(touching)
+
     def at(self, segment: IntArray, fraction: Array) -> PathPoses:
         """M true poses at fractions of segments' arc lengths, and which way the path goes there."""
         first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1

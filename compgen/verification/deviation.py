@@ -75,7 +75,7 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
     arc, time, error = np.empty(samples), np.empty(samples), np.empty((samples, 3))
     feed, cross, normal, angle = (np.empty(samples) for _ in range(4))
     touching = np.empty(samples, dtype=bool)
-    on_part = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]  # of segments
+    on_part = path.touching_segments()
     begin = 0
     for execution in executions:
         rows = slice(begin, begin + len(execution.time))

@@ -73,7 +73,7 @@ def path_places(job: Job, count: int = PLACES) -> PathPlaces:
         path = toolpath.plan_tool_path(plan.exact(tool.spin), toolpath.LayoutSettings(COARSE))
         flange = inverse_kinematics.flange_from_tool(path.target, tool.pose)
         theta = joint_path.follow_branch(job.robot, flange, job.posture)
-    on = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    on = path.rows_on_part()
     along = np.cumsum(np.diff(path.arc, prepend=path.arc[0])[on])
     some = on[np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], count)).clip(max=len(on) - 1))]
     return PathPlaces(path.target.position[some], theta[some], path.arc[some] / job.feed)

@@ -49,11 +49,6 @@ SAME_BEND = 1.5  # times as sharp as on the part is no other bend
 STRETCHES = 200  # of the part that are looked at: those where the tool is led off farthest
 
 
-def touching_segments(path: ToolPath) -> BoolArray:
-    """Segments on the part, (N - 1,)."""
-    return np.asarray((path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece])
-
-
 def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float | None = None) -> list[Finding]:
     """One finding of what the controller's motion does, or is expected to do.
 

@@ -174,7 +174,7 @@ def _remade(file: WrittenFile, start: Start) -> Extent | None:
 
 def _some_waypoints(path: ToolPath) -> IntArray:
     """On the part, evenly."""
-    rows = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    rows = path.rows_on_part()
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, WAYPOINTS).astype(int))])
 
 
@@ -194,8 +194,7 @@ def _largest(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: Int
     there the samples count that lie farthest to either side along World.
     """
     path, first = file.program.path, file.prepared.first_samples()
-    on_part = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]
-    off_part = np.append(np.repeat(~on_part & path.contact.any(), np.diff(first)), False)
+    off_part = np.append(np.repeat(~path.segments_on_part(), np.diff(first)), False)
     error = np.where(off_part[:, None], 0.0, at_mean.error)
     largest = np.zeros(len(moved))
     for j, (a, b) in enumerate(zip(waypoints.tolist(), waypoints[1:].tolist(), strict=False)):

@@ -70,7 +70,7 @@ def dry_run_findings(job: Job, path: ToolPath) -> list[Finding]:
         return []
     place = job.plan.path.place
     up = np.array([0.0, 0.0, 1.0]) if place is None else place.rotation[:, 2]
-    on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    on_part = path.rows_on_part()
     share = -path.target.rotation[on_part, :, 2] @ up
     worst = int(np.argmin(share))
     if share[worst] < LEAST_SHARE:

@@ -28,7 +28,7 @@ from compgen.job.start_window import windows
 from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import over_periods, own_file_findings, times_apart
-from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
+from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings
 from compgen.pipelines.planned import arc_moves, delivery, motion_predistortion
 from compgen.pipelines.planned.averaging import Averaged, WrittenFile, averaging_findings, fly_starts
 from compgen.pipelines.planned.delivery import Delivery, PageStart
@@ -94,7 +94,7 @@ def _fly_uncorrected(planned: Planned, date: str) -> tuple[Deviation, WrittenMot
     prepared = prepared_for(job, planned_program(job, path, planned.theta, planned.trajectory, date))
     if job.ensemble is not None:
         prepared = prepared.with_rise(planned.rise)
-    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching_segments(path))
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, path.touching_segments())
     return deviation_of(path, prepared), written
 
 
@@ -102,7 +102,7 @@ def _plan_findings(planned: Planned) -> Iterator[Finding]:
     """What is known of a plan before anything is flown: where models leave what was measured, and what files say."""
     job, path, theta, rise = planned.job, planned.path, planned.theta, planned.rise
     time, places = planned.time, path.target.position
-    on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    on_part = path.rows_on_part()
     driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=planned.motion, contact=path.contact)
     hot = extrapolations(job.cell.heat, job.duties_before(), job.feed, time[-1], rise)
     yield from [
@@ -157,7 +157,7 @@ def generate(
     del program, commanded
     planned.deviation()
     prepared = prepared_for(job, delivered.program)
-    touching = touching_segments(path) if job.robot.motion is not None else None  # else the plan's text tells it
+    touching = path.touching_segments() if job.robot.motion is not None else None  # else the plan's text tells it
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)

@@ -12,7 +12,7 @@ from compgen.core.arrays import Array, frozen, row_norms
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.job.moves_in_arcs import fit_planned_moves
-from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings, touching_segments
+from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import printed_in_world
 from compgen.planning.retiming import Trajectory
@@ -149,7 +149,7 @@ def findings(
     job, path = planned.job, planned.path
     motion, at_half = job.robot.motion, None
     if motion is not None and motion.may_predistort and job.ensemble is None:
-        at_half = error_at_half_override(prepared, deviation.error, touching_segments(path))
+        at_half = error_at_half_override(prepared, deviation.error, path.touching_segments())
     error = None
     if motion is not None and motion.may_predistort:
         error = np.maximum.reduceat(row_norms(deviation.error), prepared.first_samples()[:-1])

@@ -186,7 +186,7 @@ def moved(program: Program, uframe: Pose, kind: str, numbers: Array) -> Program:
 def _flown_errors(planned: Planned, uframe: Pose, program: Program) -> FlownErrors:
     """At the waypoints on the part, or at all of a path that never touches, as the model predicts them."""
     job, path = planned.job, planned.path
-    rows = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    rows = path.rows_on_part()
     step = np.diff(path.arc, prepend=path.arc[0], append=path.arc[-1]) / 2
     error = planned.error()[rows]
     return FlownErrors(

@@ -17,7 +17,7 @@ from compgen.pipelines.resume.beginning import Begun, path_tables, unmoved
 from compgen.pipelines.resume.corrected_rest import ResumedProgram
 from compgen.pipelines.resume.pages_anew import read_written
 from compgen.pipelines.resume.result import Resumed
-from compgen.pipelines.resume.resume import resume, segments_on_part
+from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.program import Program
 from compgen.robot import inverse_kinematics, joint_path
@@ -148,5 +148,5 @@ def planned_run(written: WrittenJob, whole: Planned) -> PlannedRun:
 
 def on_part_rows(whole: Planned) -> BoolArray:
     """Waypoints where the tool touches, (N,)."""
-    on_part = segments_on_part(whole.path)
+    on_part = whole.path.segments_on_part()
     return np.asarray(np.append(on_part, on_part[-1]) & np.append(on_part[0], on_part))

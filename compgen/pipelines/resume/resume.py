@@ -18,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.arrays import Array, BoolArray, row_norms
+from compgen.core.arrays import Array, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -44,7 +44,6 @@ from compgen.pipelines.resume.result import Join, PageResult, Resumed, Size, pag
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
 from compgen.planning.retiming.trajectory import Trajectory
-from compgen.planning.toolpath import ToolPath
 from compgen.program.digits import as_written
 from compgen.program.pages import excerpt, gap_between, join_programs
 from compgen.program.program import Program
@@ -267,7 +266,7 @@ def _page_results(
     before, path = planned.deviation(), planned.path
     pages, results = written.pages[from_page - 1 :], list[tuple[Size, Size]]()
     edges = np.array([p.first - pages[0].first for p in pages] + [len(path.arc) - 1], dtype=np.int64)
-    on_part = segments_on_part(path)
+    on_part = path.segments_on_part()
     samples = prepared.first_samples()
     touching = np.append(np.repeat(on_part, np.diff(samples)), on_part[-1])
     old_samples = np.searchsorted(before.arc, path.arc)  # the old text has other lengths, so other samples
@@ -281,9 +280,3 @@ def _page_results(
             sizes.append(size_of(row_norms(deviation.error[rows])[chosen], length[chosen]))
         results.append((sizes[0], sizes[1]))
     return page_results(pages, results, files)
-
-
-def segments_on_part(path: ToolPath) -> BoolArray:
-    """Where the tool touches, (N - 1,); everywhere on a path that never does."""
-    on_part = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]
-    return on_part if on_part.any() else np.ones_like(on_part)

@@ -138,20 +138,12 @@ def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
     deviation = deviation_from_path(geometry.path, [execution], len(rise))
     return Flown(
         geometry=geometry,
-        on_part=samples_on_part(geometry),
+        on_part=geometry.path.segments_on_part()[geometry.segment],
         arc=deviation.arc,
         rise=rise,
         position=execution.actual.position,
         error=deviation.error,
     )
-
-
-def samples_on_part(geometry: Geometry) -> BoolArray:
-    """Samples where the tool touches; all of a path that never does."""
-    path = geometry.path
-    touching = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]
-    touched = touching[geometry.segment]
-    return touched if touched.any() else np.ones_like(touched)
 
 
 def _places_along(arc: Array, on_part: BoolArray) -> IntArray:

@@ -103,7 +103,7 @@ def _has_values(source: Source) -> bool:
 def uncertainty_of(program: DrivenProgram, window: float = 0.0) -> JobUncertainty:
     """What a program's job does not know, with the middle of its path for the middle of the part."""
     path = program.path
-    places = path.target.position[path.contact] if path.contact.any() else path.target.position
+    places = path.target.position[path.rows_on_part()]
     low, high = column_extremes(places)
     return quantities_of(program.job, window, (low + high) / 2)
 
