@@ -7,6 +7,7 @@ that is not followed by a row ends when its motion does; then the robot stands, 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -55,24 +56,20 @@ class PageTimes:
 
     def stretches(self, until: float) -> list[tuple[float, float, int, float]]:
         """Begin, end, page (0: standing) and how far into its motion it begins [s], from the planned start on."""
-        moments = [s for s in self.starts if s.time < until]
+        standing = PageStart(self.planned, 0)
+        moments = [standing, *(s for s in self.starts if s.time < until), PageStart(until, 0)]
         pieces = []
         time = self.planned
-        if not moments or moments[0].time > time:
-            end = min(until, moments[0].time if moments else until)
-            pieces.append((time, end, 0, 0.0))
-            time = end
-        for k, start in enumerate(moments):
-            end = min(until, moments[k + 1].time if k + 1 < len(moments) else until)
+        for start, after in pairwise(moments):
             into = max(0.0, time - start.time) + start.into
             moving = 0.0 if start.page == 0 else max(0.0, self.duration[start.page - 1] - into)
-            stop = min(end, time + moving)
+            stop = min(after.time, time + moving)
             if stop > time:
                 pieces.append((time, stop, start.page, into))
-            if end > stop:
-                pieces.append((stop, end, 0, 0.0))
-            time = max(time, end)
-        return [p for p in pieces if p[1] > p[0]]
+            if after.time > stop:
+                pieces.append((stop, after.time, 0, 0.0))
+            time = max(time, after.time)
+        return pieces
 
 
 def planned_times(duration: Sequence[float], planned: float, started: float) -> PageTimes:
