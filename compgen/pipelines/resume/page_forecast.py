@@ -48,7 +48,7 @@ def model_course(run: PagedRun, times: PageTimes, air: Ambient, now: float) -> C
             at = np.append(moments[inside] - begin, end - begin) + into
             rows = np.searchsorted(motion.time, np.concatenate([[into], at]) + 1e-9, side="right") - 1
             rest = motion_from(motion, int(rows[0]))
-            course = states_at(heat, z, rest, np.asarray(rows - rows[0])) if len(rows) else np.zeros((0, len(z)))
+            course = states_at(heat, z, rest, np.asarray(rows - rows[0]))
             states[inside], z = course[1:-1], course[-1]
         else:
             standing = [replace(one_second, duration=float(t - begin)) for t in moments[inside]]
