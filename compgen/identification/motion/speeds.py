@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, owns, row_norms
 from compgen.core.pose import Pose
-from compgen.identification.motion.windows import BEFORE_STOP, Window, fitted, smoothed_way
+from compgen.identification.motion.windows import BEFORE_STOP, Window, fitted, smoothed
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse, arc_lengths_of
@@ -73,6 +73,7 @@ def _speeds(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) 
     ticks = np.flatnonzero(np.append(True, np.diff(window.shown) > 0))  # coarse clocks show a time twice
     speed = np.gradient(arc_lengths_of(window.place)[ticks], window.shown[ticks])
     logged = np.interp(window.shown, window.shown[ticks], speed)
-    time, arc = smoothed_way(window, robot, tool, motion)
+    time, curve, _ = smoothed(window, robot, tool, motion)
+    arc = arc_lengths_of(curve)
     late = window.shown - fitted(window, robot, tool, motion)[1]
     return logged, np.interp(window.shown - np.median(late), time, np.gradient(arc, time))

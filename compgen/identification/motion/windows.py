@@ -311,9 +311,7 @@ def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArr
 
 def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
-    motion = motion.in_run(window.first)
-    time, commanded = _with_waits(window, replace(robot, motion=motion))
-    curve, way = _smoothed(window, robot, tool, motion, commanded)
+    time, curve, way = smoothed(window, robot, tool, motion)
     arc = arc_lengths_of(curve)
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
@@ -347,13 +345,6 @@ def _unexplained(moved: Array, at: Array, shown: Array, passed: Array, stop: flo
     return left
 
 
-def smoothed_way(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
-    """Times (K',) [s] since a window's run began, and the way that its smoothed motion has gone there, (K',) [m]."""
-    motion = motion.in_run(window.first)
-    time, commanded = _with_waits(window, replace(robot, motion=motion))
-    return time, arc_lengths_of(_smoothed(window, robot, tool, motion, commanded)[0])
-
-
 def _with_waits(window: Window, robot: Robot) -> tuple[Array, Array]:
     """Times (K',) [s], and what the command without waits shows there (K',) [s]; the robot's motion tells its waits."""
     wait, step = corner_wait(robot, window.kept, window.before), robot.controller.period / PARTS
@@ -365,18 +356,18 @@ def _with_waits(window: Window, robot: Robot) -> tuple[Array, Array]:
     return time, commanded
 
 
-def _smoothed(
-    window: Window, robot: Robot, tool: Pose, motion: ControllerMotion, commanded: Array
-) -> tuple[Array, Array]:
-    """The smoothed TCP at times of a command, (K', 3) [m], and how far along the course that is, (K',) [m]."""
-    period, in_joints = robot.controller.period / PARTS, motion.space == "joint" and window.theta is not None
-    rows = np.column_stack([window.theta if in_joints and window.theta is not None else window.position, window.arc])
+def smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array, Array]:
+    """Times since a window's run began (K',) [s], and then the smoothed TCP (K', 3) and the way on the course [m]."""
+    motion = motion.in_run(window.first)
+    time, commanded = _with_waits(window, replace(robot, motion=motion))
+    theta = window.theta if motion.space == "joint" else None
+    rows = np.column_stack([window.position if theta is None else theta, window.arc])
     if len(window.corner):
         rows = np.column_stack([np.interp(commanded, window.time, column) for column in rows.T])
     if motion.is_smooth:
-        rows = smooth(rows, period, motion, _spread(window, motion, commanded))
+        rows = smooth(rows, robot.controller.period / PARTS, motion, _spread(window, motion, commanded))
     moved, way = rows[:, :-1], rows[:, -1]
-    return (flange_pose(robot, moved) @ tool).position if in_joints else moved, way
+    return time, moved if theta is None else (flange_pose(robot, moved) @ tool).position, way
 
 
 def _spread(window: Window, motion: ControllerMotion, commanded: Array) -> Array | None:
