@@ -47,6 +47,12 @@ class JointMotion:
     theta: Array  # (N, 6) [rad] DH angles
     driven: Array  # (N - 1,) [m/s] speed really driven on each segment
 
+    def between(self, first: int, last: int | None = None) -> "JointMotion":
+        """From one waypoint on, to another or to the end; its time begins there."""
+        end = len(self.time) - 1 if last is None else last
+        rows = slice(first, end + 1)
+        return JointMotion(self.time[rows] - self.time[first], self.theta[rows], self.driven[first:end])
+
     def at_override(self, share: float) -> "JointMotion":
         """The same way at a share of the speed."""
         return JointMotion(self.time / share, self.theta, self.driven * share)

@@ -141,7 +141,7 @@ def generate(
     planned = _plan(job, progress, date, pages=pages)
     job = planned.job
     as_written = pages and keeps_waypoints(job.plan.process)  # uncorrected: what the day before was driven as
-    other, unknown_form = model_form.plan_other_day(job, planned.motion_from(0) if as_written else None)
+    other, unknown_form = model_form.plan_other_day(job, planned.joint_motion if as_written else None)
     planned, problem, solution, limited = find_correction(planned, progress)
     path = planned.path
     commanded = problem.commanded(solution.correction)
@@ -198,7 +198,7 @@ def _fly_corrected(
     tell = partial(progress, stages.TWIN_AFTER)
     if planned.job.ensemble is None:
         return deviation_of(planned.path, prepared, tell), None
-    program, motion = planned.driven(solution.theta, planned.motion), planned.motion_from(0)
+    program, motion = planned.driven(solution.theta, planned.motion), planned.joint_motion
     file = WrittenFile(program=program, motion=motion, prepared=prepared, problem=problem, trajectory=trajectory)
     averaged = fly_starts(file, tell)
     return averaged.worst, averaged
@@ -364,7 +364,7 @@ def start_window(planned: Planned, theta: Array) -> float:
 def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job = planned.job
-    state = states_at(job.heat, job.state(), planned.motion_from(0), first, job.history.air, job.clock)
+    state = states_at(job.heat, job.state(), planned.joint_motion, first, job.history.air, job.clock)
     return windows(job, planned.model, planned.driven(theta, planned.motion), first, state)
 
 

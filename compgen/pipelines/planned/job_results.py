@@ -24,7 +24,7 @@ from compgen.pipelines.uncertainty.not_known import not_known, setting_of
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
-from compgen.thermal import Ambient, Duty, JointMotion
+from compgen.thermal import Ambient, Duty
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
 from compgen.verification.motion_effect import MotionEffect
@@ -95,11 +95,6 @@ class Planned(MotionPlan):
     def time(self) -> Array:
         """When the planned motion is at each waypoint, (N,) [s]."""
         return self.trajectory.time
-
-    def motion_from(self, row: int) -> JointMotion:
-        """What the drives do from a waypoint on."""
-        time = self.time
-        return JointMotion(time[row:] - time[row], self.theta[row:], self.trajectory.driven_speed[row:])
 
     def at(self, rows: IntArray, path: ToolPath | None = None) -> "Planned":
         """The plan at some of its waypoints, rising; given the path of these, where it has arcs."""

@@ -129,7 +129,7 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
     if len(state) != len(job.heat.rate):
         raise InputError("manifest: resumed.state is that of another thermal model; generate the job anew")
     air = job.history.air if measured_air is None else still_air(measured_air)
-    motion = whole.motion_from(row)
+    motion = whole.joint_motion.between(row)
     at = np.array([first - row], dtype=np.int64)
     after = states_at(job.heat, state, motion, at, air, clock)[0]
     return Known(
@@ -140,7 +140,7 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
         clock=clock + float(motion.time[first - row]),
         air=air,
         standing=job.history.standing,
-        motion=partial(whole.motion_from, 0),
+        motion=lambda: whole.joint_motion,
         logged=partial(logged_by, job),
         earlier=tuple(earlier),
         measured_air=measured_air,

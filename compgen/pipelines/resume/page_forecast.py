@@ -47,7 +47,7 @@ def model_course(run: PagedRun, times: PageTimes, air: Ambient, now: float) -> C
             motion = run.page_motion(page)
             at = np.append(moments[inside] - begin, end - begin) + into
             rows = np.searchsorted(motion.time, np.concatenate([[into], at]) + 1e-9, side="right") - 1
-            rest = motion_from(motion, int(rows[0]))
+            rest = motion.between(int(rows[0]))
             course = states_at(heat, z, rest, np.asarray(rows - rows[0]))
             states[inside], z = course[1:-1], course[-1]
         else:
@@ -56,11 +56,6 @@ def model_course(run: PagedRun, times: PageTimes, air: Ambient, now: float) -> C
             z = state_after(heat, [replace(one_second, duration=end - begin)], z)
     response = air.response(heat.rate, times.planned, np.maximum(moments, times.planned))
     return Course(first, states + heat.ambient * response, air)
-
-
-def motion_from(motion: JointMotion, row: int) -> JointMotion:
-    """A motion from one of its waypoints on."""
-    return JointMotion(motion.time[row:] - motion.time[row], motion.theta[row:], motion.driven[row:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +95,7 @@ class Forecaster:
         z, time = self.course.states[-1], self.now
         for n in range(running or self.times.last(self.now) + 1, page):
             motion = self.run.page_motion(n)
-            rest = motion_from(motion, row_at(motion, elapsed) if n == running else 0)
+            rest = motion.between(row_at(motion, elapsed) if n == running else 0)
             z = states_at(self.run.heat, z, rest, np.array([len(rest.time) - 1]), self.course.air, time)[0]
             time += float(rest.time[-1])
         return z, time
@@ -145,7 +140,7 @@ class Forecaster:
         row, first = row_at(motion, elapsed), run.edges[page - 1]
         low, high = np.searchsorted(run.places, [first + row, run.edges[page] + 1]).tolist()
         at = run.places[low + np.unique(np.linspace(0, high - low - 1, SAMPLES).astype(int))]
-        rows, rest = at - first - row, motion_from(motion, row)
+        rows, rest = at - first - row, motion.between(row)
         rise = states_at(run.heat, state, rest, rows, self.course.air, start) @ run.heat.outputs.T
         rise = rise + RiseAhead(self.miss, run.cell).at_each(start - self.now + rest.time[rows])
         error = run.errors(page, self.known_cell(page), at, rise)

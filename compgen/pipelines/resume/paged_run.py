@@ -61,9 +61,7 @@ class PagedRun(ABC):
 
     def page_motion(self, page: int) -> JointMotion:
         """The motion of a page, from its own beginning on."""
-        first, last = self.edges[page - 1], self.edges[page]
-        time = self.motion.time[first : last + 1]
-        return JointMotion(time - time[0], self.motion.theta[first : last + 1], self.motion.driven[first:last])
+        return self.motion.between(self.edges[page - 1], self.edges[page])
 
     @abstractmethod
     def errors(self, page: int, cell: Cell, rows: IntArray, rise: Array) -> Array:
@@ -138,7 +136,7 @@ def planned_run(written: WrittenJob, whole: Planned) -> PlannedRun:
         clock=job.clock,
         start=job.state(),
         zero=LogZero(reference=reference, window=window, degC=tables.ambient.reference_degC),
-        motion=whole.motion_from(0),
+        motion=whole.joint_motion,
         edges=(*(page.first for page in written.pages), written.pages[-1].last),
         places=np.arange(len(whole.theta)),
         whole=whole,

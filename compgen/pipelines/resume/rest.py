@@ -60,7 +60,7 @@ def rest_of_plan(whole: Planned, first: int, begun: Begun, old: Program, lead: P
     stops = rest.page_stops
     if stops is not None:  # where it starts is its end
         stops = replace(stops, added=np.append(False, stops.added[1:]))
-    rise = rises_during(job.heat, begun.state, rest.motion_from(0), job.history.air, 0.0).rise
+    rise = rises_during(job.heat, begun.state, rest.joint_motion.between(0), job.history.air, 0.0).rise
 
     def fly_old() -> tuple[Deviation, WrittenMotion]:
         prepared = prepared_rest(job, old, lead)
