@@ -52,11 +52,6 @@ class CrossValidation:
         return confidence_interval(self.distance, self.block)
 
 
-def pose_blocks(data: Measurements) -> IntArray:
-    """The block of each row, (N,): that of its pose, or of the first of its two."""
-    return np.asarray(blocks_of_poses(data)[data.pose])
-
-
 def blocks_of_poses(data: Measurements) -> IntArray:
     """The block of each pose, (M,)."""
     size = max(SMALLEST, round(len(data.theta) / BLOCKS))
@@ -67,7 +62,7 @@ def blocks_of_poses(data: Measurements) -> IntArray:
 
 def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossValidation:
     """Cross-validation of a fit, by folds of blocks."""
-    block = pose_blocks(data)
+    block = blocks_of_poses(data)[data.pose]  # of a row at two poses that of the first
     problem = fitted.problem(model, data)
     all_rows = problem.equations()
     distance = np.full(len(block), np.nan)

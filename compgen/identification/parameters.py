@@ -66,7 +66,7 @@ def symbolic_sources(
         offered: Nodes that anything may follow in a warm-up, whether or not the robot file has a term for it.
     """
     of_file = {k.source.NAME: without_force(k) for k in known}
-    arm = facts_without_force(facts) if facts is not None else _facts_of(robot, of_file.values())
+    arm = _facts_of(robot, of_file.values()) if facts is None else replace(facts, loads=facts.loads.without_force())
     visible = Visibility(robot, tuple(np.flatnonzero(moved).tolist()), warm, log)
     sources: list[SymbolicSource] = []
     for kind in ORDER:
@@ -93,11 +93,6 @@ def _facts_of(robot: Robot, known: Iterable[UncertainSource]) -> ArmFacts:
     """What sources tell of the arm: its loads, no nodes."""
     loads = next((k.source.loads for k in known if isinstance(k.source, LoadDependent)), None)
     return ArmFacts(robot, (), (np.zeros((6, 0)), np.zeros((6, 0))), loads or loads_of(LoadsTable(), robot))
-
-
-def facts_without_force(facts: ArmFacts) -> ArmFacts:
-    """The arm while nothing pushes on its tool."""
-    return replace(facts, loads=facts.loads.without_force())
 
 
 def _extended(known: UncertainSource, arm: ArmFacts, nodes: Sequence[str]) -> UncertainSource:
