@@ -34,7 +34,7 @@ from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.planned.job_results import Planned
 from compgen.thermal import Ambient, Duty, JointMotion, state_after, states_at, still_air, tables
 from compgen.thermal.log_doubt import refuse_doubtful
-from compgen.thermal.log_end import LogEnd, end_of
+from compgen.thermal.log_end import end_of
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.tables.schema import AmbientTable, LogTable
@@ -209,11 +209,6 @@ def _whole_rows(cell: Cell, table: LogTable, zero: float) -> TemperatureLog | No
     return replace(rises, notes=log.readings.notes)
 
 
-def state_at_end(known: Known, log: TemperatureLog) -> LogEnd:
-    """The robot when a log ends."""
-    return end_of(log, known.cell.heat, known.cell.warmth, known.motion)
-
-
 def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
     """The page starts when a log ends.
 
@@ -230,7 +225,8 @@ def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
     for entry in known.earlier:
         if entry.get("log_sha256") == digest:
             raise InputError(f"{file}: page {entry['from_page']} starts at the end of this log; give the log until now")
-    end, wanted, name = float(log.time[-1]), state_at_end(known, log), Path(file).name
+    end, name = float(log.time[-1]), Path(file).name
+    wanted = end_of(log, known.cell.heat, known.cell.warmth, known.motion)
     return Begun(
         cell=replace(known.cell, warmth=wanted.warmth),
         state=wanted.state,

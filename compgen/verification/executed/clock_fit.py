@@ -81,7 +81,8 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
     inside = _cruising(time, run, stands, *_planned_runs(course, edges))
-    straight = inside & _is_straight(course, arc)
+    way, chord = chords(course, arc)
+    straight = inside & (chord >= STRAIGHT * way)
     inside = straight if straight.sum() > FEW * inside.sum() else inside
     which, rows, waits = run, inside, np.flatnonzero((course.kept < 1) & ~course.stop)  # CNT n: nobody knows how long
     if len(waits):
@@ -156,12 +157,6 @@ def chords(course: ProgramCourse, arc: Array) -> tuple[Array, Array]:
     clock = course.at(course.cruise, arc)
     low, high = (np.interp(clock + side, course.cruise, course.arc) for side in (-CORNER, CORNER))
     return high - low, norm(course.place(high) - course.place(low))
-
-
-def _is_straight(course: ProgramCourse, arc: Array) -> BoolArray:
-    """Rows with no corner near them, (M,)."""
-    way, chord = chords(course, arc)
-    return np.asarray(chord >= STRAIGHT * way)
 
 
 def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
