@@ -60,14 +60,11 @@ def served_record(served: "ServedStarts") -> dict[str, Any]:
     def sizes(residue: "Residue") -> dict[str, float]:
         return {"max_um": residue.largest / UM, "rms_um": residue.rms / UM}
 
-    flown = [{**_start(start), **sizes(residue)} for start, residue in served.flown]
-    for one in flown:
-        del one["run"]
     return {
         **starts_record(served.ensemble),
         "at_mean": sizes(served.at_mean),
         "max_um": served.worst[1].largest / UM,
-        "flown": flown,
+        "flown": [{**_start_of_run(start), **sizes(residue)} for start, residue in served.flown],
     }
 
 
@@ -119,7 +116,11 @@ def _abscissa(ensemble: Ensemble) -> tuple[str, str]:
 
 
 def _start(start: Start) -> dict[str, float]:
-    return {"delay_s": start.delay, "override_percent": 100 * start.override, "run": start.run + 1}
+    return {**_start_of_run(start), "run": start.run + 1}
+
+
+def _start_of_run(start: Start) -> dict[str, float]:
+    return {"delay_s": start.delay, "override_percent": 100 * start.override}
 
 
 def _others(start: Start, key: str) -> tuple[tuple[str, float], ...]:
