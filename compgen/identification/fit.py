@@ -120,18 +120,18 @@ def fit(
     weight = np.ones(len(data.pose))
     outlier = np.zeros(len(weight), dtype=bool)
     if robust:
-        point = solver.minimise(point, weight, student=True)
-        outlier = solver.find_outliers(point, outlier)
+        point, solution = solver.minimise(point, weight, student=True)
+        outlier = solver.find_outliers(point, solution, outlier)
     for _ in range(ROUNDS):
-        point = solver.minimise(point, (~outlier).astype(float))
+        point, solution = solver.minimise(point, (~outlier).astype(float))
         if not robust:
             break
-        rho = solver.common_noise(point, outlier)
-        updated = solver.find_outliers(point, outlier)
+        rho = solver.common_noise(point, solution, outlier)
+        updated = solver.find_outliers(point, solution, outlier)
         if np.array_equal(updated, outlier) and abs(rho - point.scales.rho) <= SETTLED * (1 + rho):
             break
         outlier, point = updated, replace(point, scales=replace(point.scales, rho=rho))
-    return solver.finish(point, outlier)
+    return solver.finish(point, solution, outlier)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,9 +180,8 @@ class _Iterate:
     frames: InstrumentFrames
     reflector_rotation: Array
     scales: Scales
-    posterior: Posterior | None = None
-    linear: Linearisation | None = None
-    steps: int = 0
+    linear: Linearisation
+    steps: int
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -199,7 +198,7 @@ class _Solver:
     def initial(self, start: Fit | None) -> _Iterate:
         if start is not None:
             p, scales = np.where(self.active, start.p, 0.0), start.posterior.scales
-            return _Iterate(p=p, frames=start.frames, reflector_rotation=start.reflector_rotation, scales=scales)
+            return self._at(p, start.frames, start.reflector_rotation, scales)
         p = np.zeros(len(self.model.parameters))
         position, rotation = self.model.pose(self.data, p)
         frames = initial_frames(self.data, position, rotation)
@@ -208,48 +207,45 @@ class _Solver:
         names, _ = self.model.groups()
         scales = Scales(np.ones(len(names)), np.where(np.arange(len(KINDS)) == KNOWN, 1.0, s2))
         axes = _reflector_rotations(self.data, frames, rotation)
-        return _Iterate(p=p, frames=frames, reflector_rotation=axes, scales=scales)
+        return self._at(p, frames, axes, scales)
 
-    def minimise(self, point: _Iterate, weight: Array, *, student: bool = False) -> _Iterate:
-        """Gauss-Newton steps until no row moves."""
-        linear = point.linear or self._linearise(point)
+    def _at(self, p: Array, frames: InstrumentFrames, axes: Array, scales: Scales, steps: int = 0) -> _Iterate:
+        linear = linearise(self.model, self.jacobian_function, self.data, self.active, p, frames, axes)
+        return _Iterate(p=p, frames=frames, reflector_rotation=axes, scales=scales, linear=linear, steps=steps)
+
+    def minimise(self, point: _Iterate, weight: Array, *, student: bool = False) -> tuple[_Iterate, Posterior]:
+        """Gauss-Newton steps until no row moves, and the solution that the last of them led to."""
         data = self.data
-        steps = 0
         learning = self.learn or self.noise is None
         kinds = np.unique(data.kind)
         for _ in range(STEPS):
-            steps += 1
             w = weight / data.sigma**2
             if student:
-                w = w * _student_weights(linear.z / data.sigma[:, None], point.scales.noise[data.kind], data.numbers)
-            problem = self._problem(point, linear, w)
+                w = w * _student_weights(
+                    point.linear.z / data.sigma[:, None], point.scales.noise[data.kind], data.numbers
+                )
+            problem = self._problem(point, w)
             solution = problem.solve(learn_groups=self.learn, learn_noise=self.noise is None)
             share = 1.0
-            cost = self._cost(point, linear, w, solution.scales)
+            cost = self._cost(point, w, solution.scales)
             while True:
                 candidate = self._stepped(point, solution, problem.x, share)
-                new_linear = self._linearise(candidate)
-                if share < 1e-3 or self._cost(candidate, new_linear, w, solution.scales) <= cost * (1 + 1e-9):
+                if share < 1e-3 or self._cost(candidate, w, solution.scales) <= cost * (1 + 1e-9):
                     break
                 share /= 4
-            largest_shift = float(np.abs(new_linear.z - linear.z).max())
+            largest_shift = float(np.abs(candidate.linear.z - point.linear.z).max())
             scales_moved = float(np.abs(np.log(solution.scales.noise / point.scales.noise)[kinds]).max())
-            point, linear = candidate, new_linear
+            point = candidate
             faint = NEGLIGIBLE * float(np.sqrt(point.scales.noise[kinds].min()))
             if largest_shift < CONVERGED or (learning and largest_shift < faint and scales_moved < 0.01):
                 break
-        return replace(point, linear=linear, steps=point.steps + steps)
+        return point, solution
 
-    def _linearise(self, point: _Iterate) -> Linearisation:
-        return linearise(
-            self.model, self.jacobian_function, self.data, self.active, point.p, point.frames, point.reflector_rotation
-        )
-
-    def _problem(self, point: _Iterate, linear: Linearisation, weight: Array) -> LinearProblem:
+    def _problem(self, point: _Iterate, weight: Array) -> LinearProblem:
         size = self.unknowns.size
         return LinearProblem(
             data=self.data,
-            linear=linear,
+            linear=point.linear,
             weight=weight,
             x=unknowns_at(self.model, self.active, point.p, size),
             prior=prior_at(self.model, self.data, self.active, point.frames, size),
@@ -278,11 +274,10 @@ class _Solver:
         rotation = point.reflector_rotation
         if unknowns.oriented:
             rotation = rotation @ rotation_matrix(step[unknowns.turn(0).start :].reshape(Q, 3))
-        scales, steps = solution.scales, point.steps
-        return _Iterate(p=p, frames=frames, reflector_rotation=rotation, scales=scales, posterior=solution, steps=steps)
+        return self._at(p, frames, rotation, solution.scales, point.steps + 1)
 
-    def _cost(self, point: _Iterate, linear: Linearisation, w: Array, scales: Scales) -> float:
-        problem, kind = self._problem(point, linear, w), self.data.kind
+    def _cost(self, point: _Iterate, w: Array, scales: Scales) -> float:
+        problem, linear, kind = self._problem(point, w), point.linear, self.data.kind
         cost = float((w * (linear.z**2).sum(axis=1) / scales.noise[kind]).sum())
         if scales.rho:
             places, A = kind == PLACE, linear.A[:, :, :0]
@@ -297,25 +292,20 @@ class _Solver:
         cost += float((prior.precision * prior.mean**2)[held].sum())
         return cost
 
-    def common_noise(self, point: _Iterate, outlier: BoolArray) -> float:
+    def common_noise(self, point: _Iterate, solution: Posterior, outlier: BoolArray) -> float:
         """rho, from how the residuals of a pose agree; 0 where poses have one row each."""
-        if self.noise is not None or point.posterior is None or point.linear is None:
+        if self.noise is not None:
             return 0.0
         places = ~outlier & (self.data.kind == PLACE)
-        noise = pose_noise(self.data, point.linear.z, places, float(point.posterior.gamma.sum()))
+        noise = pose_noise(self.data, point.linear.z, places, float(solution.gamma.sum()))
         return 0.0 if noise is None else float(np.clip(noise.rho, 0.0, LARGEST))
 
-    def find_outliers(self, point: _Iterate, outlier: BoolArray) -> BoolArray:
+    def find_outliers(self, point: _Iterate, solution: Posterior, outlier: BoolArray) -> BoolArray:
         """Rows too far off to be noise, (N,)."""
-        if point.posterior is None or point.linear is None:
-            return outlier
-        distance = leave_one_out_distance(point.linear, point.posterior, self.data, outlier)
+        distance = leave_one_out_distance(point.linear, solution, self.data, outlier)
         return np.asarray(distance > outlier_threshold(len(distance), self.data.numbers))
 
-    def finish(self, point: _Iterate, outlier: BoolArray) -> Fit:
-        solution, linear = point.posterior, point.linear
-        if solution is None or linear is None:
-            raise ValueError("a fit is finished after its first step")
+    def finish(self, point: _Iterate, solution: Posterior, outlier: BoolArray) -> Fit:
         sigma, gamma = self.model.prior.copy(), np.zeros(len(point.p))
         K = int(self.active.sum())
         if K:
@@ -330,10 +320,10 @@ class _Solver:
             sigma=sigma,
             gamma=gamma,
             outlier=outlier,
-            residual=linear.z,
+            residual=point.linear.z,
             kind=self.data.kind,
-            distance=leave_one_out_distance(linear, solution, self.data, outlier),
-            linear=linear,
+            distance=leave_one_out_distance(point.linear, solution, self.data, outlier),
+            linear=point.linear,
             steps=point.steps,
         )
 
