@@ -1,11 +1,10 @@
-r"""What the measurements can identify: the scaled Jacobian, its singular values, and a ranking of its columns.
+r"""What the measurements can identify: the scaled Jacobian and its singular values.
 
 Columns are scaled by each parameter's prior and freed from what the frames can do as well (projected off them):
 
     S = (I - F F^+) A diag(sigma) / s
 
-A singular value far below one is a combination of parameters that the data adds nothing to its prior. QR with column
-pivoting puts such columns last and names them.
+A singular value far below one is a combination of parameters that the data adds nothing to its prior.
 
 Some directions of the arm's geometry no row can see: all measurements leave them as they are. Distances and touches of
 spheres that stand anywhere see no frame: where the base stands, the first zero and the first d move everything
@@ -21,7 +20,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
 
 from compgen.core.arrays import Array
 from compgen.core.finding_codes import Code, Level
@@ -45,7 +43,6 @@ class Identifiability:
     """Which parameters the measurements determine, and which the priors hold."""
 
     singular_values: Array  # (K,) of S, falling
-    ranking: tuple[int, ...]  # parameters by how well they stand out, best first
     held_by_prior: tuple[int, ...]  # parameters that the data says little of: the prior holds them
     correlated: tuple[tuple[int, int, float], ...]  # pairs and their correlation
     condition: float  # of S over what the data knows better than the priors
@@ -53,7 +50,7 @@ class Identifiability:
 
 
 def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> Identifiability:
-    """Singular values, ranking, correlations and condition numbers of a fit's scaled Jacobian."""
+    """Singular values, correlations and condition numbers of a fit's scaled Jacobian."""
     K = int(fitted.active.sum())
     rows = scaled_rows(data, fitted)
     frames_condition = _condition_of_frames(data, fitted, K)
@@ -61,7 +58,6 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     if K == 0:
         return Identifiability(
             singular_values=np.zeros(0),
-            ranking=(),
             held_by_prior=(),
             correlated=(),
             condition=1.0,
@@ -70,7 +66,6 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     _, group = model.groups()
     spread = np.sqrt(fitted.posterior.scales.group[group[fitted.active]])
     S = _freed(rows[:, :K] * spread, rows[:, K:])
-    _, pivot = qr(np.linalg.qr(S, mode="r"), mode="r", pivoting=True)
     singular = np.linalg.svd(S, compute_uv=False)
     above_prior = singular[singular > 1.0]
     variance = np.diag(fitted.posterior.covariance)[:K]
@@ -79,10 +74,8 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     upper = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
     correlated = tuple((int(index[i]), int(index[j]), float(correlation[i, j])) for i, j in upper.tolist())
     condition = float(above_prior[0] / above_prior[-1]) if len(above_prior) else float("inf")
-    ranking = tuple(int(index[k]) for k in pivot.tolist())
     return Identifiability(
         singular_values=np.asarray(singular, dtype=float),
-        ranking=ranking,
         held_by_prior=held_by_prior,
         correlated=correlated,
         condition=condition,
