@@ -102,7 +102,7 @@ def fit_frame(artefact: Artefact, touches: Touches, model: ArmModel, data: Measu
         )
     outlier: BoolArray = np.zeros(len(touches.target), dtype=np.bool_)
     for _ in range(1 + int(MOST * len(outlier))):
-        frame = _fit(artefact, touches, model, data, outlier)
+        frame = _fit(touches, model, data, outlier)
         distance = frame.residual / (frame.noise * data.sigma)
         worst = int(np.argmax(np.where(outlier, 0.0, distance)))
         if distance[worst] <= FAR or (outlier.sum() + 1) > MOST * len(outlier):
@@ -125,7 +125,7 @@ def _sigma(touches: Touches) -> Array:
     return np.where(np.isfinite(touches.sigma), touches.sigma, NOISE)
 
 
-def _fit(artefact: Artefact, touches: Touches, model: ArmModel, data: Measurements, outlier: BoolArray) -> FrameFit:
+def _fit(touches: Touches, model: ArmModel, data: Measurements, outlier: BoolArray) -> FrameFit:
     """The frame by all touches but those set aside; the others are measured against it."""
     unit = float(np.median(_sigma(touches)))
     kept = data.subset(~outlier)

@@ -69,7 +69,7 @@ def touch_model(
         ways: K of them.
         path: M places.
     """
-    touches = _touches(artefact, ways)
+    touches = _touches(ways)
     forecast = forecast_now(job, touches)
     _, thermal = thermal_shift(forecast, ways.theta[:, 2], probe.centre)
     along, warm = thermal_shift(forecast, path.theta, job.tool.pose)
@@ -117,13 +117,13 @@ def left_by_anchoring(
     Raises:
         InputError: Too few touches for a state.
     """
-    touches = replace(_touches(artefact, ways), sigma=np.full(len(ways.target), sigma))
+    touches = replace(_touches(ways), sigma=np.full(len(ways.target), sigma))
     beside = compare(job, artefact, touches, frame, path)
     expected = estimate(beside, AS_FORECAST)
     return rms(expected.before), rms(expected.after)
 
 
-def _touches(artefact: Artefact, ways: Ways) -> Touches:
+def _touches(ways: Ways) -> Touches:
     """The ways as touches at the time of the forecast."""
     count = len(ways.target)
     return Touches(

@@ -78,11 +78,11 @@ def _slider(slider: Slider, live_job: LiveJob) -> dict[str, Any]:
         "spoken": CELSIUS_SPOKEN.get(slider.unit, slider.unit),
     }
     if slider.kind == "run":
-        record["when"] = [_when(float(t), live_job) for t in live_job.live.cycle.run]
+        record["when"] = [_when(float(t)) for t in live_job.live.cycle.run]
     return record
 
 
-def _when(time: float, live_job: LiveJob) -> str:
+def _when(time: float) -> str:
     """When a run begins, from the first of the schedule on."""
     if time == 0:
         return "the first run"

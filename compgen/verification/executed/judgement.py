@@ -60,11 +60,11 @@ def measure(course: ProgramCourse, followed: FollowedLog) -> tuple[PathDeviation
         InputError: The clock steps, or all of the log is at a constant offset that no controller makes.
     """
     deviation = deviation_of(course, followed)
-    refuse_clock_steps(course, followed, deviation)
+    refuse_clock_steps(followed, deviation)
     return deviation, fit_clock(course, deviation.time, deviation.arc, max(deviation.noise, 1e-6))
 
 
-def refuse_clock_steps(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> None:
+def refuse_clock_steps(followed: FollowedLog, deviation: PathDeviation) -> None:
     """Raises InputError where time passes between two rows, at speed on both sides, and the robot has not moved on."""
     time, arc = deviation.time, deviation.arc
     if len(time) < 4 * STEP_ROWS:
