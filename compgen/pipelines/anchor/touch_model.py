@@ -98,10 +98,8 @@ def touch_model(
     )
 
 
-def left_by_anchoring(
-    job: Job, artefact: Artefact, frame: Pose, ways: Ways, sigma: float, path: PathPlaces
-) -> tuple[float, float]:
-    """The path's rms before and after anchoring by some ways, as ``cgen anchor`` will expect it [m].
+def left_by_anchoring(job: Job, artefact: Artefact, frame: Pose, ways: Ways, sigma: float, path: PathPlaces) -> float:
+    """The path's rms after anchoring by some ways, as ``cgen anchor`` will expect it [m].
 
     A state has no word for what touches tell of a robot's geometry, but for what of it the base can carry: it leaves
     a little more than touches tell.
@@ -119,8 +117,7 @@ def left_by_anchoring(
     """
     touches = replace(_touches(ways), sigma=np.full(len(ways.target), sigma))
     beside = compare(job, artefact, touches, frame, path)
-    expected = estimate(beside, AS_FORECAST)
-    return rms(expected.before), rms(expected.after)
+    return rms(estimate(beside, AS_FORECAST).after)
 
 
 def _touches(ways: Ways) -> Touches:

@@ -128,7 +128,7 @@ def plan_path_touches(
         next_rms=float(np.sqrt(max(plan.next_variance, 0.0) + left)),
         p99=(_p99(model, model.prior), _p99(model, plan.covariance)),
         model=model,
-        by_anchoring=left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1] if can_anchor else None,
+        by_anchoring=left_by_anchoring(job, artefact, frame[1], chosen, sigma, path) if can_anchor else None,
         sigma=sigma,
         frame=frame[1],
         uframe=frame[0],
