@@ -120,12 +120,9 @@ def _parts(data: Measurements) -> Iterator[BoolArray]:
         of_instrument = (data.instrument == i) & (data.kind == PLACE)
         if not data.aligned[i] and of_instrument.any():
             yield of_instrument
-    others = np.flatnonzero(data.kind != PLACE).tolist()
-    files = np.array([data.file(n) for n in others])
-    for file in dict.fromkeys(files.tolist()):
-        rows = np.zeros(len(data.pose), dtype=bool)
-        rows[np.array(others)[files == file]] = True
-        yield rows
+    others, files = data.kind != PLACE, np.array([data.file(n) for n in range(len(data.pose))])
+    for file in dict.fromkeys(files[others].tolist()):
+        yield others & (files == file)
 
 
 def _check_part(robot: Robot, model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
