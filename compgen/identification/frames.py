@@ -159,15 +159,9 @@ def _fit_reflectors(
     N = len(P)
     F = frames.rotation_of(data.instrument)
     flange = np.einsum("nij,nj->ni", F, P)
-    at_place = data.ends.place
-    A = np.zeros((N, 3, 3 * (R + V + S)))
-    to_instrument = F @ rotation
-    for r in range(R):
-        A[data.reflector == r, :, 3 * r : 3 * r + 3] = to_instrument[data.reflector == r]
-    for i in range(V):
-        A[data.instrument == i, :, 3 * (R + i) : 3 * (R + i) + 3] = np.eye(3)
-    for s in range(S):
-        A[at_place == s, :, 3 * (R + V + s) : 3 * (R + V + s) + 3] = -np.eye(3)
+    at_place, unit = data.ends.place, np.broadcast_to(np.eye(3), (N, 3, 3))
+    parts = (data.reflector, R, F @ rotation), (data.instrument, V, unit), (at_place, S, -unit)
+    A = np.concatenate([_columns_of(which, count, matrix) for which, count, matrix in parts], axis=2)
     measured = np.isfinite(data.position) | (at_place != NONE)[:, None]
     root = np.sqrt(weight)[:, None] * measured  # a coordinate that was not measured says nothing
     lhs = (A * root[:, :, None]).reshape(3 * N, -1)
@@ -184,6 +178,12 @@ def _fit_reflectors(
     return InstrumentFrames(
         frames.rotation, x[3 * R : 3 * (R + V)].reshape(V, 3), x[: 3 * R].reshape(R, 3), x[3 * (R + V) :].reshape(S, 3)
     )
+
+
+def _columns_of(which: IntArray, count: int, matrix: Array) -> Array:
+    """Matrices of rows, (N, 3, 3), in the columns of the one of K that each row is of, (N, 3, 3 K); -1: of none."""
+    is_of = which[:, None] == np.arange(count)
+    return np.asarray(np.einsum("nk,nij->nikj", is_of, matrix).reshape(len(which), 3, 3 * count))
 
 
 def _known_places(data: Measurements, size: int) -> tuple[Array, Array]:

@@ -49,21 +49,18 @@ class FixedPlaces:
 
     def prior_rows(self, current: Array) -> tuple[Array, Array]:
         """What is known beforehand, at some places (S, 3) [m]: z (H,), and -dz by the places' coordinates (H, 3 S)."""
-        S = len(self.names)
+        unit = np.eye(len(self.names))
         known = np.flatnonzero(np.isfinite(self.place[:, 0]))
         sigma = np.maximum(self.sigma[known], EXACT)
         z = ((self.place[known] - current[known]) / sigma[:, None]).ravel()
-        A = np.zeros((3 * len(known) + len(self.length), 3 * S))
-        for h, s in enumerate(known.tolist()):
-            A[3 * h : 3 * h + 3, 3 * s : 3 * s + 3] = np.eye(3) / sigma[h]
-        difference = current[self.between[:, 0]] - current[self.between[:, 1]]
+        of_places = np.kron(unit[known] / sigma[:, None], np.eye(3))
+        a, b = self.between.T
+        difference = current[a] - current[b]
         distance = np.linalg.norm(difference, axis=1)
         length_sigma = np.maximum(self.length_sigma, EXACT)
         toward = difference / np.maximum(distance, EXACT)[:, None] / length_sigma[:, None]
-        for h, (a, b) in enumerate(self.between.tolist(), 3 * len(known)):
-            A[h, 3 * a : 3 * a + 3] += toward[h - 3 * len(known)]
-            A[h, 3 * b : 3 * b + 3] -= toward[h - 3 * len(known)]
-        return np.concatenate([z, (self.length - distance) / length_sigma]), A
+        of_lengths = ((unit[a] - unit[b])[:, :, None] * toward[:, None]).reshape(len(toward), 3 * len(unit))
+        return np.concatenate([z, (self.length - distance) / length_sigma]), np.vstack([of_places, of_lengths])
 
 
 NO_PLACES = FixedPlaces()
