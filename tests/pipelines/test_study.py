@@ -26,7 +26,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study import ASKS, build, run
 from compgen.pipelines.study.geometry import execute_with, lay_out
-from compgen.pipelines.study.questions import passes
+from compgen.pipelines.study.questions import answer_questions, passes
 from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import StudyOutcome, answer_csv, headline, study_csv
@@ -330,6 +330,23 @@ def test_warm_up_is_long_enough_and_no_longer():
     assert table[np.flatnonzero(still)[-1] + 1 :, 1].max() <= 1e-3
 
 
+def test_what_follows_the_warm_up_stays_behind_it():
+    """Six hours of it are what the file says: the drift of its own program, after the rest."""
+    rests = """before=[{state="moving", feed_mm_s=200, duration_h=6}, {state="idle", duration_h=2}]"""
+    job = load_job(PATH, overrides=[rests, "process.feed_mm_s=20"])
+    table, geometry = ASKS["warmup"](job, UM).table, lay_out(job)
+    rise = execute_with(job, geometry).rise
+    both = [execute_with(job, geometry, np.broadcast_to(end, rise.shape)).actual for end in (rise[0], rise[-1])]
+    drift = np.linalg.norm(both[1].position - both[0].position, axis=1).max()
+    assert table[table[:, 0] == 6.0, 1] * UM == pytest.approx(drift, rel=0.01)
+
+
+def test_runs_with_dwells_have_no_length_to_vary():
+    runs = """before=[{state="moving", feed_mm_s=200, repeat=9, dwell_s=30}]"""
+    with pytest.raises(InputError, match="say them as duration_h with a duty"):
+        ASKS["warmup"](load_job(PATH, overrides=[runs]), UM)
+
+
 def test_validity_is_the_start_window(line):
     """The same question, asked of the correction: pipeline.start_window."""
     _, corrected = generate.generate(line, quiet)
@@ -376,6 +393,40 @@ def test_steady_is_ninety_five_percent_of_the_end(line):
     ).max()
     at = float(answer.sentence.split("after ")[1].split()[0])
     assert np.interp(at, hours, error) / (end / UM) == pytest.approx(0.95, abs=0.01)
+
+
+def test_steady_is_in_the_air_of_the_job():
+    job = load_job(PATH, overrides=["ambient.value_degC=26"])
+    late = load_job(PATH, overrides=["ambient.value_degC=26", "before.0.duration_h=2000"])
+    cold = load_job(PATH, overrides=["before=[]"])
+    ends = [execute_with(day, lay_out(late)).actual.position for day in (late, cold)]
+    final = np.linalg.norm(ends[0] - ends[1], axis=1).max() / UM
+    answer = ASKS["steady"](job, 5 * UM)
+    assert float(answer.sentence.split("the final ")[1].split()[0]) == pytest.approx(final, abs=0.3)
+
+
+def ask_passes(*changes, passes):
+    return answer_questions(PATH, None, changes, ["passes"], 5 * UM, passes, "100")[0].table[:, 2].max()
+
+
+def test_the_robots_keys_are_those_of_every_pass():
+    other = path_file("line_x")
+    twice = ask_passes("robot.thermal.cte_um_m_K=22.5", passes=[other])
+    assert twice == pytest.approx(2 * ask_passes(passes=[other]), rel=1e-3)
+
+
+def test_a_pass_is_the_path_in_question_however_it_is_spelt():
+    spelt = f"{Path(PATH).parent}/../paths/line_y.toml"
+    assert ask_passes("before.0.duration_h=1", passes=[spelt]) < 0.5 * ask_passes(passes=[PATH])
+    with pytest.raises(InputError, match=r"--set before.0.duration_h=1: it is of .*line_y.toml, which is no --pass"):
+        ask_passes("before.0.duration_h=1", passes=[path_file("line_x")])
+
+
+def test_passes_are_of_one_robot(tmp_path):
+    other = tmp_path / "other.toml"
+    other.write_text(Path(PATH).read_text().replace('robot = "m710ic50"', f'robot = "{flawed_file(tmp_path)}"'))
+    with pytest.raises(InputError, match="two robots; name the one with --robot"):
+        ask_passes(passes=[PATH, str(other)])
 
 
 def test_passes_take_the_quickest_that_stays_inside(line):

@@ -7,6 +7,7 @@ would do to the tool: a file that is right for one state is off, in another, by 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 
@@ -42,11 +43,16 @@ def warmup(job: Job, limit: float) -> Answer:
     The drift is how far the error at a sample moves between the program's start and its end, as a file made for the
     state at the start would see it.
     """
-    geometry, moving = lay_out(job), _moving(job)
-    start = tuple(d for d in job.history.before if d is not moving) if moving in job.history.before else ()
+    geometry, moving, before = lay_out(job), _moving(job), job.history.before
+    last = max((n for n, duty in enumerate(before) if duty.state == "moving"), default=len(before))
+    steps = [step for step in job.inputs["path"]["before"] if step["state"] == "moving"]
+    if last < len(before) and steps and steps[-1]["dwell_s"]:
+        raise InputError(
+            f"{job.source}: before: runs with dwells have no one length; say them as duration_h with a duty"
+        )
 
     def drift(duration: float) -> float:
-        duties = (*start, replace(moving, duration=duration))
+        duties = (*before[:last], replace(moving, duration=duration), *before[last + 1 :])
         rises = rises_during(
             job.heat,
             state_after(job.heat, duties, air=job.history.air),
@@ -148,7 +154,8 @@ def steady(job: Job, limit: float) -> Answer:
     geometry, moving = lay_out(job), _moving(job)
     thin = geometry.thinned(200)
     hours = np.concatenate([np.linspace(0, 12, 49), np.linspace(13, 96, 84)])
-    rises = rise_history(job.heat, [replace(moving, duration=1e9)], np.append(hours, 2000.0) * HOUR)
+    air = replace(job.history.air, amplitude=0.0)  # what a wave adds never settles
+    rises = rise_history(job.heat, [replace(moving, duration=1e9)], np.append(hours, 2000.0) * HOUR, air=air)
     final = displacement(job, thin, rises[-1])
     errors = np.array([_largest(displacement(job, thin, r)) for r in rises[:-1]])
     gaps = np.array([_largest(displacement(job, thin, r) - final) for r in rises[:-1]])
@@ -283,14 +290,22 @@ def answer_questions(
 def _answer_passes(
     path: str, robot: str | None, overrides: Sequence[str], limit: float, pass_paths: Sequence[str], feeds: str | None
 ) -> Answer:
+    everywhere = [change for change in overrides if change.startswith("robot.")]
+    own = Path(path).resolve()
+    if len(everywhere) < len(overrides) and own not in [Path(file).resolve() for file in pass_paths]:
+        key = next(change for change in overrides if change not in everywhere)
+        raise InputError(f"--set {key:.80}: it is of {path}, which is no --pass; give it as one, or leave this out")
+
     def overrides_of(file: str) -> Sequence[str]:
-        return overrides if file == path else []
+        return overrides if Path(file).resolve() == own else everywhere
 
     def at_feed(job: Job, feed: float) -> Job:
         file = files[job.source]
         return load_job(file, robot, [*overrides_of(file), f"process.feed_mm_s={feed / MM!r}"])
 
     jobs = [load_job(file, robot, overrides_of(file)) for file in pass_paths]
+    if other := next((job for job in jobs if job.inputs["robot"] != jobs[0].inputs["robot"]), None):
+        raise InputError(f"--pass: {jobs[0].source} and {other.source} have two robots; name the one with --robot")
     files = {job.source: file for job, file in zip(jobs, pass_paths, strict=True)}
     try:
         speeds = [float(feed) * MM for feed in feeds.split(",")] if feeds else []
