@@ -26,7 +26,7 @@ RUNS = {
         "whatif",
         LINE,
         "--vary",
-        "before.0.duration_h=1,2,3",
+        "before.0.duration_h=1:3:3",
         "--set",
         "process.feed_mm_s=100",
         "--workers",

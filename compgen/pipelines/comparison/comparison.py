@@ -198,7 +198,7 @@ def match_scenarios(a: Output, b: Output) -> MatchedScenarios:
         with naming_damage(output):
             keys = [str(key) for key in output.record["keys"]]
             rows = [row for row in output.record["scenarios"] if row["state"] == "done"]
-            tables.append({tuple(sorted((key, str(row[key])) for key in keys)): row for row in rows})
+            tables.append({tuple(sorted((key, _value(row[key])) for key in keys)): row for row in rows})
     same = [values for values in tables[0] if values in tables[1]]
     changes, worst = {}, {}
     for side, column in _COLUMN.items():
@@ -211,6 +211,14 @@ def match_scenarios(a: Output, b: Output) -> MatchedScenarios:
             changes[side] = np.array([change for _, change in rows])
             worst[side] = dict(rows[int(np.abs(changes[side]).argmax())][0])
     return MatchedScenarios(len(same), len(tables[0]) - len(same), len(tables[1]) - len(same), changes, worst)
+
+
+def _value(cell: Any) -> str:
+    """A varied value in one spelling: 20 of a list is 20.0 of a range."""
+    try:
+        return f"{float(cell):.12g}"
+    except (ValueError, TypeError):
+        return str(cell)
 
 
 def _changed_inputs(a: Output, b: Output) -> tuple[Pair, ...] | None:

@@ -194,7 +194,8 @@ def _check_keys(refused: Refused, first: Scenario) -> None:
             hint = suggest(key, list(SHORT)) if "." not in key and "did you mean" not in message else ""
             raise InputError(f"--vary {key}: {message}{hint}") from None
         row = _ROW.match(key)
-        if row and ": missing" in message and ": missing" in str(refused(first.values) or ""):
+        absent = row and ": missing" in message.partition(f": {row[0]}")[2]
+        if row and absent and ": missing" in str(refused(first.values) or ""):
             short = next((f"{name}, " for name, long in SHORT.items() if long == key), "")
             raise InputError(
                 f"--vary {short}{key}: {message.removesuffix('; add it')}: the file has no such [[{row[1]}]] "
