@@ -106,6 +106,7 @@ def test_correction_is_the_pipelines(rows):
     _, whole = generate.generate(load_job(PATH, overrides=["before.0.duration_h=3"]), quiet)
     assert corrected["after_max_um"] == pytest.approx(statistics(whole.deviation)["total"]["max_um"], rel=1e-5)
     assert corrected["inside"] is True
+    assert corrected["band_um"] == pytest.approx(whole.band.largest / UM, rel=1e-5)
     on_part = statistics(whole.deviation, on_part=True)["total"]["max_um"]
     assert corrected["after_on_part_max_um"] == pytest.approx(on_part, rel=1e-5)
     assert corrected["before_max_um"] > 10 * corrected["after_max_um"]

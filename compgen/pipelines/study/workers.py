@@ -88,6 +88,7 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
         if study.correct:
             _, corrected = generate.generate(job, lambda stage, share: None)
             row |= _statistics("after", corrected.deviation)
+            row["band_um"] = _round(corrected.band.largest / UM)  # its late starts count, too
             row |= {"inside": corrected.inside, "start_window_s": _round(corrected.start_window)}
             if not corrected.inside:
                 row["reason"] = first_message(Level.OUTSIDE, corrected.findings)
