@@ -222,7 +222,11 @@ def file_of(key: str, kind: Command) -> str:
 def headline(comparison: Comparison) -> str:
     """What changed, in one sentence."""
     if comparison.is_equal:
-        return "the two are equal: inputs, errors, times, positions and findings"
+        if not isinstance(comparison.movement, str):
+            return "the two are equal: inputs, errors, times, positions and findings"
+        writes = comparison.kind in (Command.GENERATE, Command.CORRECT)
+        unknown = f"; {positions_sentence(comparison)}" if writes else ""
+        return f"the two are equal: inputs, errors, times and findings{unknown}"
     sentences = [_inputs_sentence(comparison.inputs), error_sentence(comparison)]
     if comparison.kind not in UNCORRECTED:
         sentences.append(positions_sentence(comparison))

@@ -175,7 +175,10 @@ def test_equal_outputs_are_equal(home, tmp_path):
     assert record["inputs"] == []
     assert record["positions"]["moved"] == 0
     done = run("compare", "six", tmp_path / "six", cwd=home)
-    assert "the two are equal" in done.stdout
+    assert done.stdout.endswith("the two are equal: inputs, errors, times, positions and findings\n")
+    (tmp_path / "six" / "LINE_Y.LS").unlink()
+    done = run("compare", "six", tmp_path / "six", cwd=home)
+    assert "the two are equal: inputs, errors, times and findings; positions are not compared: " in done.stdout
 
 
 def test_max_um_is_the_largest_error_that_b_may_leave(home):
