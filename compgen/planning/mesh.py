@@ -1,8 +1,9 @@
 r"""A triangle mesh from an STL file, seen along z: how high it is over a place, and which way it faces there.
 
-Corners in one place are one vertex. A vertex's normal is the mean of its facets' by their areas; over a facet the
-normal runs on between those of its corners (Phong 1975), so that a tool that follows it does not jump at edges. Facets
-that face upwards lie in the cells of a grid over x and y: a place asks those of its cell alone.
+Corners in one place are one vertex. A corner's normal is the mean, by their areas, of the facets at its vertex that
+come one from another over edges of less than ``SHARP``: a wall does not lean the face that it ends at. Over a facet the
+normal runs on between those of its corners (Phong 1975), so that a tool that follows it does not jump at other edges.
+Facets that face upwards lie in the cells of a grid over x and y: a place asks those of its cell alone.
 """
 
 from collections.abc import Callable
@@ -15,8 +16,9 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered, owns, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
-from compgen.core.units import MM
+from compgen.core.units import DEG, MM
 
+SHARP = 40 * DEG  # that facets turn by at an edge which parts two faces
 UPWARDS = 1e-3  # least z of a normal that counts as facing up: a wall is met by no place
 INSIDE = 1e-9  # relative, that a place may lie outside a facet's edge
 SAME_HEIGHT = 1e-6  # [m] by which a face below may seem to stand above the edge that it ends at
@@ -37,13 +39,13 @@ class Over(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-@owns(vertex=("V", 3), facet=("F", 3), normal=("V", 3))
+@owns(vertex=("V", 3), facet=("F", 3), normal=("F", 3, 3))
 class Mesh:
     """V vertices and F facets, corners counter-clockwise seen from outside."""
 
     vertex: Array  # (V, 3) [m]
     facet: IntArray  # (F, 3)
-    normal: Array  # (V, 3) unit
+    normal: Array  # (F, 3, 3) unit, at the corners
 
     @classmethod
     def of_corners(cls, corners: Array) -> "Mesh":
@@ -52,9 +54,11 @@ class Mesh:
         cross = _cross(vertex, facet)
         real = row_norms(cross) > 0
         facet, cross = facet[real], cross[real]
-        total = np.column_stack([_sum_at(facet, cross[:, k], len(vertex)) for k in range(3)])
+        face = _faces_at_corners(facet, cross / row_norms(cross)[:, None])
+        total: Array = np.column_stack([np.bincount(face, np.repeat(cross[:, k], 3)) for k in range(3)]).astype(float)
         size = row_norms(total)
-        return cls(vertex, facet, total / np.where(size > 0, size, 1.0)[:, None])
+        normal = total / np.where(size > 0, size, 1.0)[:, None]
+        return cls(vertex, facet, normal[face].reshape(-1, 3, 3))
 
     def facet_normals(self, rows: IntArray | slice = slice(None)) -> Array:
         """Unit normals of facets, (F, 3)."""
@@ -72,7 +76,7 @@ class Mesh:
 
     def turned(self) -> "Mesh":
         """The same with its facets' other sides outside."""
-        return Mesh(self.vertex, self.facet[:, ::-1], -self.normal)
+        return Mesh(self.vertex, self.facet[:, ::-1], -self.normal[:, ::-1])
 
     def edge_length(self) -> float:
         """The median length of an edge [m]."""
@@ -102,7 +106,7 @@ class Mesh:
             higher = inside & (z > height[left])
             rows = left[higher]
             height[rows], facet_over[rows] = z[higher], facet[higher]
-            normal[rows] = np.einsum("mi,mij->mj", weight[higher], self.normal[self.facet[facet[higher]]])
+            normal[rows] = np.einsum("mi,mij->mj", weight[higher], self.normal[facet[higher]])
         there = facet_over >= 0
         normal[there] /= row_norms(normal[there])[:, None]
         return Over(np.where(there, height, np.nan), normal, facet_over)
@@ -184,9 +188,23 @@ def _cross(vertex: Array, facet: IntArray) -> Array:
     return np.cross(b - a, c - a)
 
 
-def _sum_at(facet: IntArray, values: Array, count: int) -> Array:
-    """Sum of values (F,) over the facets at each vertex, (V,)."""
-    return np.asarray(sum(np.bincount(facet[:, k], values, count) for k in range(3)))
+def _faces_at_corners(facet: IntArray, unit: Array) -> IntArray:
+    """A number for each corner, (3 F,): one at a vertex for the facets, of normals (F, 3), that no sharp edge parts."""
+    from scipy.sparse import coo_matrix  # loaded by runs that need it
+    from scipy.sparse.csgraph import connected_components
+
+    begin, end = facet.ravel(), np.roll(facet, -1, axis=1).ravel()
+    at = np.sort(np.column_stack([begin, end]), axis=1)
+    corner = np.arange(len(begin)).reshape(-1, 3)
+    corners = np.column_stack([corner.ravel(), np.roll(corner, -1, axis=1).ravel()])  # of each edge, by rising vertex
+    corners = np.where((begin < end)[:, None], corners, corners[:, ::-1])
+    order = np.lexsort(at.T)
+    one, other = order[:-1], order[1:]
+    smooth = (at[one] == at[other]).all(axis=1)
+    smooth &= (unit[one // 3] * unit[other // 3]).sum(axis=1) > np.cos(SHARP)
+    ends = corners[one[smooth]].ravel(), corners[other[smooth]].ravel()
+    links = coo_matrix((np.ones(len(ends[0]), dtype=bool), ends), shape=(len(begin), len(begin)))
+    return np.asarray(connected_components(links, directed=False)[1])
 
 
 def _area(a: Array, b: Array, c: Array) -> Array:

@@ -255,3 +255,21 @@ def test_a_face_over_another_with_no_wall_between_is_refused():
         InputError, match=r"part\.stl: a step or .* under the path at x .* is 3 mm higher [\d.]+ mm further; keep"
     ):
         laid_raster(Mesh.of_corners(np.concatenate([skin, plate])))
+
+
+@pytest.mark.parametrize("depth", [0.02, 0.1, 0.2])
+def test_walls_do_not_lean_the_face_that_they_end_at(depth):
+    """Two triangles to each side of a block: its corners are where they meet, and its face is flat up to them."""
+    mesh = Mesh.of_corners(box((-0.1, -0.1, -depth), (0.1, 0.1, 0.0)))
+    assert_allclose(mesh.over(np.random.default_rng(3).uniform(-0.1, 0.1, (500, 2))).normal, [[0, 0, 1]] * 500, atol=0)
+    laid = laid_raster(mesh)
+    assert_allclose(laid.points.normal, [[0, 0, 1]] * len(laid.points.normal), atol=1e-12)
+    assert laid.facets == 0
+
+
+def test_an_edge_between_two_points_is_found_where_neither_facet_turns():
+    """Two faces of a roof, of two triangles each: no point's facet leans from its own normal."""
+    a, b, c, d, e, f = np.array([[-1, -1, 0], [0, -1, 0.5], [1, -1, 0], [-1, 1, 0], [0, 1, 0.5], [1, 1, 0]]) * 0.1
+    roof = np.array([[a, b, e], [a, e, d], [b, c, f], [b, f, e]])
+    with pytest.raises(InputError, match=r"a sharp edge under the path at x .*: facets turn by 53 deg"):
+        laid_raster(Mesh.of_corners(roof))

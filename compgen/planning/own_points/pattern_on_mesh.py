@@ -22,7 +22,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
-from compgen.planning.mesh import Mesh, Over, refuse_facing_down
+from compgen.planning.mesh import SHARP, Mesh, Over, refuse_facing_down
 from compgen.planning.own_points.given_points import GivenPoints
 
 MOST_POINTS = 4_000_000
@@ -119,11 +119,15 @@ def _refuse_creases(mesh: Mesh, over: Over, on: BoolArray, xy: Array, source: st
     flat = mesh.facet_normals(over.facet[on])
     turned = np.arccos(np.clip((flat * over.normal[on]).sum(axis=1), -1, 1))
     worst = int(np.argmax(turned))
-    if turned[worst] > CREASE:
-        x, y = xy[on][worst] / MM
+    rows = np.flatnonzero(on[1:] & on[:-1])
+    over_edge = np.arccos(np.clip((over.normal[rows] * over.normal[rows + 1]).sum(axis=1), -1, 1))
+    turn, (x, y) = turned[worst], xy[on][worst] / MM
+    if over_edge.max(initial=0.0) > SHARP:
+        turn, (x, y) = over_edge.max(), xy[rows[np.argmax(over_edge)]] / MM
+    if turn > CREASE:
         raise InputError(
             f"{source}: a sharp edge under the path at x {x:.1f}, y {y:.1f} mm: facets turn by "
-            f"{turned[worst] / DEG:.0f} deg; keep the path off it ([boundary]), or export a finer mesh"
+            f"{turn / DEG:.0f} deg; keep the path off it ([boundary]), or export a finer mesh"
         )
 
 
@@ -179,10 +183,11 @@ def _sharpest_hollow(mesh: Mesh, xy: Array, source: str, tool_radius: float) -> 
 
 def _off_smooth(mesh: Mesh, facet: IntArray) -> float:
     """About how far flat facets stand off a smooth surface through their corners: edge times turn over 8 [m]."""
-    corner = mesh.facet[np.unique(facet)]
+    rows = np.unique(facet)
+    corner, normal = mesh.facet[rows], mesh.normal[rows]
     worst = 0.0
     for a, b in ((0, 1), (1, 2), (2, 0)):
-        turn = row_norms(mesh.normal[corner[:, a]] - mesh.normal[corner[:, b]])
+        turn = row_norms(normal[:, a] - normal[:, b])
         edge = row_norms(mesh.vertex[corner[:, a]] - mesh.vertex[corner[:, b]])
         worst = max(worst, float((edge * turn).max() / 8))
     return worst
