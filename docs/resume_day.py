@@ -19,7 +19,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.resume.beginning import Begun, read_log, state_at_end
+from compgen.pipelines.resume.beginning import Begun, read_log
 from compgen.pipelines.resume.follow import look_at
 from compgen.pipelines.resume.page_times import PageStart, PageTimes
 from compgen.pipelines.resume.paged_run import planned_run
@@ -145,7 +145,7 @@ def resumed_at_each_page(day: Day, folder: Path) -> int:
 
         def begin(known, file=str(file)):
             log = read_log(known.cell, known.logged(), file)
-            state, air = state_at_end(known, log).state, float(np.median(log.air[-20:]))
+            state, air = end_of(log, known.cell.heat, known.cell.warmth, known.motion).state, float(np.median(log.air[-20:]))
             return Begun(cell=known.cell, state=state, clock=known.clock, why="log", cause={}, air=air)
 
         put(folder, resume(written, day.whole, start.page, begin, "2026-01-31", quiet))
