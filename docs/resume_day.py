@@ -30,6 +30,7 @@ from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 from compgen.program.pages import join_programs
 from compgen.thermal import Ambient, state_after, states_at
+from compgen.thermal.log_end import end_of
 from compgen.thermal.temperature_log import read_growing_log
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
@@ -145,7 +146,10 @@ def resumed_at_each_page(day: Day, folder: Path) -> int:
 
         def begin(known, file=str(file)):
             log = read_log(known.cell, known.logged(), file)
-            state, air = end_of(log, known.cell.heat, known.cell.warmth, known.motion).state, float(np.median(log.air[-20:]))
+            state, air = (
+                end_of(log, known.cell.heat, known.cell.warmth, known.motion).state,
+                float(np.median(log.air[-20:])),
+            )
             return Begun(cell=known.cell, state=state, clock=known.clock, why="log", cause={}, air=air)
 
         put(folder, resume(written, day.whole, start.page, begin, "2026-01-31", quiet))

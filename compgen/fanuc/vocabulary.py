@@ -135,6 +135,7 @@ LOCAL_REGISTER = any_case(r"(?<![A-Z_])(AR|LR)\[")  # known to one program only
 FLOW = any_case(r"(?:IF|JMP|FOR|ENDFOR|SELECT|CALL|RUN|LBL|WHEN|ELSE|ENDIF|SKIP CONDITION|MONITOR)\b")
 LABEL = any_case(r"(?<![A-Za-z_])LBL\[\s*(\d*)")  # said or jumped to; empty for one that is found at run time
 CALL = any_case(r"(?:^|[\s,])(?:CALL|RUN)\s+([A-Z_][^\s(;]*)")  # the program's name
+CALL_ALWAYS = any_case(r"^CALL\s+([A-Z_][^\s(;]*)")
 CALL_ALONE = any_case(r"^CALL\s+([^\s(;]+)$")
 MESSAGE_OR_PAUSE = any_case(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$")
 END = any_case(r"(?:^|,)\s*END\s*$")

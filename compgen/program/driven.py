@@ -1,6 +1,7 @@
 """A program as it is driven: the positions it names, the stations it drives to in order, and the ways there."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -52,19 +53,42 @@ class DrivenProgram:
     carried: BoolArray  # (S,) an extended axis may move on the way there
     circular: BoolArray  # (S,) on an arc of three places that are surely known, to its via or from there
     beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
+    called: Mapping[int, JointMotion] = field(default_factory=dict)  # what called programs do before leaving for one
+    uncounted: tuple[str, ...] = ()  # called programs that may move the arm more, or otherwise, than ``called`` says
 
     def at_override(self, share: float) -> "DrivenProgram":
         """The same ways at a share of their speeds; what the program waits for, and what settles, takes as long."""
         written = self.written / share
-        return replace(self, written=written, duration=self.duration + (written - self.written))
+        called = {station: motion.at_override(share) for station, motion in self.called.items()}
+        return replace(self, written=written, duration=self.duration + (written - self.written), called=called)
 
     def joint_motion(self) -> JointMotion:
-        """What the drives do, for heat: a pause and a way to each station, (2 S + 1) places."""
-        durations = np.column_stack([self.pause, self.duration]).ravel()
+        """What the drives do, for heat: a pause and a way to each station, and what called programs do between them.
+
+        It stands where a station was while a called program begins and ends elsewhere: those ways take no time. Its
+        places are (2 S + 1) and those of the called programs; ``reached`` says which are the stations.
+        """
+        step = np.column_stack([self.pause, self.duration]).ravel()
         with np.errstate(invalid="ignore", divide="ignore"):
             speed = np.nan_to_num(self.length / self.duration, nan=0.0, posinf=0.0)
-        speeds = np.column_stack([np.zeros(len(speed)), speed]).ravel()
-        return JointMotion(np.concatenate([[0.0], np.cumsum(durations)]), self._joint_sequence(), speeds)
+        driven, theta = np.column_stack([np.zeros(len(speed)), speed]).ravel(), self._joint_sequence()
+        if self.called:
+            stations, motions = zip(*sorted(self.called.items()), strict=True)
+            way = np.repeat(2 * np.array(stations) + 1, [len(m.time) + 1 for m in motions])
+            stands = theta[2 * np.array(stations) + 1]
+            step = np.insert(step, way, np.concatenate([[0.0, *np.diff(m.time), 0.0] for m in motions]))
+            driven = np.insert(driven, way, np.concatenate([[0.0, *m.driven, 0.0] for m in motions]))
+            places = [np.vstack([m.theta, stand]) for m, stand in zip(motions, stands, strict=True)]
+            theta = np.insert(theta, way + 1, np.concatenate(places), axis=0)
+        return JointMotion(np.concatenate([[0.0], np.cumsum(step)]), theta, driven)
+
+    @property
+    def reached(self) -> IntArray:
+        """Places of ``joint_motion`` where it begins, and where each station is reached, (S + 1,)."""
+        places = np.full(len(self.pose), 2)
+        for station, motion in self.called.items():
+            places[station] += len(motion.time) + 1
+        return np.concatenate([[0], np.cumsum(places)])
 
     def _joint_sequence(self) -> Array:
         """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""

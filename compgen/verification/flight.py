@@ -120,7 +120,7 @@ def _rise_at_samples(
     # a robot of which nothing else is known begins in balance with the air
     state = initial_state(heat) + (warmer if heat.start is None else 0.0)
     state = state_after_duties(heat, with_losses(heat, before, motion), state, warmer)
-    begin = 2 * station + 1  # of the way to each sample's station, behind the pause before it
+    begin = drive.reached[station + 1] - 1  # of the way to each sample's station, behind the pause before it
     elapsed = fraction * drive.duration[station]
     goal, start = goals[begin], mode_states(heat.rate, state, motion.time, goals)[begin]
     states = goal + (start - goal) * np.exp(-elapsed[:, None] * heat.rate)

@@ -421,10 +421,13 @@ def test_what_takes_no_time_in_the_heat_is_said(hot):
     q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
     lines, positions = ["J P[1] 10% FINE", "L P[2] 50mm/sec FINE"], [at(1, HOME), at(2, q)]
     plain = corrected(program(lines, positions), hot)
-    for statement, code in (("CALL POLISH", "timing.order"), ("WAIT DI[1]=ON", "timing.assumed")):
+    for statement, code, words in (
+        ("CALL POLISH", "timing.order", "without all that POLISH may do"),
+        ("WAIT DI[1]=ON", "timing.assumed", "takes no time"),
+    ):
         result = corrected(program([lines[0], statement, lines[1]], positions), hot)
         assert result.plan.stations.time.tolist() == plain.plan.stations.time.tolist()
-        assert ["takes no time" in f.message for f in result.findings if f.code == code] == [True]
+        assert [words in f.message for f in result.findings if f.code == code] == [True]
 
 
 def test_a_wait_is_no_motion_that_the_thermal_parameters_were_measured_over(hot):
@@ -437,15 +440,56 @@ def test_a_wait_is_no_motion_that_the_thermal_parameters_were_measured_over(hot)
         assert len([f for f in findings if f.code == "thermal.box" and "of motion" in f.message]) == count
 
 
-@pytest.mark.parametrize(("level", "does"), [("warning", "L P[1] 50mm/sec FINE"), ("note", "R[1]=1"), ("note", None)])
-def test_a_called_program_that_moves_the_arm_is_warned_of(level, does, hot):
-    """A program of that name is known to warm the arm; one that moves nothing, or is not there, is not."""
+AND_BACK = ["L P[2] 20mm/sec FINE", "L P[1] 20mm/sec FINE"]
+
+
+@pytest.fixture(scope="module")
+def polish():
+    """500 lines of 500 mm, each 25 s: 3.5 h."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    return program(AND_BACK * 250, [at(1, HOME), at(2, q)], name="POLISH")
+
+
+@pytest.mark.parametrize("through", [False, True])
+def test_a_called_program_warms_the_arm_as_it_is_listed(through, polish, hot):
+    """By the second arm and the nodes' law: before the call it is cold, behind it as after 3.5 h at 20 mm/s."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    day = program(["R[1]=1", "CALL POLISH", "J P[1] 10% FINE"], [at(1, HOME)], name="DAY")
+    lines = ["J P[1] 10% FINE", f"CALL {'DAY' if through else 'polish'}", "L P[2] 50mm/sec FINE"]
+    data = program(lines, [at(1, HOME), at(2, q)])
+    beside = {"POLISH": polish, "DAY": day}
+    result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
+    warm = naive_heat.rises([("moving", 20.0, 499 * 25 / 3600)])
+    assert warm["j2"] > 2
+    for number, rise in ((1, dict.fromkeys(warm, 0.0)), (2, warm)):
+        assert missed_um(data, result.text, number, q, lengths=naive_heat.warm_lengths(rise)) < ROUNDED_UM
+    assert not any("may do" in f.message for f in result.findings)
+    assert result.residual.distance[result.judged].max() < 2e-6
+    drive = result.plan.drive
+    half, full = (d.joint_motion().time[d.reached[-1]] for d in (drive.at_override(0.5), drive))
+    assert 1.9 < half / full < 2.1
+
+
+@pytest.mark.parametrize(
+    ("level", "call", "does"),
+    [
+        ("warning", "IF R[1]=1,CALL POLISH", "L P[1] 50mm/sec FINE"),
+        ("warning", "FOR R[1]=1 TO 9\n  3:  CALL POLISH ;\n  4:  ENDFOR", "L P[1] 50mm/sec FINE"),
+        ("warning", "CALL POLISH", "L PR[7] 50mm/sec FINE"),
+        ("warning", "CALL POLISH", "CALL T"),
+        ("note", "CALL POLISH", "R[1]=1"),
+        ("note", "CALL POLISH", None),
+    ],
+)
+def test_a_called_program_that_moves_the_arm_and_is_not_counted_is_warned_of(level, call, does, hot):
+    """Which way is taken, or where it leads, is not told: it is known to warm the arm, and by how much is not."""
     beside = {} if does is None else {"POLISH": program([does], [at(1, HOME)], name="POLISH")}
-    data = program(["J P[1] 10% FINE", "CALL POLISH", "L P[1] 50mm/sec FINE"], [at(1, HOME)])
+    data = program(["J P[1] 10% FINE", call, "L P[1] 50mm/sec FINE"], [at(1, HOME)])
+    beside["T"] = data
     result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
     (order,) = (f for f in result.findings if f.code == "timing.order")
     assert order.level == level
-    assert ("POLISH may move the arm" in order.message) == (level == "warning")
+    assert ("without all that POLISH may do" in order.message) == (does != "R[1]=1")
 
 
 def test_turning_on_the_spot_takes_seconds(hot):

@@ -1,12 +1,26 @@
-"""Programs that a program calls: whether each moves the arm, and what it writes of position registers and frames."""
+"""Programs that a program calls: whether and how each moves the arm, and what it writes of registers and frames."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
-from compgen.fanuc.vocabulary import CALL, FRAME_MENTIONED, may_move_arm, may_write_registers, written_frames
+from compgen.fanuc.vocabulary import (
+    CALL,
+    CALL_ALWAYS,
+    FRAME_MENTIONED,
+    may_move_arm,
+    may_write_registers,
+    written_frames,
+)
+from compgen.program.driven import NONE, DrivenProgram
+from compgen.thermal import JointMotion
+
+MOST_PLACES = 1_000_000  # of what a program calls, that are counted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,3 +100,55 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
 def _names(program: LsProgram) -> set[str]:
     texts = {*read_flow(program).text.values(), *program.motions.options}
     return {name.upper() for text in texts for name in CALL.findall(text)}
+
+
+class CalledMotion(NamedTuple):
+    """As ``DrivenProgram`` has them."""
+
+    called: Mapping[int, JointMotion]
+    uncounted: tuple[str, ...]
+
+
+def called_motion(
+    program: LsProgram, drive: DrivenProgram, moving: Iterable[str], drive_of: Callable[[str], DrivenProgram | None]
+) -> CalledMotion:
+    """What called programs do before a program leaves for each of its stations: each as it is listed, once a CALL.
+
+    Args:
+        program: Any program.
+        drive: Its stations.
+        moving: Programs, in capitals, that it calls and that may move the arm.
+        drive_of: Such a program as it is driven; None for one that calls this one.
+    """
+    calls = [(line, name.upper()) for line, text in other_statements(program) for name in CALL.findall(text)]
+    always = {line: name[1].upper() for line, text in other_statements(program) if (name := CALL_ALWAYS.match(text))}
+    at = np.searchsorted(program.motions.line[drive.motion], [line for line, _ in calls])
+    drives = {name: drive_of(name) for name in sorted(moving)}
+    counted, places = dict[int, JointMotion](), 0
+    jumps = set(drive.flow) - set(always)
+    uncounted = {name for name, its in drives.items() if jumps or its is None or not _is_told(its)}
+    for station, (line, name) in zip(at.tolist(), calls, strict=True):
+        its = drives.get(name)
+        if its is None:
+            continue
+        motion = its.joint_motion()
+        places += len(motion.time)
+        if always.get(line) != name or places > MOST_PLACES:
+            uncounted.add(name)
+        elif station < len(drive.pose):
+            counted[station] = _behind(counted[station], motion) if station in counted else motion
+    return CalledMotion(counted, tuple(sorted(uncounted)))
+
+
+def _is_told(drive: DrivenProgram) -> bool:
+    """Whether all ways of a program are known, but for that to its first station."""
+    return bool((drive.pose != NONE).all() and np.isfinite(drive.length[1:]).all()) and not drive.uncounted
+
+
+def _behind(first: JointMotion, then: JointMotion) -> JointMotion:
+    """One motion behind another, the way between them in no time."""
+    return JointMotion(
+        np.concatenate([first.time, first.time[-1] + then.time]),
+        np.vstack([first.theta, then.theta]),
+        np.concatenate([first.driven, [0.0], then.driven]),
+    )

@@ -1,13 +1,13 @@
 """What a program relies on and does not say: frames, registers at its start, and the programs that it calls."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms
+from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms, called_motion, called_programs
 from compgen.fanuc.analysis.placements import read_placements
 from compgen.fanuc.analysis.poses import Poses, read_poses
 from compgen.fanuc.analysis.traversal import read_traversal
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.program.driven import DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
@@ -29,7 +29,28 @@ class ProgramContext:
             program, robot, self.frames, read_placements(program, self.frames, self.registers, self.called)
         )
 
-    def drive(self, program: LsProgram, robot: Robot) -> tuple[Poses, DrivenProgram]:
-        """Its positions, and the program as the robot drives it, with what its ways keep of the reach."""
+    def drive(
+        self, program: LsProgram, robot: Robot, known: dict[str, DrivenProgram | None] | None = None
+    ) -> tuple[Poses, DrivenProgram]:
+        """Its positions, and the program as the robot drives it, with what its ways keep of the reach.
+
+        Args:
+            program: Any program.
+            robot: That drives it.
+            known: Called programs as they are driven, by their names in capitals; None for one that is being read.
+        """
+        known = {} if known is None else known
+        known[program.name.upper()] = None
+        listings = dict(self.called.listings)
+
+        def drive_of(name: str) -> DrivenProgram | None:
+            if name not in known:
+                listing = loads(listings[name])
+                around = replace(self, called=called_programs(listing, listings.get))
+                known[name] = around.drive(listing, robot, known)[1]
+            return known[name]
+
         poses = self.poses(program, robot)
-        return poses, measure_reach(robot, read_traversal(program, poses, robot, self.called.motionless))
+        drive = measure_reach(robot, read_traversal(program, poses, robot, self.called.motionless))
+        called, uncounted = called_motion(program, drive, self.called.moving, drive_of)
+        return poses, replace(drive, called=called, uncounted=uncounted)

@@ -308,10 +308,12 @@ def _heat_findings(result: Correction) -> Iterator[Finding]:
     yield from result.cell.input_findings
     if not result.before and result.cell.heat.start is None:
         yield Finding(Level.NOTE, Code.THERMAL_COLD, "no --before: the cell starts cold")
-    run, moving = drive.duration > 0, float(drive.duration.sum())
-    if run.any() and np.nansum(drive.length) > 0:
-        feed = float(np.nansum(drive.length[run]) / moving)
-        messages = extrapolations(heat, result.before, round(feed, 4), moving, stations.rise)
+    motion = drive.joint_motion()
+    moving = np.where(motion.driven > 0, np.diff(motion.time), 0.0)
+    if moving.any():
+        feed = float(motion.driven @ moving / moving.sum())
+        duration = float(moving.sum())
+        messages = extrapolations(heat, result.before, round(feed, 4), duration, stations.rise)
         yield from [Finding(Level.WARNING, Code.THERMAL_BOX, message) for message in messages]
 
 
@@ -325,13 +327,13 @@ def _timing_findings(result: Correction) -> Iterator[Finding]:
         )
         yield Finding(Level.NOTE, Code.TIMING_ASSUMED, message)
     if drive.flow:
-        moving = sorted(result.around.called.moving)
-        message = (
-            f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed, in which "
-            f"a called program takes no time{f' ({_first_of(moving)} may move the arm)' if moving else ''}: behind one "
-            "that lasts, the arm is not as warm as said; make what follows a program of its own, with --before"
-        )
-        yield Finding(Level.WARNING if moving else Level.NOTE, Code.TIMING_ORDER, message)
+        message = f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed"
+        if silent := drive.uncounted or sorted(result.around.called.missing):
+            message += (
+                f", without all that {_first_of(silent)} may do: behind what lasts, the arm is not as warm as "
+                "said; make what follows a program of its own, with --before"
+            )
+        yield Finding(Level.WARNING if drive.uncounted else Level.NOTE, Code.TIMING_ORDER, message)
 
 
 def _controller_findings(result: Correction) -> Iterator[Finding]:

@@ -71,7 +71,8 @@ def rise_at_stations(
         history, delays = History(before=tuple(duties), standing=standing), Ensemble(ensemble.delay)
         motions = [drive.at_override(share).joint_motion() for share in ensemble.overrides]
         rise = np.mean([mean_rises(cell.heat, history, delays, slow) for slow in motions], axis=0)
-    return StationRises(motion.time[2::2], rise[2::2], rise[0])
+    stations = drive.reached[1:]
+    return StationRises(motion.time[stations], rise[stations], rise[0])
 
 
 def correct_stations(

@@ -101,12 +101,13 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     old = as_written.correction
     stations = page_stations(old, job)
     at = stations[from_page - 1]
-    known = _known_at(at, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
+    place = int(first.plan.drive.reached[at])
+    known = _known_at(place, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
     if begun.air is not None and abs(begun.air) > OTHER_AIR:
         words = f"the air is {begun.air:+.1f} K off the 20 degC that the pages take from then on"
         begun = replace(begun, why=f"{begun.why}; {words}")
-    passed = begun.cell.heat.rate * known.motion().time[2 * at]
+    passed = begun.cell.heat.rate * known.motion().time[place]
     started = as_written.start + _grown_back(begun.state - known.state, passed)
     new = _corrected(job, _beginning(begun.cell, started), (), progress)
     if not np.array_equal(new.written.positions.number, old.written.positions.number):
@@ -154,15 +155,15 @@ def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress
     return _AsWritten(cell, start, _corrected(_unjudged(job), _beginning(cell, start), (), progress))
 
 
-def _known_at(station: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
-    """The robot when it comes to a station by the day so far; the air is at the reference, as that of a correction."""
+def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
+    """The robot at a place of the motion by the day so far; the air is at the reference, as that of a correction."""
     heat, start = written.cell.heat, written.start
     (standing,) = with_losses(heat, [STANDING], motion)
     return Known(
         cell=written.cell,
         plain=lambda: plain,
         heat=heat,
-        state=states_at(heat, start, motion, np.array([2 * station]))[0] if station else start,
+        state=states_at(heat, start, motion, np.array([place]))[0],
         clock=0.0,
         air=still_air(),
         standing=standing,
