@@ -247,7 +247,8 @@ def joints_by_config(flange, config):
     fore = np.arctan2(up - A2 * np.sin(upper), out - A2 * np.cos(upper))
     lower, highest = np.radians(study.LOWER_DEG) - OFFSET, np.radians(study.UPPER_DEG) - OFFSET
     j2 = within(np.pi / 2 - upper, lower[1], highest[1])
-    j3 = within(j2 + fore - bend, lower[2], highest[2]) - j2
+    elbow = (j2 + fore + np.pi / 2) % (2 * np.pi) - np.pi / 2 - bend  # from fold to fold, through the stretch
+    j3 = np.where(elbow > highest[2] + 1e-9, elbow - 2 * np.pi, elbow) - j2
     arm = turned("z", j1) @ turned("y", -j3)
     w = np.swapaxes(arm[:, :3, :3], 1, 2) @ wrist_axes
     side = np.where(letters[:, 0] == "F", 1, -1)

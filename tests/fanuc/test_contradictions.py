@@ -126,16 +126,6 @@ def test_a_way_between_two_configurations_is_said(form, home, end, move, line):
     )
 
 
-@pytest.mark.parametrize(("elbow", "line"), [(-155.0, 2), (195.0, None)])
-def test_a_turn_of_joint_3_that_config_does_not_tell_is_said(elbow, line):
-    """The arm, taught by its joints, comes through the fold; a line goes on to 203 deg, or -157, of J2 + J3."""
-    begin, end = ((10.0, -20.0, turn + 20.0, 30.0, -60.0, 45.0) for turn in (elbow, 203.0))
-    data = program([GO, "L P[2] 5mm/sec FINE"], [joint_form(1, begin), at(2, end)])
-    read = fanuc.loads(data)
-    drive = read_traversal(read, ProgramContext(MANY).poses(read, load_robot("m710ic50")), None)
-    assert [u.line - 3 for u in contradictions(read, drive) if "J2 + J3 = 203 deg" in u.reason] == [line][: line or 0]
-
-
 def test_both_commands_say_it_and_correct_what_they_did():
     """A position is right in its own frame; that the controller stops before it is for a person to mend."""
     data = text("UFRAME_NUM=3", "UTOOL_NUM=2", GO, "L P[2] 5mm/sec FINE", "JMP LBL[7]")

@@ -480,3 +480,7 @@ def test_joint_3_runs_on_past_200_degrees_as_the_same_program_taught_by_joints_h
     ]
     assert_allclose(plans[0].poses.theta, plans[1].poses.theta, atol=1e-4)
     assert_allclose(plans[0].drive.duration, plans[1].drive.duration, atol=1e-9)
+    untold = [u.reason for u in plans[0].scope.unsafe if "J2 + J3 stands at" in u.reason]
+    assert untold[0].startswith("J2 + J3 stands at 202 or -158 deg, CONFIG does not say at which; 202 is taken")
+    assert len(untold) == sum(place[1] + place[2] >= 200 for place in places)
+    assert not any("J2 + J3" in u.reason for u in plans[1].scope.unsafe)

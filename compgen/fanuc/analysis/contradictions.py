@@ -1,7 +1,7 @@
 """Where a program contradicts itself: a controller would stop there, or run on where nobody meant.
 
 A motion to a position in another user frame or tool than is set, along every way to it; a straight line or an arc
-between two configurations, or between two turns of J3; a label that stands twice; a jump to one that stands nowhere.
+between two configurations; a label that stands twice; a jump to one that stands nowhere.
 """
 
 import re
@@ -9,7 +9,6 @@ import re
 import numpy as np
 
 from compgen.core.arrays import IntArray
-from compgen.core.units import DEG
 from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.analysis.flow_graph import Node, arrivals, link_nodes, read_nodes
@@ -106,13 +105,7 @@ def _configurations(program: LsProgram, drive: DrivenProgram) -> list[Unsafe]:
     letters = drive.at.posture[ends]
     straight = (np.abs(np.sin(drive.at.theta[ends][:, :, 4])) < STRAIGHT_WRIST).any(axis=1)
     changes = (letters != NONE).all(axis=1) & (letters[:, 0] != letters[:, 1]) & (ends != NONE).all(axis=1) & ~straight
-    elbow = drive.at.theta[ends][:, :, 2]
-    another_turn = np.abs(elbow[:, 1] - elbow[:, 0]) > np.pi
     unsafe = []
-    for station, turn in zip(s[another_turn], elbow[another_turn, 1] / DEG, strict=True):
-        reason = f"CONFIG tells no turn of J3: J2 + J3 = {turn:.0f} deg is taken, the arm comes a turn away; compare"
-        i = int(drive.motion[station])
-        unsafe.append(Unsafe(int(program.motions.line[i]), program.motion_text(i)[:60], reason))
     for station, (begin, end) in zip(s[changes], letters[changes].tolist(), strict=True):
         i = int(drive.motion[station])
         options = program.motions.options[i]

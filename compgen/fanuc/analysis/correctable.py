@@ -80,7 +80,7 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
         inside = (line > start) & (line < end)
         unsafe += _motions(program, traversal, np.flatnonzero(inside & ~held), f"it runs {why}")
         held |= inside
-    unsafe += _half_turns(program, poses, robot) if robot is not None else []
+    unsafe += _untold_turns(program, poses, robot) if robot is not None else []
     return Scope(~held & (robot is not None), tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
 
 
@@ -109,17 +109,24 @@ def _used_as_value(number: int, text: str, *, held: bool) -> list[Unsafe]:
     return []
 
 
-def _half_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
-    """Positions whose CONFIG does not tell 180 deg of a joint from -180: the corrected text says one of them."""
-    p, unsafe = program.positions, []
-    turning = np.array(robot.controller.turn_joints) - 1
+def _untold_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
+    """Positions whose CONFIG does not tell a joint's turn: 180 deg from -180, or joint 3's where both are legal."""
+    p, turning = program.positions, np.array(robot.controller.turn_joints) - 1
     at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < HALF_TURN
+    untold = []
     for k, column in np.argwhere(at_half & ~poses.joint_form[:, None]).tolist():
-        i, joint = int(poses.row[k]), f"J{turning[column] + 1}"
-        if parse_config(p.config[i] or "")[1][column] == 0:
+        joint = f"J{turning[column] + 1}"
+        if parse_config(p.config[poses.row[k]] or "")[1][column] == 0:
             reason = f"{joint} stands at 180 or -180 deg, CONFIG's 0 does not say at which; 180 is taken: compare it"
-            unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
-    return unsafe
+            untold.append((k, reason))
+    elbow = poses.theta[:, 2]
+    for k in np.flatnonzero((elbow - 2 * np.pi >= robot.lower[2]) & ~poses.joint_form).tolist():
+        high = f"{elbow[k] / DEG:.0f}"
+        where = f"at {high} or {elbow[k] / DEG - 360:.0f} deg"
+        reason = f"J2 + J3 stands {where}, CONFIG does not say at which; {high} is taken: compare it"
+        untold.append((k, reason))
+    rows = poses.row.tolist()
+    return [Unsafe(int(p.line[rows[k]]), f"P[{p.number[rows[k]]}]", reason) for k, reason in untold]
 
 
 def _unfit(program: LsProgram, poses: Poses, robot: Robot | None) -> list[tuple[int, str]]:
