@@ -3,11 +3,13 @@
 import json
 import shutil
 
+import naive_arm as arm
+import naive_heat
 import numpy as np
 import pytest
 from command_line import refused, run
 from corrected_pages import PAGES, pages_of
-from ls_text import program
+from ls_text import at, program
 from states import state_of, written
 
 from compgen import fanuc as ls
@@ -192,6 +194,25 @@ def test_called_programs_and_a_history_with_rests_are_taken_from_what_made_the_p
     assert result.returncode == 0, result.stderr
     assert "program.called" not in {finding["code"] for finding in json.loads(result.stdout)["findings"]}
     assert json.loads((made / "LONG.pages.json").read_bytes())["corrected_from"]["before"][0]["duty"] == 0.5
+
+
+def test_pages_behind_a_called_program_that_warms_the_arm_start_in_its_warmth(tmp_path):
+    """3.5 h at 20 mm/s: without a delay what is there stays right; behind one the arm has cooled from that warmth."""
+    (tmp_path / "made").mkdir()
+    HOME = (10.0, 20.0, -15.0, 30.0, -60.0, 45.0)
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    polish = program(["L P[2] 20mm/sec FINE", "L P[1] 20mm/sec FINE"] * 250, [at(1, HOME), at(2, q)], name="GRIP")
+    (tmp_path / "made" / "GRIP.LS").write_bytes(polish)
+    made = pages_of(tmp_path / "made", "pages", between=("CALL GRIP",))
+    day = [("moving", 200.0, 5.0), ("moving", 20.0, 499 * 25 / 3600)]
+    warm, cooled = (naive_heat.warm_lengths(naive_heat.rises(d)) for d in (day, [*day, ("idle", 0.0, 35 / 60)]))
+    there = arm.joints_at(arm.frame(1390, 20, 200, 180, 0, 0), HOME)
+    shrunk = np.linalg.norm((arm.flange(there, warm) - arm.flange(there, cooled))[:3, 3]) * 1e3
+    for page, late, missed in (("1", "0s", 0.0), ("2", "0s", 0.0), ("3", "0s", 0.0), ("3", "35min", shrunk)):
+        result = run("resume", made, "--from-page", page, "--late", late, *RESUME[2:], "--json", "--force")
+        assert result.returncode == 0, result.stderr
+        for sizes in json.loads(result.stdout)["pages"]:
+            assert sizes["before"]["max_um"] == pytest.approx(missed, abs=1.5)
 
 
 def test_without_a_bound_it_is_written_and_said(job):
