@@ -10,10 +10,14 @@ import pytest
 from command_line import refused, run
 from corrected_pages import PAGES, pages_of
 from ls_text import at, program
+from numpy.testing import assert_allclose
 from states import state_of, written
 
 from compgen import fanuc as ls
 from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.resume.corrected_job import read_corrected
+from compgen.pipelines.resume.corrected_run import corrected_run
+from compgen.pipelines.resume.written_job import read_written_job
 from compgen.program.pages import with_checksum
 
 RESUME = ("--late", "35min", "--max-um", "5", "--date", "2026-01-31")
@@ -213,6 +217,12 @@ def test_pages_behind_a_called_program_that_warms_the_arm_start_in_its_warmth(tm
         assert result.returncode == 0, result.stderr
         for sizes in json.loads(result.stdout)["pages"]:
             assert sizes["before"]["max_um"] == pytest.approx(missed, abs=1.5)
+    run_of_pages = corrected_run(read_corrected(read_written_job(made)), lambda stage, share: None)
+    first, second, third = run_of_pages.spans
+    assert (first, third) == pytest.approx((10, 10), abs=20)
+    assert second == pytest.approx(499 * 25, rel=0.03)
+    drive, places = run_of_pages.first.plan.drive, run_of_pages.places
+    assert_allclose(run_of_pages.motion.theta[places], drive.at.theta[drive.pose], atol=1e-12)
 
 
 def test_without_a_bound_it_is_written_and_said(job):
