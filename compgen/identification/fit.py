@@ -10,7 +10,6 @@ bend the answer; then without those rows whose deviation, allowing for how stron
 has a chance below 1 % of happening even once in all rows of Gaussian noise."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.special import chdtri
@@ -114,7 +113,6 @@ def fit(
         active=active,
         learn=learn,
         noise=noise,
-        jacobian_function=model.jacobian_function(active) if active.any() else None,
     )
     point = solver.initial(start)
     weight = np.ones(len(data.pose))
@@ -193,7 +191,6 @@ class _Solver:
     active: BoolArray
     learn: bool
     noise: float | None
-    jacobian_function: Any  # None where nothing is free
 
     def initial(self, start: Fit | None) -> _Iterate:
         if start is not None:
@@ -210,7 +207,7 @@ class _Solver:
         return self._at(p, frames, axes, scales)
 
     def _at(self, p: Array, frames: InstrumentFrames, axes: Array, scales: Scales, steps: int = 0) -> _Iterate:
-        linear = linearise(self.model, self.jacobian_function, self.data, self.active, p, frames, axes)
+        linear = linearise(self.model, self.data, self.active, p, frames, axes)
         return _Iterate(p=p, frames=frames, reflector_rotation=axes, scales=scales, linear=linear, steps=steps)
 
     def minimise(self, point: _Iterate, weight: Array, *, student: bool = False) -> tuple[_Iterate, Posterior]:

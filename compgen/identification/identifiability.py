@@ -142,7 +142,7 @@ def taught_sigma(model: ArmModel, fitted: Fit, nodes: int, limits: Array) -> flo
     """
     theta = np.random.default_rng(0).uniform(limits[:, 0], limits[:, 1], (POSTURES, 6))
     rows = blank_rows(theta, np.arange(POSTURES), [""] * POSTURES, nodes)
-    place, _, dP, _ = model.derivatives(model.jacobian_function(fitted.active), rows, fitted.p)
+    place, _, dP, _ = model.derivatives(fitted.active, rows, fitted.p)
     column, frame, K = dP * model.prior[fitted.active], rigid_share(place), dP.shape[2]
     root = np.linalg.cholesky(fitted.posterior.covariance[:K, :K])
     return float(np.sqrt(((frame.left(column, frame.motion(column), place) @ root) ** 2).sum(axis=2).mean()))

@@ -17,7 +17,6 @@ linearising again: parameters are small, and the arm is linear in them.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -102,7 +101,6 @@ class Linearisation:
 
 def linearise(
     model: ArmModel,
-    jacobian_function: Any,
     data: Measurements,
     active: BoolArray,
     p: Array,
@@ -110,13 +108,9 @@ def linearise(
     reflector_rotation: Array,
 ) -> Linearisation:
     """Residuals and Jacobian of all rows; parameters in units of their priors."""
-    if jacobian_function is not None:
-        P, R, dP, dR = model.derivatives(jacobian_function, data, p)
-        scale = model.prior[active]
-        dP, dR = dP * scale, dR * scale
-    else:
-        P, R = model.pose(data, p)
-        dP, dR = np.zeros((len(P), 3, 0)), np.zeros((len(P), 3, 3, 0))
+    P, R, dP, dR = model.derivatives(active, data, p)
+    scale = model.prior[active]
+    dP, dR = dP * scale, dR * scale
     unknowns = unknowns_of(data, active)
     arm = _Arm(unknowns, R, dP, dR, frames)
     oriented = np.flatnonzero(np.isfinite(data.rotation[:, 0, 0]))

@@ -71,7 +71,6 @@ def log_evidence(model: ArmModel, data: Measurements, fitted: Fit) -> float:
     """Of all rows that were kept, at the fit's linearisation with other rises."""
     linear = linearise(
         model,
-        model.jacobian_function(fitted.active),
         data,
         fitted.active,
         fitted.p,

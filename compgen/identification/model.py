@@ -65,13 +65,12 @@ class ArmModel:
         position, rotation = evaluate(self.flange, *_model_inputs(data, p))
         return position, np.swapaxes(rotation.reshape(-1, 3, 3), 1, 2)
 
-    def jacobian_function(self, active: BoolArray) -> Any:
-        """The function that ``derivatives`` evaluates, for the active parameters; -> P, R, dP (3 K'), dR (9 K')."""
-        return _jacobian_function(self, active.tobytes())
-
-    def derivatives(self, jacobian_function: Any, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
-        """The flange and its derivatives, (M, 3), (M, 3, 3), (M, 3, K'), (M, 3, 3, K')."""
-        position, rotation, dP, dR = evaluate(jacobian_function, *_model_inputs(data, p))
+    def derivatives(self, active: BoolArray, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
+        """The flange and its derivatives by the active parameters, (M, 3), (M, 3, 3), (M, 3, K'), (M, 3, 3, K')."""
+        if not active.any():
+            P, R = self.pose(data, p)
+            return P, R, np.zeros((len(P), 3, 0)), np.zeros((len(P), 3, 3, 0))
+        position, rotation, dP, dR = evaluate(_jacobian_function(self, active.tobytes()), *_model_inputs(data, p))
         M, K = len(position), dP.shape[1] // 3
         matrices = np.swapaxes(rotation.reshape(M, 3, 3), 1, 2)
         dP = np.swapaxes(dP.reshape(M, K, 3), 1, 2)
@@ -117,7 +116,7 @@ def _groups(model: ArmModel) -> tuple[tuple[str, ...], IntArray]:
 
 @kept_with("model")
 def _jacobian_function(model: ArmModel, active: bytes) -> Any:
-    """Kept with the model, as several of its fits have the same active parameters."""
+    """P, R, dP (3 K') and dR (9 K'); kept with the model, as several of its fits have the same active parameters."""
     inputs, position, rotation, jacobian = model.expressions
     columns = jacobian[:, np.flatnonzero(np.frombuffer(active, dtype=bool)).tolist()]
     return ca.Function("jacobian", inputs, ca.cse([position, rotation, columns[:3, :], columns[3:, :]]))

@@ -176,7 +176,6 @@ def _jacobians(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
     data = _measurements(theta, nodes, site)
     linear = linearise(
         model,
-        model.jacobian_function(active),
         data,
         active,
         np.zeros(len(active)),
