@@ -260,15 +260,11 @@ def begin_with_state(known: Known, file: str, age: float, late: float | None = N
                 f"{float(entry['state_time_s']):g} s already, a later one; touch again"
             )
     cell = cell_with_state(plain, state, file)
-    start = cell.heat.start
-    if start is None:
-        raise InputError(f"{file}: rise: it says nothing of the warmth; anchor again")
-    if age > 0:
-        start = state_after(cell.heat, [replace(known.standing, duration=age)], start, still_air(state.air))
+    standing = [replace(known.standing, duration=age)] if age > 0 else []
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     return Begun(
         cell=cell,
-        state=start,
+        state=state_after(cell.heat, standing, cell.heat.start, still_air(state.air)),
         clock=clock,
         why=f"state {state.digest[:8]} says so ({state.verdict}, at {state.time:.0f} s{since})",
         cause={
