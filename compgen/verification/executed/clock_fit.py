@@ -163,8 +163,6 @@ def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) 
     """First and last row of each time that the robot stands, by bins of a fixed length in time."""
     width = max(STAND_BIN, 3 * float(np.median(np.diff(time))))
     edges = np.unique(np.append(np.searchsorted(time, np.arange(time[0], time[-1], width)), len(time) - 1))
-    if len(edges) < 2:
-        return []
     moved, span = np.abs(np.diff(arc[edges])), np.diff(time[edges])
     cruise = np.abs(np.diff(course.at(course.cruise, arc[edges])))
     still = (moved <= 8 * noise + 1e-6) & (cruise <= STANDING * span) | (moved < 1e-6)
@@ -214,16 +212,15 @@ def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: 
                 first[r] = max(first[r], time[b])
             elif time[b] >= last[r] - RAMP_TIME and time[a] > first[r]:
                 last[r] = min(last[r], time[a])
-    of = np.clip(run[begins] - 1, 0, max(len(alone) - 1, 0))
-    ramps = np.maximum(planned - alone, 0.0)[of] if len(alone) else np.zeros(len(begins))
-    slower = (last - first) / np.maximum(planned[of], NODE) if len(alone) else np.ones(len(begins))
+    alone, planned = (alone, planned) if len(alone) else np.zeros((2, 1))  # of one stop there are no runs
+    of = np.clip(run[begins] - 1, 0, len(alone) - 1)
+    ramps = np.maximum(planned - alone, 0.0)[of]
+    slower = (last - first) / np.maximum(planned[of], NODE)
     margin = np.minimum(np.maximum(RAMP_TIME, ramps * np.clip(slower, 1.0, 100.0) + SETTLING), (last - first) / 4)
     index = np.repeat(np.arange(len(begins)), ends - begins + 1)
     inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0)
     for a, b in stands:
         inside[a : b + 1] = False
-    if not len(alone):
-        return np.asarray(inside)
     sure, some = (inside & (ramps <= share * alone[of])[index] for share in (RAMPS, 1.0))
     return np.asarray(sure if sure.sum() > FEW * inside.sum() else some)
 
