@@ -4,6 +4,7 @@ From error sources to the twin's faults: plain numbers, which the twin applies b
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,16 +45,9 @@ def twin_of_cell(cell: Cell) -> Twin:
 
 
 def twin_of(job: Job) -> Twin:
-    """The real arm of a job."""
+    """The real arm of a job: its cell's, with its tool, in its part's frame."""
     uframe = None if job.frame is None else job.frame.register
-    return Twin(
-        robot=job.robot,
-        heat=job.heat,
-        profiles=job.cell.profiles,
-        tool=job.tool.pose,
-        faults=faults_of(job.sources),
-        uframe=uframe,
-    )
+    return replace(twin_of_cell(job.cell), tool=job.tool.pose, uframe=uframe)
 
 
 def prepared_for(job: Job, program: Program) -> PreparedProgram:

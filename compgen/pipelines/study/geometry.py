@@ -12,7 +12,7 @@ from compgen.error_model.direction_memory import DirectionState, direction_state
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, quantities_of
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import prepared_for, twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
@@ -22,7 +22,7 @@ from compgen.robot.kinematics import flange_pose
 from compgen.thermal import JointMotion
 from compgen.thermal.schedule import History
 from compgen.verification.band import Band, band_of
-from compgen.verification.twin import Execution, PreparedProgram, prepare
+from compgen.verification.twin import Execution, PreparedProgram
 
 SAMPLES = 200  # of a band, evenly
 DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
@@ -67,7 +67,7 @@ def lay_out(job: Job) -> Geometry:
     """Plan a job and execute its uncorrected text once, pinocchio confirming."""
     planned = generate.predict(job, lambda stage, share: None)
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
-    return executed(job, planned.path, prepare(twin_of(job), program, job.history.before, job.history.air))
+    return executed(job, planned.path, prepared_for(job, program))
 
 
 def executed(job: Job, path: ToolPath, prepared: PreparedProgram) -> Geometry:

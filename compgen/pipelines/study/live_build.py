@@ -14,7 +14,7 @@ from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.files.twin_of_job import twin_of
+from compgen.pipelines.files.twin_of_job import prepared_for
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.averaging import planned_rises
 from compgen.pipelines.planned.job_results import Corrected, Planned
@@ -24,7 +24,6 @@ from compgen.pipelines.study.live_day import Setting, cycle_of, drawn_settings, 
 from compgen.pipelines.study.live_places import Flown, Live, at, fly_planned, places_of
 from compgen.pipelines.study.live_sliders import day_of
 from compgen.verification.deviation import percentile99, sample_lengths
-from compgen.verification.twin import prepare
 
 FIRST_START = "start={run=1, delay_min=0}"
 BOUND = 0.2 * UM
@@ -78,7 +77,7 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
     day = day_of(path_file, robot, overrides, first)
     planned_text = lay_out(job)
     planned, corrected = generate.generate(job, progress)
-    prepared = prepare(twin_of(job), corrected.program, job.history.before, job.history.air)
+    prepared = prepared_for(job, corrected.program)
     before, after = (
         fly_planned(job, geometry, _rises_as_planned(job, geometry))
         for geometry in (planned_text, executed(job, planned.path, prepared))
