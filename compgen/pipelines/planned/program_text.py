@@ -55,11 +55,10 @@ def compose_program(
     """
     decimals = job.robot.controller.decimals
     commanded = Pose(frozen(commanded.position + path.balance), commanded.rotation)
-    written = commanded if job.frame is None else job.frame.register.inverse() @ commanded
+    written = in_frame(job, commanded)
     printed = printed_poses(written, decimals)
     # the digits of CONFIG belong to the pose as printed
-    in_world = printed if job.frame is None else job.frame.register @ printed
-    joints = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture).theta
+    joints = inverse_kinematics.solve_tool(job.robot, in_world(job, printed), job.tool.pose, job.posture).theta
     program = Program(
         name=program_name_of(job),
         comment=f"compgen {'DRY RUN' if job.plan.path.raised else job.inputs_hash[:8]}",
@@ -148,10 +147,17 @@ def start_remarks(job: Job, window: float) -> list[str]:
 
 def printed_in_world(job: Job, pose: Pose) -> Pose:
     """Where the controller has poses of World that the text says in its digits."""
-    decimals = job.robot.controller.decimals
-    if job.frame is None:
-        return printed_poses(pose, decimals)
-    return job.frame.register @ printed_poses(job.frame.register.inverse() @ pose, decimals)
+    return in_world(job, printed_poses(in_frame(job, pose), job.robot.controller.decimals))
+
+
+def in_frame(job: Job, pose: Pose) -> Pose:
+    """Poses of World as a job's program names them, in its user frame."""
+    return pose if job.frame is None else job.frame.register.inverse() @ pose
+
+
+def in_world(job: Job, pose: Pose) -> Pose:
+    """Poses that a job's program names, in World."""
+    return pose if job.frame is None else job.frame.register @ pose
 
 
 def program_name_of(job: Job) -> str:

@@ -21,6 +21,7 @@ from compgen.pipelines.findings.job_findings import own_file_findings
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.assumed_ramps import ramp_findings
 from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.planned.program_text import in_world
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram
 from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
 from compgen.planning.toolpath import ToolPath
@@ -137,9 +138,7 @@ def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray,
             f"its positions are in UF {program.uframe} with UT {program.utool}; {job.source} has UF {uframe} and UT "
             f"{job.tool.number}: it is another path's program"
         )
-    written = Pose(program.position, program.rotation)
-    if job.frame is not None:
-        written = job.frame.register @ written
+    written = in_world(job, Pose(program.position, program.rotation))
     whole = job.plan.process.thin is None and not job.plan.process.arcs
     if whole and len(program.position) != len(path.arc):
         raise InputError(

@@ -13,6 +13,7 @@ from compgen.core.units import MINUTE
 from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.pipelines.planned.job_results import Planned
+from compgen.pipelines.planned.program_text import in_world
 from compgen.pipelines.resume.beginning import Begun, path_tables, unmoved
 from compgen.pipelines.resume.corrected_rest import ResumedProgram
 from compgen.pipelines.resume.pages_anew import read_written
@@ -97,8 +98,7 @@ class PlannedRun(PagedRun):
         whole, job, begin = self.whole, self.whole.job, self.edges[page - 1]
         text = self.programs[page - 1]
         pose = Pose(text.position[rows - begin], text.rotation[rows - begin])
-        in_world = pose if job.frame is None else job.frame.register @ pose
-        joints = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture).theta
+        joints = inverse_kinematics.solve_tool(job.robot, in_world(job, pose), job.tool.pose, job.posture).theta
         theta = joint_path.nearest_turns(joints, whole.theta[rows])
         model = whole.model
         if cell is not self.cell:
