@@ -12,6 +12,7 @@ from compgen.core.exceptions import refuse_changes
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.error_model.anchored_state import AnchoredState
+from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
 from compgen.error_model.uncertain_sources import UncertainSource
@@ -69,6 +70,10 @@ class Cell:
     def missing(self) -> float:
         """kappa: of the thermal error, what the physics leaves out: as its warm-up showed, else as the file has it."""
         return self.warmth.missing if self.fit.missing is None else self.fit.missing
+
+    def error_model(self, tool: Pose) -> ErrorModel:
+        """Of the robot with a TCP in its flange."""
+        return build_error_model(self.robot, self.sources, len(self.heat.names), tool)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from compgen.core.pose import Pose
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import DEG
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.error_model.model import ErrorModel
 from compgen.error_model.validity import joint_halves, settling
 from compgen.job.job import Cell, Process, ProgramPlan
 from compgen.job.moves_in_arcs import page_stops_of_arcs, without_period
@@ -73,7 +73,7 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     """
     progress(stages.PATH, 0.0)
     robot, nodes, tool, process = cell.robot, len(cell.heat.names), program.tool, program.process
-    model = build_error_model(robot, cell.sources, nodes, tool.pose)
+    model = cell.error_model(tool.pose)
     feed = writable_speed(feed)
     layout = _layout(process, robot, feed)
     with naming_file(program.source):
@@ -139,7 +139,7 @@ def run_in_length(program: ProgramPlan, cell: Cell, rate: float) -> float:
         return 0.0
     leaves = leaves[np.searchsorted(leaves, enters) - 1]
     before, after = slope[np.maximum(leaves - 1, 0)], slope[np.minimum(enters, S - 1)]
-    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), program.tool.pose)
+    model = cell.error_model(program.tool.pose)
     half = joint_halves(model, theta[enters])
     steep = (before * after < 0) & (2 * half * np.abs(after) > rate / 4 * widths.joint)
     blend = np.where(steep, widths.joint / np.maximum(np.abs(after), 1e-12), 0.0)

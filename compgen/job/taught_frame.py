@@ -17,7 +17,6 @@ from compgen.core.arrays import Array
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
-from compgen.error_model.model import build_error_model
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.rigid_share import RigidShare, rigid_share
 from compgen.error_model.uncertain_sources import Cause, Quantity
@@ -101,7 +100,7 @@ def taken_up(
     theta = cell.robot.to_theta(np.array([t.joints_deg for t in touches]) * DEG)
     rise = np.tile([taught.rise_K.get(name, 0.0) for name in names], (len(touches), 1))
     motion = DirectionState(np.array([t.direction for t in touches]), np.zeros((len(touches), 3)))
-    model = build_error_model(cell.robot, cell.sources, len(names), probe)
+    model = cell.error_model(probe)
     at, cold = (model.actual_pose(theta, r, motion) for r in (rise, 0 * rise))
     noise, along = np.array([t.noise_um for t in touches]) * UM, np.array([t.probing or [np.nan] * 3 for t in touches])
     share = rigid_share(at.position, at.rotation, along, noise, PROBE)

@@ -19,7 +19,6 @@ from compgen.core.toml import toml_value
 from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.error_model.direction_memory import NO_DIRECTION
-from compgen.error_model.model import build_error_model
 from compgen.identification.touches import Artefact, Touches, read_artefact, read_touches
 from compgen.job.job import Job
 from compgen.job.start_window import PromptMotion, windows
@@ -194,7 +193,7 @@ def _window(job: Job, forecast: Forecast, path: PathPlaces) -> float:
     """How long the robot may stand before the path has moved by more than is modelled well enough [s]."""
     cell = forecast.cell
     begun = replace(job, cell=cell, history=forecast.history, start_drift=TRUSTED * job.start_drift, ensemble=None)
-    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), job.tool.pose)
+    model = cell.error_model(job.tool.pose)
     rise = np.broadcast_to(forecast.rise, (len(path.theta), len(forecast.rise)))
     course = PromptMotion(path.time, path.theta, rise, NO_DIRECTION)
     window = float(windows(begun, model, course, np.zeros(1, dtype=np.int64), forecast.state[None])[0])

@@ -24,7 +24,6 @@ from compgen.core.pose import Pose
 from compgen.core.toml import suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
-from compgen.error_model.model import build_error_model
 from compgen.error_model.source import Source
 from compgen.identification.touches import Artefact, Touches, check_directions, probed_motion, unit_of
 from compgen.pipelines.anchor.forecast import Forecast
@@ -77,7 +76,7 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
     """
     cell, probe, theta = forecast.cell, Pose(artefact.probe, np.eye(3)), touches.theta
     motion = reached(cell.robot, cell.sources, artefact, touches)
-    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), probe)
+    model = cell.error_model(probe)
     rise, pushed = forecast.touch_rise, touches.deflection[:, None] * np.nan_to_num(touches.normal)
     nominal = model.nominal_pose(theta).position - pushed
     actual, cold = (model.actual_pose(theta, r, motion).position - pushed for r in (rise, 0 * rise))
@@ -177,7 +176,7 @@ def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Inno
 def thermal_shift(forecast: Forecast, theta: Array, tool: Pose) -> tuple[Array, Array]:
     """Where a tool is at poses (M, 6) [rad], (M, 3) [m], and by how much the forecast's rises move it, (M,) [m]."""
     cell = forecast.cell
-    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), tool)
+    model = cell.error_model(tool)
     rise = np.broadcast_to(forecast.rise, (len(theta), len(forecast.rise)))
     warm, cold = (model.actual_pose(theta, r, NO_DIRECTION).position for r in (rise, 0 * rise))
     return warm, np.linalg.norm(warm - cold, axis=1)

@@ -14,7 +14,6 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, rms, row_norms
 from compgen.core.pose import IDENTITY, Pose
-from compgen.error_model.model import build_error_model
 from compgen.error_model.uncertain_sources import Cause
 from compgen.job.job import Cell
 from compgen.job.part_frame import PartFrame
@@ -131,7 +130,7 @@ def station_columns(
             motion=directions.at(with_tool),
             tool=poses.tools[tool],
         )
-        model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[tool])
+        model = cell.error_model(poses.tools[tool])
         place[tools == tool] = model.nominal_pose(places.theta).position
         parts.append((with_tool, columns_at(cell, history, feed, uncertainty, places, model)))
     order = np.argsort(np.concatenate([with_tool for with_tool, _ in parts]), kind="stable")

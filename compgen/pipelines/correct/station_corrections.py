@@ -16,7 +16,7 @@ from compgen.compensation.problem import Problem, Settings
 from compgen.core.arrays import Array, BoolArray, IntArray, norm
 from compgen.core.units import DEG
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
-from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.error_model.model import ErrorModel
 from compgen.job.job import Cell
 from compgen.program.directions import station_directions
 from compgen.program.driven import DrivenProgram, Positions
@@ -164,10 +164,7 @@ def _correct_free(
 
 def error_models(cell: Cell, poses: Positions, pose: IntArray) -> dict[int, ErrorModel]:
     """The error model of each tool that the positions in rows ``pose`` use, by the tool's row."""
-    return {
-        t: build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[t])
-        for t in np.unique(poses.tool[pose]).tolist()
-    }
+    return {t: cell.error_model(poses.tools[t]) for t in np.unique(poses.tool[pose]).tolist()}
 
 
 def cancel_errors(

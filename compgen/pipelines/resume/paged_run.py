@@ -10,7 +10,6 @@ from compgen.core.arrays import Array, BoolArray, IntArray, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.core.stages import Progress
 from compgen.core.units import MINUTE
-from compgen.error_model.model import build_error_model
 from compgen.job.job import Cell
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import in_world
@@ -100,9 +99,7 @@ class PlannedRun(PagedRun):
         pose = Pose(text.position[rows - begin], text.rotation[rows - begin])
         joints = inverse_kinematics.solve_tool(job.robot, in_world(job, pose), job.tool.pose, job.posture).theta
         theta = joint_path.nearest_turns(joints, whole.theta[rows])
-        model = whole.model
-        if cell is not self.cell:
-            model = build_error_model(job.robot, cell.sources, len(job.heat.names), job.tool.pose)
+        model = whole.model if cell is self.cell else cell.error_model(job.tool.pose)
         actual = model.actual_pose(theta, rise, whole.motion.at(rows)).position
         return row_norms(actual - whole.path.target.position[rows])[on_part_rows(whole)[rows]]
 

@@ -13,7 +13,6 @@ from compgen.core.arrays import Array
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
-from compgen.error_model.model import build_error_model
 from compgen.job.job import Job
 from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.files.twin_of_job import twin_of
@@ -68,9 +67,7 @@ def rest_of_plan(whole: Planned, first: int, begun: Begun, old: Program, lead: P
         return deviation_from_path(rest.path, prepared.chunks(), prepared.sample_count), written
 
     flight = run_in_background(fly_old, len(rest.theta))
-    model = rest.model
-    if begun.cell is not whole.job.cell:
-        model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
+    model = rest.model if begun.cell is whole.job.cell else job.cell.error_model(job.tool.pose)
     return replace(
         rest,
         job=job,

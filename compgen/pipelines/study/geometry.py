@@ -9,7 +9,6 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.evaluation import kept_with
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
-from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, quantities_of
 from compgen.pipelines.files.twin_of_job import prepared_for, twin_of
@@ -114,14 +113,9 @@ def flown_pose(job: Job, geometry: Geometry, rise: Array) -> Pose:
     return actual if led is None else led.moved(actual, slice(0, len(rise)))
 
 
-def model_of(job: Job) -> ErrorModel:
-    """The job's error model."""
-    return build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
-
-
 def displacement(job: Job, geometry: Geometry, rise: Array) -> Array:
     """Error vectors at the samples for given rises (K,) or (M, K) [K], (M, 3) [m]: actual minus nominal."""
-    model, theta = model_of(job), geometry.theta
+    model, theta = job.cell.error_model(job.tool.pose), geometry.theta
     return np.asarray(model.actual_pose(theta, np.atleast_2d(rise)).position - model.nominal_pose(theta).position)
 
 
@@ -140,7 +134,9 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
     motion = turns_at(job, geometry, some)
     places = Places(theta=thin.theta, time=thin.now, rise=rises, motion=motion, tool=job.tool.pose)
     uncertainty = uncertainty_along(job, geometry)
-    columns = columns_at(job.cell, history or job.history, job.feed, uncertainty, places, model_of(job))
+    columns = columns_at(
+        job.cell, history or job.history, job.feed, uncertainty, places, job.cell.error_model(job.tool.pose)
+    )
     return band_of([columns], np.arange(len(some)), part_weight(geometry, thin), job.cell.fit.scale)
 
 

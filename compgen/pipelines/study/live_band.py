@@ -21,7 +21,7 @@ from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.job import Job
 from compgen.job.uncertainty import quantities_of
-from compgen.pipelines.study.geometry import Geometry, model_of, part_weight, some_samples, turns_at, uncertainty_along
+from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
 from compgen.pipelines.study.live_day import Setting, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
 from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, scatter_along, taken_at
@@ -99,7 +99,7 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
     """
     some, K = some_samples(geometry), len(job.heat.names)
     thin, motion = geometry.at(some), turns_at(job, geometry, some)
-    uncertainty, at = uncertainty_along(job, geometry), model_of(job).nominal_pose(thin.theta)
+    uncertainty, at = uncertainty_along(job, geometry), job.cell.error_model(job.tool.pose).nominal_pose(thin.theta)
     scatter = scatter_along(job.cell, uncertainty, at, job.tool.pose)
     named, none = by_source(uncertainty), np.zeros((len(some), K))
     changes = np.array([q.cause.parameters for q in named]).reshape(len(named), len(uncertainty.parameters.entries))

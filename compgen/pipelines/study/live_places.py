@@ -26,7 +26,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, rms
 from compgen.error_model.parameter_slopes import build_slopes, parameters_of
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with, model_of, turns_at
+from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with, turns_at
 from compgen.pipelines.study.live_day import Cycle, Day, Setting, history_at
 from compgen.thermal import Duty, ThermalModel, rise_history, still_air
 from compgen.thermal.schedule import History
@@ -95,7 +95,7 @@ def places_of(job: Job, flown: Flown, dearer: Job | None) -> LivePlaces:
     off = np.concatenate([[0], np.cumsum(~flown.on_part)])
     return LivePlaces(
         arc=arc[rows],
-        position=single(model_of(job).nominal_pose(geometry.theta[rows]).position),
+        position=single(job.cell.error_model(job.tool.pose).nominal_pose(geometry.theta[rows]).position),
         time=geometry.now[rows],
         gap=np.append(np.diff(off[rows]) > 0, True),
         program=single(own_heat(job, geometry)[rows]),
