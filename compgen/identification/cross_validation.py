@@ -109,9 +109,9 @@ def confidence_interval(values: Array, block: IntArray) -> tuple[float, float]:
         if len(inside):
             means.append(float(inside.mean()))
             sizes.append(len(inside))
-    weights = np.array(sizes) / sum(sizes) if sizes else np.zeros(0)
     if len(means) < 2:
         return float("-inf"), float("inf")
+    weights = np.array(sizes) / sum(sizes)
     centre = float(weights @ np.array(means))
     spread = np.sqrt(float((weights**2) @ (np.array(means) - centre) ** 2) * len(means) / (len(means) - 1))
     return centre - 1.96 * spread, centre + 1.96 * spread
