@@ -92,6 +92,12 @@ def rms(values: Array, weight: Array | None = None) -> float:
     return float(np.sqrt(np.sum(square) / np.sum(weight)))
 
 
+def covariance_root(covariance: Array) -> Array:
+    """Columns F of a covariance F F^T, by its eigenvectors, (K, K)."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
 def row_norms(a: Array, rows: int = 8192) -> Array:
     """Euclidean norm of many short rows, (N, k) to (N,): column by column over blocks that stay in cache.
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, covariance_root
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
@@ -294,16 +294,11 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
 def _factor(C: Array, last: BoolArray) -> Array:
     """F of C = F F^T, (R, R), whose last columns are not zero in the last rows alone, (R,)."""
     a, b, F = np.flatnonzero(~last), np.flatnonzero(last), np.zeros_like(C)
-    root, G = _root(C[np.ix_(a, a)]), C[np.ix_(b, a)] @ np.linalg.pinv(C[np.ix_(a, a)], rcond=DIGITS, hermitian=True)
+    root = covariance_root(C[np.ix_(a, a)])
+    G = C[np.ix_(b, a)] @ np.linalg.pinv(C[np.ix_(a, a)], rcond=DIGITS, hermitian=True)
     F[a, : len(a)], F[b, : len(a)] = root, G @ root
-    F[b, len(a) :] = _root(C[np.ix_(b, b)] - G @ C[np.ix_(a, b)])
+    F[b, len(a) :] = covariance_root(C[np.ix_(b, b)] - G @ C[np.ix_(a, b)])
     return F
-
-
-def _root(C: Array) -> Array:
-    """A square root of a covariance, by its eigenvectors."""
-    values, vectors = np.linalg.eigh(C)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, owns
+from compgen.core.arrays import Array, covariance_root, owns
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.integration import state_after
 from compgen.thermal.model import ThermalModel, advance
@@ -56,8 +56,7 @@ class ThermalUncertainty:
 
     def begun(self, covariance: Array, hidden: Array) -> "ThermalUncertainty":
         """With what a log leaves open of the rises that it ends with, (K, K) [K^2], and what it hides, (L, K) [K]."""
-        values, vectors = np.linalg.eigh(covariance)
-        return replace(self, start=vectors * np.sqrt(np.maximum(values, 0.0)), hidden=hidden)
+        return replace(self, start=covariance_root(covariance), hidden=hidden)
 
 
 def nothing_warms(heat: ThermalModel) -> ThermalUncertainty:
