@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, owns
-from compgen.core.pose import Pose
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.error_model.model import build_error_model
 from compgen.error_model.source import Source
@@ -61,26 +61,23 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
     low, high = robot.lower - zero, robot.upper - zero
     q = low + (high - low) * spread_joints(POSES)
 
-    def model_of(parts: Sequence[Source]) -> tuple[RigidChain, float]:
-        model = build_error_model(robot, parts, len(rise), Pose(np.zeros(3), np.eye(3)))
+    def flange_with(parts: Sequence[Source], q: Array) -> Pose:
+        model = build_error_model(robot, parts, len(rise), IDENTITY)
+        return model.actual_pose(zero + q, np.tile(rise if len(rise) else np.zeros(1), (len(q), 1)))
 
-        def pose(q: Array) -> Pose:
-            return model.actual_pose(zero + q, np.tile(rise if len(rise) else np.zeros(1), (len(q), 1)))
-
-        axes = axes_of_poses(pose(np.vstack([np.zeros(6), QUARTER * np.eye(6)])))
+    def chain_with(parts: Sequence[Source]) -> tuple[RigidChain, float]:
+        axes = axes_of_poses(flange_with(parts, np.vstack([np.zeros(6), QUARTER * np.eye(6)])))
         chain = RigidChain(axes.line, axes.point, axes.flange, (), 0.0)
-        ours, its = chain.flange_pose(q), pose(q)
+        ours, its = chain.flange_pose(q), flange_with(parts, q)
         off = float(np.abs(ours.position - its.position).max())
         return chain, max(off, float(np.abs(ours.rotation - its.rotation).max()))
 
-    kept = [source for source in sources if model_of([source])[1] < SAME]
-    chain, off = model_of(kept)
+    kept = [source for source in sources if chain_with([source])[1] < SAME]
+    chain, off = chain_with(kept)
     if off > SAME:
         raise ValueError("sources that are fixed lines alone are none together")
     left = tuple(source.NAME for source in sources if source not in kept)
     if not left:
         return chain
-    arm = build_error_model(robot, sources, len(rise), Pose(np.zeros(3), np.eye(3)))
-    warmth = np.tile(rise if len(rise) else np.zeros(1), (POSES, 1))
-    gap = arm.actual_pose(zero + q, warmth).position - chain.flange_pose(q).position
+    gap = flange_with(sources, q).position - chain.flange_pose(q).position
     return RigidChain(chain.line, chain.point, chain.flange, left, float(np.linalg.norm(gap, axis=1).max()))
