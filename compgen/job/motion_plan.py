@@ -127,8 +127,7 @@ def run_in_length(program: ProgramPlan, cell: Cell, rate: float) -> float:
     Zero for a robot without play, or where the arm cannot drive the path.
     """
     widths = reversal_widths(cell.sources)
-    motion = coarse_motion(program, cell.robot) if widths is not None else None
-    if widths is None or motion is None:
+    if widths is None or (motion := coarse_motion(program, cell.robot)) is None:
         return 0.0
     path, theta = motion
     slope = np.diff(theta, axis=0) / np.diff(path.arc)[:, None]
