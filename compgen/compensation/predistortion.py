@@ -59,9 +59,14 @@ class Commanded:
     speed: Array  # (N - 1,) [m/s] programmed
     stop: BoolArray  # (N,)
     by_lines: bool = False  # straight from waypoint to waypoint, whose inner side the smoothing averages
-    beside: BoolArray | None = None  # (N,) off the part; None: nowhere
+    beside: BoolArray | None = None  # (N,) off the part; None: nowhere; everywhere: all of it counts as on it
     held: BoolArray | None = None  # (N,) left as they are, as corners; None: none
     first: Array | None = None  # (R,) [s] of the statement that each run begins with; None: of its first waypoint
+
+    @property
+    def on_part(self) -> BoolArray:
+        """Which waypoints must be right, (N,)."""
+        return np.ones(len(self.arc), dtype=bool) if self.beside is None or self.beside.all() else ~self.beside
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -105,9 +110,8 @@ def predistortion(robot: Robot, tool: Pose, path: Commanded, largest: float) -> 
 def bent_runs(motion: ControllerMotion, path: Commanded) -> BoolArray:
     """Which runs from a stop to the next have bends on the part that are worth a command, (R,)."""
     speed, variance = np.append(path.speed, path.speed[-1]), max(motion.in_run(t).variance for t in (0.0, inf))
-    on_part = True if path.beside is None or path.beside.all() else ~path.beside
     pull = row_norms(_curvature(path, _rows(motion, path))) * speed**2 * variance / 2
-    bent = (pull > STRAIGHT) & on_part & ~_corners(path)
+    bent = (pull > STRAIGHT) & path.on_part & ~_corners(path)
     stops = np.flatnonzero(path.stop)
     return np.array([bent[a : b + 1].any() for a, b in zip(stops[:-1], stops[1:], strict=True)], dtype=bool)
 
@@ -127,8 +131,7 @@ def _shift(robot: Robot, motion: ControllerMotion, path: Commanded) -> Array:
         gap, times = np.diff(path.arc), (*motion.moving_averages, *motion.after_long, *motion.first_orders)
         averaged = gap < path.speed * min(t for t in times if t > 0)
         inner[1:] = np.where(averaged, gap**2 / 48, 0.0)[:, None] * _curvature(path, rows)[1:]
-    on_part = np.ones(len(rows), dtype=bool) if path.beside is None or path.beside.all() else ~path.beside
-    stops = np.flatnonzero(path.stop)
+    stops, on_part = np.flatnonzero(path.stop), path.on_part
     lasts = np.diff(clock)[stops[:-1]] if path.first is None else path.first
     for k in np.flatnonzero(bent_runs(motion, path)).tolist():
         first, last = stops[k], stops[k + 1]

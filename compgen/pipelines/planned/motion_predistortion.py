@@ -65,7 +65,7 @@ def _commanded(planned: Planned) -> Commanded:
         speed=planned.trajectory.speed,
         stop=path.stop,
         by_lines=by_lines,
-        beside=~path.contact if path.contact.any() else None,
+        beside=~path.contact,
         first=first,
     )
     if by_lines or motion is None or not motion.may_predistort:
