@@ -166,7 +166,7 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
         history = history_from_state(history, state, age, air if is_air_given else None)
         replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
         notes = (*notes, state_note(state, age, replaced))
-    if path.start is not None:
+    if path.start or not path.compensation.average_over:
         history = started(history, tables.start_of(path.start, len(history.runs), str(source)))
     ensemble = _ensemble(path, len(history.runs), program)
     job = Job(

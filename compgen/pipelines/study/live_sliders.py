@@ -16,6 +16,7 @@ from compgen.job.job import Job
 from compgen.pipelines.files.path_file import programs_of, read_job_files
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.study.live_day import Day, Slider, Stage, Stops
+from compgen.thermal import Duty
 from compgen.thermal.schedule import Step
 from compgen.thermal.tables import shifts_of, steps_of
 
@@ -43,6 +44,10 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
     path = check(PathFile, files.path_data, path_file)
     stages = list(_stages(path, programs, job))
     parts = (_before(path, stages), _air(path, job), _start(path, job), _cte(files.robot_text.tables))
+    if path.state is None:  # what the cycle begins with before its first run
+        steps, clock = [stage.step for stage in stages], path.ambient.clock_h * HOUR
+        day = plan_history(programs, job.history.air, (steps, (), ()), shifts_of(path.shift, path_file), clock)
+        stages += _fixed(job.history.before[len(day.before) :], job)
     return Day(
         stages=tuple(stages),
         sliders=tuple(slider for sliders, _ in parts for slider in sliders),
@@ -57,15 +62,9 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
 
 def _stages(path: PathFile, programs: Programs, job: Job) -> Iterator[Stage]:
     """The entries of [[before]]; what an anchored state stands for, which no slider moves."""
-    heat, has_law = job.heat, job.heat.law is not None
+    has_law = job.heat.law is not None
     if path.state is not None:
-        yield from [
-            Stage(
-                Step(key="", state=duty.state, feed=duty.feed, duration=duty.duration, share=duty.share),
-                goal=None if has_law else heat.steady_state(duty),
-            )
-            for duty in job.history.before
-        ]
+        yield from _fixed(job.history.before, job)
         return
     for step in steps_of(path.before, "before", job.source, job.feed):
         if step.state != "moving":
@@ -76,6 +75,13 @@ def _stages(path: PathFile, programs: Programs, job: Job) -> Iterator[Stage]:
         run_time = float(programs.motion(own.program, own.feed).time[-1]) if repeats else 0.0
         stops = _stops(own, programs, job) if repeats or not has_law else None
         yield Stage(own, run_time=run_time, stops=stops)
+
+
+def _fixed(duties: Sequence[Duty], job: Job) -> Iterator[Stage]:
+    """Stretches that no slider moves."""
+    for duty in duties:
+        step = Step(key="", state=duty.state, feed=duty.feed, duration=duty.duration, share=duty.share)
+        yield Stage(step, goal=None if job.heat.law is not None else job.heat.steady_state(duty))
 
 
 def _goal(step: Step, programs: Programs, job: Job) -> Array:

@@ -56,12 +56,14 @@ def ensemble_of(table: AverageOverTable, run_count: int, feed: float, where: str
     return Ensemble((delay[0], delay[1]), _overrides(table, feed, where), (int(runs[0]) - 1, int(runs[1]) - 1))
 
 
-def start_of(table: StartTable, run_count: int, where: str) -> Start:
-    """The start that is meant.
+def start_of(table: StartTable | None, run_count: int, where: str) -> Start:
+    """The start that is meant: the first run's where the file says none.
 
     Raises:
         InputError: A run that there is none of.
     """
+    if table is None:
+        return Start()
     if table.run > run_count:
         raise InputError(f"{where}: start.run: there is no run {table.run}; runs are {_runs(run_count)}")
     return Start(table.run - 1, table.delay_min * MINUTE)
