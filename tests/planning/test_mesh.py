@@ -273,3 +273,11 @@ def test_an_edge_between_two_points_is_found_where_neither_facet_turns():
     roof = np.array([[a, b, e], [a, e, d], [b, c, f], [b, f, e]])
     with pytest.raises(InputError, match=r"a sharp edge under the path at x .*: facets turn by 53 deg"):
         laid_raster(Mesh.of_corners(roof))
+
+
+@pytest.mark.parametrize("step", [0.0003, 0.00005])
+def test_a_low_step_is_refused(step):
+    """Less than the points are apart, and more than the path's tolerance."""
+    low, high = box((-0.1, -0.1, -0.01), (0.0035, 0.1, 0.0)), box((0.0035, -0.1, -0.01), (0.1, 0.1, step))
+    with pytest.raises(InputError, match=rf"a step or .* the mesh is {step * 1e3:g} mm higher [\d.]+ mm further"):
+        laid_raster(Mesh.of_corners(np.concatenate([low, high])))

@@ -19,7 +19,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
 from compgen.core.exceptions import InputError
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG, MM, UM
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.mesh import SHARP, Mesh, Over, refuse_facing_down
@@ -29,6 +29,7 @@ MOST_POINTS = 4_000_000
 FINEST, COARSEST = 0.1 * MM, 2 * MM  # between points
 PER_EDGE = 3  # points over an edge of the mesh
 REACH = 2.0  # median edges to each side over which curvature is taken
+LEAST_STEP = 10 * UM  # that a path within its tolerance does not show
 CREASE = 20 * DEG  # that a facet may differ from the mean of its neighbours
 
 
@@ -67,8 +68,10 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     refuse_facing_down(mesh, xy, over, np.flatnonzero(touching), lambda row: source)
     if not on.any():
         raise InputError(f"{source}: {_elsewhere(mesh, xy)}")
-    _refuse_creases(mesh, over, on, xy, source)
-    _refuse_steps(over, on, xy, source)
+    lean = np.zeros(len(xy))
+    lean[on] = np.arccos(np.clip((mesh.facet_normals(over.facet[on]) * over.normal[on]).sum(axis=1), -1, 1))
+    _refuse_creases(over, on, xy, lean, source)
+    _refuse_steps(over, on, xy, lean, source)
     hollow = _sharpest_hollow(mesh, xy[on], source, tool_radius)
     position = np.column_stack([xy, _run_on(over.height, under) + height + shift[2]])
     normal = np.column_stack([_run_on(over.normal[:, k], under) for k in range(3)])
@@ -115,13 +118,17 @@ def _run_on(values: Array, under: BoolArray) -> Array:
     return np.interp(rows, rows[under], values[under])
 
 
-def _refuse_creases(mesh: Mesh, over: Over, on: BoolArray, xy: Array, source: str) -> None:
-    flat = mesh.facet_normals(over.facet[on])
-    turned = np.arccos(np.clip((flat * over.normal[on]).sum(axis=1), -1, 1))
-    worst = int(np.argmax(turned))
+def _turns(over: Over, rows: IntArray) -> Array:
+    """How far the normal turns from points to the next ones, (R,) [rad]."""
+    return np.asarray(np.arccos(np.clip((over.normal[rows] * over.normal[rows + 1]).sum(axis=1), -1, 1)))
+
+
+def _refuse_creases(over: Over, on: BoolArray, xy: Array, lean: Array, source: str) -> None:
+    """Refuses an edge that points lie beside, ``lean`` (M,) [rad] from their facets, or that two of them lie across."""
+    worst = int(np.argmax(lean))
     rows = np.flatnonzero(on[1:] & on[:-1])
-    over_edge = np.arccos(np.clip((over.normal[rows] * over.normal[rows + 1]).sum(axis=1), -1, 1))
-    turn, (x, y) = turned[worst], xy[on][worst] / MM
+    over_edge = _turns(over, rows)
+    turn, (x, y) = lean[worst], xy[worst] / MM
     if over_edge.max(initial=0.0) > SHARP:
         turn, (x, y) = over_edge.max(), xy[rows[np.argmax(over_edge)]] / MM
     if turn > CREASE:
@@ -131,12 +138,16 @@ def _refuse_creases(mesh: Mesh, over: Over, on: BoolArray, xy: Array, source: st
         )
 
 
-def _refuse_steps(over: Over, on: BoolArray, xy: Array, source: str) -> None:
-    """Refuses what turns between two points alone: a face over another with no wall, a rounding of less."""
+def _refuse_steps(over: Over, on: BoolArray, xy: Array, lean: Array, source: str) -> None:
+    """Refuses what turns between two points alone: a face over another, whether with a wall, a rounding of less.
+
+    On two facets that meet, a way leaves the mean of both normals by what they lean and half of what they turn at most.
+    """
     rows = np.flatnonzero(on[1:] & on[:-1])
     place = np.column_stack([xy, over.height])
     way, normal = place[rows + 1] - place[rows], over.normal[rows] + over.normal[rows + 1]
-    off_surface = np.abs((way * normal).sum(axis=1)) > np.sin(CREASE) * row_norms(way) * row_norms(normal)
+    most = np.minimum(np.maximum(lean[rows], lean[rows + 1]) + _turns(over, rows) / 2, CREASE)
+    off_surface = np.abs((way * normal).sum(axis=1)) / row_norms(normal) > np.sin(most) * row_norms(way) + LEAST_STEP
     if off_surface.any():
         worst = int(np.argmax(np.where(off_surface, np.abs(way[:, 2]), 0.0)))
         x, y = xy[rows[worst]] / MM
