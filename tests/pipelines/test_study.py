@@ -370,6 +370,17 @@ def test_contributions_add_up(line):
     assert sum(lengths) == pytest.approx(sum(nodes), abs=0.05)
 
 
+def test_no_node_counts_what_the_arm_errs_cold():
+    job = load_job(PATH, overrides=["robot.sources.joint_zeros.offset_mdeg=[0,30,-20,0,15,0]"])
+    answer = ASKS["contributions"](job, 5 * UM)
+    shares = dict(zip(answer.labels, answer.table[:, 1].tolist(), strict=True))
+    total = float(answer.sentence.split("error, ")[1].split()[0])
+    nodes = sum(share for label, share in shares.items() if label.startswith("node"))
+    assert shares["cold arm"] > 100
+    assert nodes + shares["cold arm"] == pytest.approx(total, abs=0.1)
+    assert answer.sentence.endswith(f"; the cold arm errs {shares['cold arm']:.1f} um of it")
+
+
 def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
     """The growth of the column (d1) and of a3 lift the tool as much as their profiles say."""
     robot = flawed_file(tmp_path, drop=NOT_GROWTH)

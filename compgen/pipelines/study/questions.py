@@ -114,17 +114,18 @@ def validity(job: Job, limit: float) -> Answer:
 
 
 def contributions(job: Job, limit: float) -> Answer:
-    """Which node, and which length, contributes how much to the largest error."""
+    """Which node, which length, and what the arm errs cold, contributes how much to the largest error."""
     geometry = lay_out(job)
     execution = execute_with(job, geometry)
     whole = displacement(job, geometry, execution.rise)
     worst = int(np.argmax(np.linalg.norm(whole, axis=1)))
     toward = whole[worst] / max(float(np.linalg.norm(whole[worst])), 1e-30)
+    cold = displacement(job, geometry, np.zeros_like(execution.rise))
     labels, rows = [], []
     for k, name in enumerate(job.heat.names):
         alone = np.zeros_like(execution.rise)
         alone[:, k] = execution.rise[:, k]
-        moved = displacement(job, geometry, alone)
+        moved = displacement(job, geometry, alone) - cold
         labels.append(f"node {name}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     for profile in job.cell.profiles:
@@ -132,13 +133,17 @@ def contributions(job: Job, limit: float) -> Answer:
         moved = whole - displacement(replace(job, cell=replace(job.cell, sources=held)), geometry, execution.rise)
         labels.append(f"length {profile.length}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
+    if _largest(cold) >= 0.005 * UM:
+        labels.append("cold arm")
+        rows.append([float(cold[worst] @ toward) / UM, _largest(cold) / UM])
     table = np.array([[float(n), *row] for n, row in enumerate(rows)])
     total = float(np.linalg.norm(whole[worst])) / UM
     order = [k for k in np.argsort(-np.abs(table[:, 1]), kind="stable") if abs(table[k, 1]) >= 0.005 * total]
     nodes = [f"{labels[k][5:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("node")]
     lengths = [f"{labels[k][7:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("length")]
+    rest = f"; the cold arm errs {rows[-1][0]:.1f} um of it" if labels[-1:] == ["cold arm"] else ""
     sentence = (
-        f"the largest error, {total:.1f} um, comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um"
+        f"the largest error, {total:.1f} um, comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um{rest}"
     )
     return Answer(
         key="contributions",
