@@ -9,10 +9,13 @@ import kills
 import pytest
 from command_line import refused, run
 from naive_heat import NODES, steady_rise
+from shipped import path_file
+from states import state_of, written
 
 from compgen.cli.output_files import figure_files, replace_together
 from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
+from compgen.pipelines.files.path_file import load_job
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
 RESUME = ("--from-page", "3", "--late", "35min", "--date", "2026-01-31")
@@ -77,6 +80,16 @@ def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
     as_json = json.loads(run("resume", job, *RESUME, "--json").stdout)
     assert {**as_json, "replaced": report["replaced"], "pages": report["pages"]}["verdict"] == "inside"
     assert as_json["replaced"] == []
+
+
+def test_a_state_leaves_the_verdict_to_the_pages(job, tmp_path):
+    state = written(state_of(load_job(path_file("optic_raster"))), tmp_path)
+    given = ("--from-page", "3", "--state", state, "--date", "2026-01-31")
+    result = run("resume", job, *given)
+    assert result.returncode == 0, result.stderr
+    report = json.loads((job / "resume.json").read_bytes())
+    assert (report["verdict"], report["state_verdict"]) == ("inside", "anchored")
+    assert "(anchored, at " in (job / "resume.html").read_text()
 
 
 def figures_in(folder):

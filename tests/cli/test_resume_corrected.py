@@ -128,7 +128,8 @@ def test_a_state_is_what_correct_makes_of_it(job, tmp_path, age):
     for ours, oracle in zip(numbers_of(job, (1, 2, 3)), numbers_of(anchored, (1, 2, 3)), strict=True):
         assert np.array_equal(ours, oracle, equal_nan=True)
     entry = json.loads((job / "LONG.pages.json").read_bytes())["resumed"][0]
-    assert entry["verdict"] == "anchored"
+    assert entry["state_verdict"] == "anchored"
+    assert json.loads(result.stdout)["verdict"] == "inside"
     # pages after it go on from the state, not from the robot file
     late = json.loads(run("resume", job, "--from-page", "3", *RESUME, "--json").stdout)
     assert late["pages"][0]["before"]["max_um"] < 10

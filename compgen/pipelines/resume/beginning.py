@@ -261,18 +261,20 @@ def begin_with_state(known: Known, file: str, age: float, late: float | None = N
             )
     cell = cell_with_state(plain, state, file)
     standing = [replace(known.standing, duration=age)] if age > 0 else []
+    air_stays = not known.logged().is_air_given
+    air, begin = (still_air(state.air), 0.0) if air_stays else (known.air, clock - age)
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     return Begun(
         cell=cell,
-        state=state_after(cell.heat, standing, cell.heat.start, still_air(state.air)),
+        state=state_after(cell.heat, standing, cell.heat.start, air, begin),
         clock=clock,
         why=f"state {state.digest[:8]} says so ({state.verdict}, at {state.time:.0f} s{since})",
         cause={
             "anchored": state.digest,
-            "verdict": state.verdict,
+            "state_verdict": state.verdict,
             "state_time_s": state.time,
             "state_age_s": age,
             "state_toml": state_text(state),
         },
-        air=None if known.logged().is_air_given else state.air,
+        air=state.air if air_stays else None,
     )

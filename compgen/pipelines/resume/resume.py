@@ -252,7 +252,7 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
 
 def _moved_findings(begun: Begun) -> list[Finding]:
     """A state that found more than warmth."""
-    if begun.cause.get("verdict") != "something moved":
+    if begun.cause.get("state_verdict") != "something moved":
         return []
     message = f"{begun.why}: the pages are for the base and the targets as touched; find what moved before they run"
     return [Finding(Level.WARNING, Code.STATE, message)]
