@@ -326,6 +326,17 @@ def test_a_state_older_than_its_window_is_refused(made, tmp_path):
         by_state(made, 3, file, 1801.0)
 
 
+def test_a_state_waits_in_the_air_that_the_path_file_says(tmp_path):
+    """As generate does; without a word of it in the file, in the air that the state names."""
+    air = "ambient.value_degC=26"
+    folder, state = write(tmp_path / "job", air), tmp_path / "state"
+    state.mkdir()
+    file, _ = moved_state(folder, state, air=0.0)
+    waited = load_job(path_file("optic_raster"), None, (*SMALL, air, f"state.file='{file}'", "state.age_min=25"))
+    resumed = by_state(folder, 3, file, 1500.0)
+    assert_allclose(resumed.planned.rise[0], waited.start_rise(), atol=1e-9)
+
+
 # Refused ---------------------------------------------------------------------------------------------------------
 
 
