@@ -190,7 +190,10 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
         message += "; put their .LS there, or make sure that none does"
         yield Finding(Level.WARNING, Code.PROGRAM_CALLED, message)
     for reason, stations in numbers_by_words(result.plan.stations.held).items():
-        yield Finding(Level.WARNING, Code.CORRECTION_HELD, f"{_lines_at(result, stations)} left as it is: {reason}")
+        at = np.isin(result.execution.station, stations) & (result.execution.fraction == 1)
+        left = result.residual.distance[at].max(initial=0.0) / UM
+        message = f"{_lines_at(result, stations)} left as it is, up to {left:.0f} um off: {reason}"
+        yield Finding(Level.WARNING, Code.CORRECTION_HELD, message)
     for limit, stations in numbers_by_words(result.plan.stations.limited).items():
         yield Finding(Level.WARNING, Code.CORRECTION_LIMITED, f"{limit} binds at {_lines_at(result, stations)}")
 
