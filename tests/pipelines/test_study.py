@@ -486,3 +486,16 @@ def test_the_command_says_its_answers_and_writes_them(tmp_path):
         assert refused.returncode == 2
         assert word in refused.stderr
         assert not (tmp_path / "x").exists()
+
+
+def test_the_row_of_a_file_for_many_starts_is_what_predict_says_of_them():
+    """Of the mean of its starts, with the band until the last of them."""
+    cycle = """cycle=[{state="moving", repeat=20, dwell_s=600}]"""
+    starts = (cycle, "compensation.average_over={runs=[1, 20], delay_s=[0, 3600]}")
+    study = build(PATH, None, starts, ("before.0.duration_h=1,2",), None, correct=False)
+    for row, scenario in zip(rows_of(study), study.scenarios, strict=True):
+        planned = generate.predict(load_job(PATH, overrides=[*starts, *scenario.overrides()]), quiet)
+        sizes = statistics(planned.deviation())["total"]
+        assert row["before_max_um"] == pytest.approx(sizes["max_um"], rel=1e-3)
+        assert row["start_j3_K"] == pytest.approx(planned.rise[0, 2], rel=1e-5)
+        assert row["band_um"] == pytest.approx(planned.band_of_plan().largest / UM, rel=1e-3)

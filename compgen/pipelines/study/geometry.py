@@ -19,6 +19,7 @@ from compgen.pipelines.uncertainty.model_form import CONFIRMED
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.kinematics import flange_pose
 from compgen.thermal import JointMotion
+from compgen.thermal.ensemble import mean_rises
 from compgen.thermal.schedule import History
 from compgen.verification.band import Band, band_of
 from compgen.verification.twin import Execution, PreparedProgram
@@ -89,9 +90,9 @@ def execute_with(job: Job, geometry: Geometry, rise: Array | None = None) -> Exe
     Args:
         job: With that warmth.
         geometry: Executed before.
-        rise: At the samples, (M, K) [K]; None: as the job's run.
+        rise: At the samples, (M, K) [K]; None: as the job's run, the mean of its starts where one file serves several.
     """
-    rise = geometry.rises(job) if rise is None else rise
+    rise = _run_rises(job, geometry) if rise is None else rise
     return Execution(
         segment=geometry.segment,
         fraction=geometry.fraction,
@@ -100,6 +101,14 @@ def execute_with(job: Job, geometry: Geometry, rise: Array | None = None) -> Exe
         theta=geometry.theta,
         actual=flown_pose(job, geometry, rise),
     )
+
+
+def _run_rises(job: Job, geometry: Geometry) -> Array:
+    """Rises at the samples that a job's error is predicted for, (M, K) [K]."""
+    if job.ensemble is None:
+        return geometry.rises(job)
+    mean = mean_rises(job.heat, job.history, job.ensemble, geometry.motion)
+    return np.column_stack([np.interp(geometry.now, geometry.motion.time, column) for column in mean.T])
 
 
 def flown_pose(job: Job, geometry: Geometry, rise: Array) -> Pose:
@@ -125,18 +134,17 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
     Args:
         job: Its warmth may be another than the geometry's.
         geometry: The path, executed.
-        history: What went before, where it is not the job's.
+        history: What went before, where it is not the job's until the last start that its file serves.
         rise: Then, (K,) or at the samples (n, K) [K]; None: as the job's rises run.
     """
     some = some_samples(geometry)
     thin = geometry.at(some)
-    rises = thin.rises(job) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
+    rises = _run_rises(job, thin) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
     motion = turns_at(job, geometry, some)
     places = Places(theta=thin.theta, time=thin.now, rise=rises, motion=motion, tool=job.tool.pose)
     uncertainty = uncertainty_along(job, geometry)
-    columns = columns_at(
-        job.cell, history or job.history, job.feed, uncertainty, places, job.cell.error_model(job.tool.pose)
-    )
+    history = history or replace(job.history, before=job.duties_before())
+    columns = columns_at(job.cell, history, job.feed, uncertainty, places, job.cell.error_model(job.tool.pose))
     return band_of([columns], np.arange(len(some)), part_weight(geometry, thin), job.cell.fit.scale)
 
 
