@@ -124,6 +124,13 @@ def test_a_list_that_names_a_key_twice_is_refused(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["l.csv"]
 
 
+def test_values_that_look_like_another_unit_are_asked_about(tmp_path):
+    done = whatif(tmp_path, "--vary", "cte=11,1.2e-5", "--set", "robot.thermal.cte_um_m_K=1.1e-5", "--workers", "1")
+    assert done.returncode == 0, done.stderr
+    asked = re.findall(r"thermal.cte_um_m_K = (\S+): did you mean (\d+)\?", done.stdout)
+    assert asked == [("1.1e-05", "11"), ("1.2e-05", "12")]
+
+
 def test_a_stretch_that_the_file_does_not_have_is_refused_before_any_scenario(tmp_path):
     """As warmup_h on a path whose warmth is from a log."""
     rows = "\n".join(f"{60 * k},20,{20 + k / 10}" for k in range(60))

@@ -146,10 +146,11 @@ def _publish(
     reports, run = place.files(files), Run(Command.WHATIF, Path(path).stem)
     publish(place.folder, journal, reports, own_files() if fresh else (), run=run)
     failed = [row for row in rows if row["state"] == "failed"]
+    inputs = (*(base.input_findings if base is not None else ()), *(study.questions if study else ()))
     lines = [
         *study_sentences(outcome),
         *([living.sentence] if living.sentence else []),
-        *finding_lines(base.input_findings if base is not None else (), verbose=verbose),
+        *finding_lines({finding.message: finding for finding in inputs}.values(), verbose=verbose),
         *(f"failed: scenario {row['index']}: {row['reason']}" for row in failed[:MOST_FAILED]),
         f"wrote {', '.join(sorted([*journal, *files]))} to {place.folder}",
     ]

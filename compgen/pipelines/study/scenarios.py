@@ -14,6 +14,8 @@ from typing import Any
 from compgen.core.csv_table import read_csv
 from compgen.core.exceptions import CompgenError, InputError, TableError
 from compgen.core.files import read_regular
+from compgen.core.finding_codes import Code
+from compgen.core.findings import Finding
 from compgen.core.toml import suggest, toml_value
 from compgen.core.version import __version__
 from compgen.pipelines.files.path_file import load_job
@@ -67,6 +69,7 @@ class Study:
     scenarios: tuple[Scenario, ...]
     correct: bool
     identity: str  # hash of everything that the results depend on
+    questions: tuple[Finding, ...] = ()  # on values that look like another unit's
 
 
 def build(
@@ -101,11 +104,14 @@ def build(
         Scenario(n, tuple({**row, **point}.items())) for n, (row, point) in enumerate(itertools.product(rows, grid))
     )
 
+    questions: dict[str, Finding] = {}
+
     def refused(values: Iterable[tuple[str, str]]) -> CompgenError | None:
         try:
-            load_job(path, robot, [*base, *(f"{key}={value}" for key, value in values)])
+            job = load_job(path, robot, [*base, *(f"{key}={value}" for key, value in values)])
         except CompgenError as failure:
             return failure
+        questions.update({f.message: f for f in job.input_findings if f.code == Code.UNITS_UNLIKELY})
         return None
 
     _check_keys(refused, scenarios[0])
@@ -120,6 +126,7 @@ def build(
         scenarios=scenarios,
         correct=correct,
         identity=identity,
+        questions=tuple(questions.values()),
     )
 
 
