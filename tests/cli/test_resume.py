@@ -82,6 +82,13 @@ def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
     assert as_json["replaced"] == []
 
 
+def test_a_comparison_says_that_pages_are_newer_than_their_report(made, job):
+    assert "anew" not in run("compare", made, job).stdout
+    assert run("resume", job, *RESUME, "-q").returncode == 0
+    result = run("compare", made, job)
+    assert "pages from 3 on were written anew since its report: positions are theirs" in " ".join(result.stdout.split())
+
+
 def test_a_state_leaves_the_verdict_to_the_pages(job, tmp_path):
     state = written(state_of(load_job(path_file("optic_raster"))), tmp_path)
     given = ("--from-page", "3", "--state", state, "--date", "2026-01-31")

@@ -23,6 +23,7 @@ from compgen.pipelines.comparison import numbers
 from compgen.pipelines.comparison.numbers import ErrorAlong, error_along
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number, read_output
 from compgen.pipelines.comparison.positions import Movement, movement
+from compgen.pipelines.comparison.texts import first_page_anew
 from compgen.verification.verdict import Verdict
 
 RISES = "rise_K."  # what the keys of rises begin with
@@ -240,6 +241,12 @@ def _notes(a: Output, b: Output, inputs: tuple[Pair, ...] | None) -> Iterator[st
         yield f"A is of compgen {a.version}, B of {b.version}: numbers may differ for that alone"
     if a.subject != b.subject:
         yield f"A is of {a.subject}, B of {b.subject}"
+    for output in (a, b):
+        if (page := first_page_anew(output)) is not None:
+            yield (
+                f"{output.name}: pages from {page} on were written anew since its report: positions are theirs, errors "
+                "and times those of before; resume.json has what they leave"
+            )
     if inputs is None:
         older = a if not a.record.get("inputs") else b
         yield f"{older.name}: its report has no inputs, so that what changed in them is not known; run it anew"

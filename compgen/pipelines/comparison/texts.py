@@ -127,11 +127,23 @@ def _files(output: Output) -> list[tuple[str, int, str | None]]:
     checksums: Mapping[str, Any] = program.get("sha256", {})
     if not program["pages"]:
         return [(str(program["file"]), 1, checksums.get(program["file"]))]
-    manifest = output.folder / f"{Path(program['file']).stem}{MANIFEST_SUFFIX}"
-    if not manifest.is_file():
-        return []
-    pages = json.loads(read_regular(manifest))["pages"]
+    pages = _manifest(output).get("pages", [])
     return [(str(page["file"]), int(page["first_position"]), str(page["sha256"])) for page in pages]
+
+
+def _manifest(output: Output) -> Mapping[str, Any]:
+    """Of a job's pages, as it is now; empty where there is none."""
+    program = output.record.get("program")
+    if output.kind != Command.GENERATE or not program or not program["pages"]:
+        return {}
+    manifest = output.folder / f"{Path(program['file']).stem}{MANIFEST_SUFFIX}"
+    return dict(json.loads(read_regular(manifest))) if manifest.is_file() else {}
+
+
+def first_page_anew(output: Output) -> int | None:
+    """The first page that ``cgen resume`` has written since the report; None where there is none."""
+    with naming_damage(output):
+        return min((int(entry["from_page"]) for entry in _manifest(output).get("resumed", [])), default=None)
 
 
 def _corrected_file(folder: Path, checksum: str) -> list[str]:
