@@ -24,6 +24,7 @@ LONG = 40  # characters of a value, beyond which a sentence does not spell it
 SHORT_LIST = 6  # values, up to which a list is shown whole
 MILLIMETRE = 1000  # [um] from which a distance is shown in mm
 WHOLE = 1e15  # below it a float without a fraction is shown as a whole number
+_MATCHED = {"length": "the length along the path", "nearest": "their nearest places"}
 _SIDES = {
     "on_part.before": "before, on the part",
     "on_part.after": "after, on the part",
@@ -269,7 +270,7 @@ def positions_sentence(comparison: Comparison) -> str:
     record = positions_record(movement)
     if movement.is_same:
         digit = f" within the last digit of the texts, {record['same_within_um']:.2g} um"
-        within = "" if movement.matched == "number" else digit
+        within = "" if movement.matched == "number" else f"{digit}, matched by {_MATCHED[movement.matched]}"
         return f"all {record['count']} commanded positions are the same{within}"
     largest, rms = _length(record["largest_um"]), _length(record["rms_um"])
     if movement.matched == "nearest":
@@ -279,7 +280,7 @@ def positions_sentence(comparison: Comparison) -> str:
     turned = ""
     if movement.angle is not None and movement.angle.max() > movement.same_angle:
         turned = f" and turned, by up to {record['largest_mdeg']:.3g} mdeg"
-    by = "" if movement.matched == "number" else ", matched by the length along the path"
+    by = "" if movement.matched == "number" else f", matched by {_MATCHED[movement.matched]}"
     return (
         f"{record['moved']} of {record['count']} commanded positions moved, by up to {largest} at "
         f"P[{record['largest_at']}] ({rms} rms){turned}{by}"

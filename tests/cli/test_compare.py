@@ -117,7 +117,8 @@ def test_what_the_digits_leave_open_is_no_movement(home):
     assert record["moved"] == 0
     assert 0 < record["largest_um"] <= record["same_within_um"] == 2
     done = run("compare", "zeros", "zeros_dense", cwd=home)
-    assert "commanded positions are the same within the last digit of the texts, 2 um" in done.stdout
+    words = "commanded positions are the same within the last digit of the texts, 2 um, matched by the length along"
+    assert words in done.stdout
 
 
 def test_another_path_is_measured_to_its_nearest_place(home):
