@@ -23,6 +23,7 @@ from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.model import state_with_rises
 from compgen.thermal.schedule import STANDING, History
 
+OTHER_AIR = 1.0  # [K] off the reference, from which on it is said that a program is corrected for that
 ROBOT_FILE = "robot_file"  # its key in what a state was made from
 
 
@@ -198,8 +199,16 @@ def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | Non
         raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
     state = load_state(source, cell, since)
     cell = cell_with_state(cell, state, source)
-    cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "")))
+    notes = [state_note(state, since, "")]
+    if abs(state.air) > OTHER_AIR:
+        notes.append(Finding(Level.WARNING, Code.STATE, f"{source}: {other_air_words(state.air)}"))
+    cell = replace(cell, input_findings=(*cell.input_findings, *notes))
     return cell, ((replace(STANDING, duration=since),) if since > 0 else ())
+
+
+def other_air_words(air: float) -> str:
+    """That a program which exists is not corrected for the air [K] that a state or a log has found."""
+    return f"the air is {air:+.1f} K off the 20 degC that is taken from then on"
 
 
 def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:

@@ -17,7 +17,7 @@ import compgen
 from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, MINUTE, UM
 from compgen.error_model.anchored_state import read_state, state_text
-from compgen.job.anchored_start import seconds_of_age
+from compgen.job.anchored_start import begin, seconds_of_age
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
@@ -218,3 +218,10 @@ def test_where_the_file_lies_is_no_input(hot, tmp_path):
 
 def test_ages_have_units():
     assert [seconds_of_age(a) for a in ("20min", "90s", "1.5h", " .5 h")] == [1200, 90, 5400, 1800]
+
+
+@pytest.mark.parametrize(("air", "is_warned_of"), [(0.5, False), (-6.0, True)])
+def test_a_program_that_exists_is_corrected_for_20_degC_and_says_so(hot, tmp_path, air, is_warned_of):
+    cell, _ = begin(hot.cell, (), written(state_of(hot, air=air), tmp_path), "20min")
+    words = f"state.toml: the air is {air:+.1f} K off the 20 degC that is taken from then on"
+    assert any(f.level == "warning" and f.message.endswith(words) for f in cell.input_findings) is is_warned_of

@@ -21,6 +21,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
 from compgen.core.units import KB
+from compgen.job.anchored_start import OTHER_AIR, other_air_words
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
@@ -42,7 +43,6 @@ from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 
 FORGOTTEN = 20.0  # time constants
-OTHER_AIR = 1.0  # [K] off the reference, from which on it is said that the pages are for that
 
 Earlier = Sequence[Mapping[str, Any]]  # what was replaced before, as the manifest has it
 
@@ -105,8 +105,7 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     known = _known_at(place, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
     if begun.air is not None and abs(begun.air) > OTHER_AIR:
-        words = f"the air is {begun.air:+.1f} K off the 20 degC that the pages take from then on"
-        begun = replace(begun, why=f"{begun.why}; {words}")
+        begun = replace(begun, why=f"{begun.why}; {other_air_words(begun.air)}")
     passed = begun.cell.heat.rate * known.motion().time[place]
     started = as_written.start + _grown_back(begun.state - known.state, passed)
     new = _corrected(job, _beginning(begun.cell, started), (), progress)
