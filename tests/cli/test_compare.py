@@ -256,6 +256,13 @@ def test_predictions_studies_and_days_are_compared_with_their_like(home):
     assert day["final_error_um"] is not None
 
 
+def test_a_study_with_a_failed_scenario_is_within_no_bound(home, tmp_path):
+    grid = ("--vary", "path.x_mm=1350,9000", "--workers", "1", "--no-live")
+    assert run("whatif", LINE, *grid, "-q", "-o", tmp_path / "far").returncode == 0
+    assert run("compare", tmp_path / "far", "grid", "-q", "--max-um", "500", cwd=home).returncode == 0
+    refused(run("compare", "grid", tmp_path / "far", "-q", "--max-um", "500", cwd=home), 1, "of B 1 scenario failed")
+
+
 def test_corrections_are_compared_position_by_position(home, tmp_path):
     planned = tmp_path / "PLAIN.LS"
     lines = (home / "six" / "LINE_Y.LS").read_text().splitlines(keepends=True)

@@ -142,6 +142,8 @@ class Comparison:
             return "no error of B is known"
         if verdict in (Verdict.NOT_CORRECTED, Verdict.NOT_LOADABLE):
             return f"B is {verdict}"
+        if failed := next((pair.b for pair in self.program if pair.key == "failed"), 0):
+            return f"of B {'1 scenario' if failed == 1 else f'{failed} scenarios'} failed"
         if self.final_error <= max_um:
             return None
         return f"B is {beyond_text(self.final_error, max_um)} um off, --max-um {max_um:g}"
