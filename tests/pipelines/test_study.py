@@ -5,6 +5,7 @@ import io
 import json
 import os
 import random
+import re
 import subprocess
 import sys
 import time
@@ -379,6 +380,13 @@ def test_no_node_counts_what_the_arm_errs_cold():
     assert shares["cold arm"] > 100
     assert nodes + shares["cold arm"] == pytest.approx(total, abs=0.1)
     assert answer.sentence.endswith(f"; the cold arm errs {shares['cold arm']:.1f} um of it")
+
+
+def test_a_cold_arm_has_no_warmth_to_ask_about():
+    job = load_job(PATH, "m710ic45m", ["before=[]", "robot.sources.joint_zeros.offset_mdeg=[0,30,-20,0,15,0]"])
+    sentence = ASKS["contributions"](job, 5 * UM).sentence
+    assert re.fullmatch(r"the largest error, ([\d.]+) um; the cold arm errs \1 um of it", sentence)
+    assert "or any ambient; regenerate beyond" in ASKS["validity"](job, 5 * UM).sentence
 
 
 def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):

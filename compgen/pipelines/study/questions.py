@@ -98,10 +98,8 @@ def validity(job: Job, limit: float) -> Answer:
     above = warmer(1.0)
     span = limit / above if above > 0 else np.inf  # the models are linear in the air, the error nearly so
     when = f"up to {int(valid)} min late" if valid is not None else f"even {minutes[-1] * MINUTE / HOUR:g} h late"
-    sentence = (
-        f"one corrected file stays within {limit / UM:g} um for a start {when}, or an ambient within "
-        f"+-{span:.2f} K of the planned; regenerate beyond"
-    )
+    air = f"an ambient within +-{span:.2f} K of the planned" if span < np.inf else "any ambient"
+    sentence = f"one corrected file stays within {limit / UM:g} um for a start {when}, or {air}; regenerate beyond"
     rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays, strict=True)]
     rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs, strict=True)]
     return Answer(
@@ -141,10 +139,9 @@ def contributions(job: Job, limit: float) -> Answer:
     order = [k for k in np.argsort(-np.abs(table[:, 1]), kind="stable") if abs(table[k, 1]) >= 0.005 * total]
     nodes = [f"{labels[k][5:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("node")]
     lengths = [f"{labels[k][7:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("length")]
+    warmth = f", comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um" if nodes else ""
     rest = f"; the cold arm errs {rows[-1][0]:.1f} um of it" if labels[-1:] == ["cold arm"] else ""
-    sentence = (
-        f"the largest error, {total:.1f} um, comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um{rest}"
-    )
+    sentence = f"the largest error, {total:.1f} um{warmth}{rest}"
     return Answer(
         key="contributions",
         sentence=sentence,
