@@ -60,6 +60,15 @@ def test_the_formula_is_the_full_computation_on_the_spiral(spiral):
     assert min(errors) < 3 * UM < 100 * UM < max(errors)  # the settings lie far from each other
 
 
+@pytest.mark.parametrize("heat", [(), (NETWORK,)])
+@pytest.mark.parametrize("start", [(), ("start.run=2",)])
+def test_standing_that_the_cycle_begins_with_is_before_the_first_run(heat, start):
+    cycle = 'cycle=[{state="idle",duration_h=2},{state="moving",repeat=3,dwell_s=600}]'
+    live = built("line_y", cycle, *start, *heat)
+    assert "run" in kinds(live)
+    assert check(live).largest < 0.1 * UM
+
+
 @pytest.mark.parametrize("name", ["raster_1300", "spiral_1300"])
 def test_the_band_of_some_samples_is_that_of_the_whole_path(name):
     job = load_job(path_file(name))

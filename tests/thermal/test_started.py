@@ -1,5 +1,6 @@
 """A start of the program that is not its first: the same day, seen from there."""
 
+import naive_heat
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -37,6 +38,18 @@ def test_each_later_run_begins_as_warm_as_in_the_whole_day(job, run):
         duties = duties_before(late, Start(further))
         expected = state_after(job.heat, duties_before(whole, Start(run + further)), air=whole.air)
         assert_allclose(state_after(job.heat, duties, air=late.air), expected, rtol=0, atol=NO_TEMPERATURE)
+
+
+@pytest.mark.parametrize("start", [(), ("start.run=1",)])
+def test_standing_that_the_cycle_begins_with_is_before_the_first_run(start):
+    """By the nodes' own law, of six hours at 200 mm/s and two of standing; the runs behind it begin when they did."""
+    cycle = 'cycle=[{state="idle", duration_h=2}, {state="moving", repeat=3, dwell_s=600}]'
+    job = load_job(path_file("raster_1300"), overrides=[cycle, *start])
+    rises = naive_heat.rises([("moving", 200.0, 6.0), ("idle", 0.0, 2.0)])
+    assert_allclose(job.start_rise(), [rises[name] for name in job.heat.names], atol=1e-9)
+    assert job.clock == 8 * HOUR
+    assert job.history.runs[0] == 0
+    assert [duty.state for duty in job.history.cycle[:2]] == ["moving", "idle"]
 
 
 def test_a_file_says_it_by_run_and_minutes(job):
