@@ -8,10 +8,10 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.identification.frames import InstrumentFrames
+from compgen.identification.measured_poses import motion_directions
 from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import ArmModel, build_model
 from compgen.identification.parameters import symbolic_sources
-from compgen.identification.pose_files import motion_directions
 from compgen.pipelines.files.robot_file import Arm, load_arm
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.joint_path import follow_branch

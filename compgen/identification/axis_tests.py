@@ -11,8 +11,16 @@ from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_table
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
+from compgen.identification.measured_poses import (
+    FARTHEST,
+    JOINTS,
+    joints_given,
+    numbered,
+    numbers_or,
+    row_labels,
+    words_or,
+)
 from compgen.identification.measurements import Measurements, blank_rows
-from compgen.identification.pose_files import FARTHEST, JOINTS, joints_given, numbered, numbers_or, row_labels, words_or
 from compgen.robot.inverse_kinematics import Posture, flange_from_tool
 from compgen.robot.joint_path import follow_branch
 from compgen.robot.kinematics import flange_pose

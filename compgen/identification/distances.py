@@ -9,8 +9,7 @@ from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.table import read_table
 from compgen.core.units import DEG, MM
-from compgen.identification.measurements import DISTANCE, NONE, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
-from compgen.identification.pose_files import (
+from compgen.identification.measured_poses import (
     FARTHEST,
     JOINTS,
     SAME,
@@ -23,6 +22,7 @@ from compgen.identification.pose_files import (
     row_labels,
     words_or,
 )
+from compgen.identification.measurements import DISTANCE, NONE, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
 from compgen.robot.robot import Robot
 
 NEAR = tuple(f"a_{name}" for name in JOINTS)

@@ -32,11 +32,11 @@ from compgen.identification.identifiability import (
     unobservable,
 )
 from compgen.identification.log_readings import log_findings
+from compgen.identification.measured_poses import STILL
 from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
 from compgen.identification.measurements import WORLD, Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
 from compgen.identification.parameters import candidate_models, symbolic_sources, warm_up_states
-from compgen.identification.pose_files import STILL
 from compgen.identification.reversals import (
     LostMotion,
     fit_lost_motion,

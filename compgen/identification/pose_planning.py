@@ -21,9 +21,9 @@ from compgen.core.units import DEG, MM
 from compgen.identification.choice_by_exchange import Choice
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.linearisation import FRAME_PRECISION, linearise
+from compgen.identification.measured_poses import motion_directions
 from compgen.identification.measurements import Measurements, blank_rows
 from compgen.identification.model import ArmModel
-from compgen.identification.pose_files import motion_directions
 from compgen.robot.robot import Robot
 
 CANDIDATES = 1500

@@ -107,7 +107,7 @@ def directions(theta: Array, motion: Array, widths: ReversalWidths) -> Array:
 
     Args:
         theta: (M, 6) [rad].
-        motion: What ``pose_files.motion_directions`` says: rows of zeros begin anew.
+        motion: What ``measured_poses.motion_directions`` says: rows of zeros begin anew.
         widths: Over which the joints turn round.
     """
     result = np.zeros_like(theta)

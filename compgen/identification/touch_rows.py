@@ -18,8 +18,8 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
+from compgen.identification.measured_poses import check_moving, motion_directions
 from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
-from compgen.identification.pose_files import check_moving, motion_directions
 from compgen.identification.touches import Artefact, Touches, probing_directions
 from compgen.robot.robot import Robot
 

@@ -17,7 +17,7 @@ from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import Source
-from compgen.identification.pose_files import (
+from compgen.identification.measured_poses import (
     JOINTS,
     check_within_limits,
     columns_together,

@@ -14,10 +14,10 @@ from compgen.identification.cross_validation import CrossValidation, improvement
 from compgen.identification.evidence import USUAL_NOISE
 from compgen.identification.fit import Fit
 from compgen.identification.identifiability import Identifiability
+from compgen.identification.measured_poses import STILL
 from compgen.identification.measurements import PLACE, Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.parameters import CandidateModel
-from compgen.identification.pose_files import STILL
 from compgen.robot.robot import Robot
 
 ILL = 1e4  # condition of the frames' columns beyond which poses can hardly tell instrument and reflector apart

@@ -20,13 +20,13 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.station_band import is_tool_taught
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.uncertainty.not_known import not_known, setting_of
-from compgen.report.averaged import served_figure, served_record
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
 from compgen.report.band_words import band_record, guaranteed_record, guaranteed_text
 from compgen.report.curves import figure_in_rows, rise_figure, size_row
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import correction_inputs
+from compgen.report.many_starts import served_figure, served_record
 from compgen.report.page import PLAIN, PageOptions, page
 from compgen.report.provenance import SCHEMA, inputs_record, provenance, provenance_json
 from compgen.report.view import close_together

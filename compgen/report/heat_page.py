@@ -11,7 +11,7 @@ from compgen.core.units import HOUR, UM
 from compgen.core.version import __version__
 from compgen.job.job import Job
 from compgen.pipelines.findings.motion_findings import with_motion
-from compgen.pipelines.planned.averaging import ensemble_words
+from compgen.pipelines.planned.many_starts import ensemble_words
 from compgen.pipelines.study import Timeline
 from compgen.pipelines.uncertainty.not_known import not_known
 from compgen.report.band_page import LEFT_OPEN, band_facts

@@ -8,7 +8,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.job.job import Cell, Job
-from compgen.pipelines.planned.averaging import ensemble_words
+from compgen.pipelines.planned.many_starts import ensemble_words
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient
 

@@ -16,7 +16,6 @@ from compgen.core.json_text import json_text
 from compgen.core.units import MM, UM
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
-from compgen.report.averaged import averaged_figure
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
 from compgen.report.band_words import before_and_after, guaranteed_text, is_corrected, start_limit
 from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, rise_figure
@@ -24,6 +23,7 @@ from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure,
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import SHORT, Inputs, job_inputs
 from compgen.report.job_summary import band_of, job_summary
+from compgen.report.many_starts import averaged_figure
 from compgen.report.page import PLAIN, PageOptions, fixed, page
 from compgen.report.waypoints_csv import waypoints_blocks
 from compgen.verification.band import Band

@@ -19,9 +19,9 @@ from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.planning.retiming import Trajectory
 from compgen.program.pages import estimated_memory
 from compgen.program.speeds import feed_errors
-from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import DRAWN, band_record, guaranteed_record
 from compgen.report.inputs import made_from
+from compgen.report.many_starts import averaged_record, ensemble_record
 from compgen.report.provenance import stretch_record
 from compgen.verification.band import Band
 from compgen.verification.deviation import statistics

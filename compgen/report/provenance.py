@@ -15,7 +15,7 @@ from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.job.tables import words_of_guarantee
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.program_file import packed, planned_in
-from compgen.report.averaged import starts_record
+from compgen.report.many_starts import starts_record
 from compgen.thermal import Duty
 
 SCHEMA = 1

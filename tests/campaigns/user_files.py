@@ -31,7 +31,7 @@ from compgen.core.pose import Pose
 from compgen.error_model.anchored_state import parse_state
 from compgen.error_model.posterior import KnownParameter, read_posterior
 from compgen.identification.distances import read_distances
-from compgen.identification.pose_files import read_poses
+from compgen.identification.measured_poses import read_poses
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.pipelines.files.robot_from_urdf import robot_from_urdf

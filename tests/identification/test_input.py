@@ -9,10 +9,10 @@ from synthetic import random_theta
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
+from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import concatenate, with_one_frame_a_name
 from compgen.identification.model import build_model
-from compgen.identification.pose_files import read_poses
 from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
 from compgen.pipelines.files.robot_file import load_any_robot, load_arm
 from compgen.robot.kinematics import flange_pose

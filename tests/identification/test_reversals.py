@@ -15,10 +15,10 @@ from compgen.core.units import DEG, MDEG, UM
 from compgen.error_model.source import ReversalWidths
 from compgen.identification.frames import initial_frames
 from compgen.identification.linearisation import linearise
+from compgen.identification.measured_poses import motion_directions
 from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
-from compgen.identification.pose_files import motion_directions
 from compgen.identification.reversals import fit_lost_motion, with_runs_as_poses
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.kinematics import flange_pose

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.fanuc.comparison import ComparedProgram, compare_programs, not_there
+from compgen.fanuc.backup_comparison import ComparedProgram, compare_programs, not_there
 from compgen.pipelines.correct.program_file import read_program
 from compgen.pipelines.files.program_course import listing_of
 from compgen.program.pages import MANIFEST_SUFFIX

@@ -23,7 +23,7 @@ from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import numbers_by_words
-from compgen.pipelines.planned.averaging import WIDE, spread_finding, start_words
+from compgen.pipelines.planned.many_starts import WIDE, spread_finding, start_words
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.page_stops import controller_capacity

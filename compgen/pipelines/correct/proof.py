@@ -1,6 +1,6 @@
 """What the flight of a corrected text is judged by: its starts, and joints that turn more than the correction explains.
 
-As for a planned program (``pipelines.planned.averaging``) the best file for all starts is that of the mean of their
+As for a planned program (``pipelines.planned.many_starts``) the best file for all starts is that of the mean of their
 rises. An override stretches the ways; what a program waits for, it waits for as long.
 
 Arcs of an existing program that a controller may not drive: in one line, or too wide once corrected.

@@ -33,8 +33,8 @@ from compgen.identification.identified_robot_file import (
     with_sensorless_nodes,
 )
 from compgen.identification.identify import Identification, identify
+from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
-from compgen.identification.pose_files import read_poses
 from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures

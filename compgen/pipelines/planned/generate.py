@@ -30,10 +30,10 @@ from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import over_periods, own_file_findings, times_apart
 from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings
 from compgen.pipelines.planned import arc_moves, delivery, motion_predistortion
-from compgen.pipelines.planned.averaging import Averaged, WrittenFile, averaging_findings, fly_starts
 from compgen.pipelines.planned.delivery import Delivery, PageStart
 from compgen.pipelines.planned.dry_run import dry_run_findings
 from compgen.pipelines.planned.job_results import Corrected, Planned, plan_of, solution_at
+from compgen.pipelines.planned.many_starts import Averaged, WrittenFile, averaging_findings, fly_starts
 from compgen.pipelines.planned.program_text import compose_program, planned_program, printed_in_world
 from compgen.pipelines.uncertainty import model_form
 from compgen.pipelines.uncertainty.band_columns import assumed_findings, band_along

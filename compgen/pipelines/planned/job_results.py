@@ -15,8 +15,8 @@ from compgen.error_model.unmeasured import Unknown
 from compgen.job.job import Job
 from compgen.job.motion_plan import MotionPlan
 from compgen.job.uncertainty import is_taught_with
-from compgen.pipelines.planned.averaging import Averaged, planned_rises
 from compgen.pipelines.planned.delivery import Delivery
+from compgen.pipelines.planned.many_starts import Averaged, planned_rises
 from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.pipelines.uncertainty.model_form import ModelForm

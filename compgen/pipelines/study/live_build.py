@@ -16,8 +16,8 @@ from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import prepared_for
 from compgen.pipelines.planned import generate
-from compgen.pipelines.planned.averaging import planned_rises
 from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.pipelines.planned.many_starts import planned_rises
 from compgen.pipelines.study.geometry import Geometry, band_at_samples, executed, flown_pose, lay_out, some_samples
 from compgen.pipelines.study.live_band import LiveBand, band_at, band_places
 from compgen.pipelines.study.live_day import Setting, cycle_of, drawn_settings, overrides_of, planned_setting

@@ -14,8 +14,8 @@ from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job as read_job
 from compgen.pipelines.files.robot_file import load_robot as read_robot
 from compgen.pipelines.planned import generate as pipeline
-from compgen.pipelines.planned.averaging import Averaged
 from compgen.pipelines.planned.job_results import Corrected, Planned
+from compgen.pipelines.planned.many_starts import Averaged
 from compgen.report.job_page import FIGURES, job_figures, job_reports
 from compgen.report.job_summary import band_of, job_summary
 from compgen.report.notebook.arguments import (

@@ -11,7 +11,7 @@ from shipped import ROOT
 from compgen import fanuc as ls
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG
-from compgen.fanuc.comparison import compare_programs, core
+from compgen.fanuc.backup_comparison import compare_programs, core
 from compgen.fanuc.listing.listing import statement_texts
 from compgen.program.program import Program
 from compgen.program.speeds import writable_speed

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compgen.core.units import UM
-from compgen.pipelines.planned.averaging import Averaged
+from compgen.pipelines.planned.many_starts import Averaged
 from compgen.report.curves import curves_in_words, line_of
 from compgen.report.figure import GREY, WARM, Figure, Trace, axis, figure, trace
 from compgen.thermal.ensemble import Ensemble, Start

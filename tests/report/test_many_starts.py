@@ -11,7 +11,7 @@ from shipped import path_file
 
 import compgen
 from compgen.core.units import UM
-from compgen.report.averaged import averaged_figure
+from compgen.report.many_starts import averaged_figure
 
 CYCLE = 'cycle=[{state="moving", repeat=4, dwell_s=600}]'
 STARTS = "compensation.average_over={delay_s=[0, 1800], override_percent=[40, 100], runs=[2, 4]}"

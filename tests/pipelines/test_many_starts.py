@@ -16,7 +16,7 @@ from compgen.core.units import HOUR, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
-from compgen.pipelines.planned.averaging import planned_rises
+from compgen.pipelines.planned.many_starts import planned_rises
 from compgen.thermal import JointMotion
 from compgen.thermal.ensemble import Start, rises_of
 from compgen.verification.deviation import deviation_from_path
