@@ -180,15 +180,23 @@ def identify(
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:
-    """What each half of a log leaves of the other, as a share of what the plain program leaves: the larger share."""
+    """What each half of a log leaves of the other, as a share of what the plain program leaves: the larger share.
+
+    How times grow is the whole log's: a half may have one line alone, which does not tell it.
+    """
     later = block > np.median(block)
     if not fit.kind.count or not later.any() or later.all():
         return 0.0
+    reach, reach_at = fit.motion.reach, fit.motion.reach_at
+    kind, plain = replace(fit.kind, reach_at=None), function(ControllerMotion())
+
+    def growing(motion: ControllerMotion) -> Array:
+        return function(replace(motion, reach=reach, reach_at=reach_at))
+
     shares = []
     for half in (later, ~later):
-        other = fit_kind(fit.kind, function, half, block, fit.numbers)
-        left, plain = (rms(function(motion)[~half]) for motion in (other.motion, ControllerMotion()))
-        shares.append(left / max(plain, FLOOR))
+        other = fit_kind(kind, growing, half, block, fit.numbers[: kind.count])
+        shares.append(rms(growing(other.motion)[~half]) / max(rms(plain[~half]), FLOOR))
     return max(shares)
 
 
