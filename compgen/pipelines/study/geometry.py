@@ -13,13 +13,13 @@ from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, quantities_of
 from compgen.pipelines.files.twin_of_job import prepared_for, twin_of
 from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.many_starts import planned_rises
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.pipelines.uncertainty.model_form import CONFIRMED
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.kinematics import flange_pose
 from compgen.thermal import JointMotion
-from compgen.thermal.ensemble import mean_rises
 from compgen.thermal.schedule import History
 from compgen.verification.band import Band, band_of
 from compgen.verification.twin import Execution, PreparedProgram
@@ -58,6 +58,13 @@ class Geometry:
         """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
         return self.rises_of(self.prepared.reheated(twin_of(job), job.history.before, job.history.air))
 
+    def rises_as_planned(self, job: Job) -> Array:
+        """The same; of a job whose file serves several starts their mean."""
+        if job.ensemble is None:
+            return self.rises(job)
+        prepared = replace(self.prepared, twin=twin_of(job))
+        return self.rises_of(prepared.with_rise(planned_rises(job, self.motion)))
+
     def rises_of(self, prepared: PreparedProgram) -> Array:
         """Rises at the samples with the warmth of the same text prepared otherwise, (M, K) [K]."""
         return prepared.rise_and_growth(self.segment, self.fraction, self.now)[0]
@@ -92,7 +99,7 @@ def execute_with(job: Job, geometry: Geometry, rise: Array | None = None) -> Exe
         geometry: Executed before.
         rise: At the samples, (M, K) [K]; None: as the job's run, the mean of its starts where one file serves several.
     """
-    rise = _run_rises(job, geometry) if rise is None else rise
+    rise = geometry.rises_as_planned(job) if rise is None else rise
     return Execution(
         segment=geometry.segment,
         fraction=geometry.fraction,
@@ -101,14 +108,6 @@ def execute_with(job: Job, geometry: Geometry, rise: Array | None = None) -> Exe
         theta=geometry.theta,
         actual=flown_pose(job, geometry, rise),
     )
-
-
-def _run_rises(job: Job, geometry: Geometry) -> Array:
-    """Rises at the samples that a job's error is predicted for, (M, K) [K]."""
-    if job.ensemble is None:
-        return geometry.rises(job)
-    mean = mean_rises(job.heat, job.history, job.ensemble, geometry.motion)
-    return np.column_stack([np.interp(geometry.now, geometry.motion.time, column) for column in mean.T])
 
 
 def flown_pose(job: Job, geometry: Geometry, rise: Array) -> Pose:
@@ -139,7 +138,7 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
     """
     some = some_samples(geometry)
     thin = geometry.at(some)
-    rises = _run_rises(job, thin) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
+    rises = thin.rises_as_planned(job) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
     motion = turns_at(job, geometry, some)
     places = Places(theta=thin.theta, time=thin.now, rise=rises, motion=motion, tool=job.tool.pose)
     uncertainty = uncertainty_along(job, geometry)

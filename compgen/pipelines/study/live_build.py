@@ -17,8 +17,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import prepared_for
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.pipelines.planned.many_starts import planned_rises
-from compgen.pipelines.study.geometry import Geometry, band_at_samples, executed, flown_pose, lay_out, some_samples
+from compgen.pipelines.study.geometry import band_at_samples, executed, flown_pose, lay_out, some_samples
 from compgen.pipelines.study.live_band import LiveBand, band_at, band_places
 from compgen.pipelines.study.live_day import Setting, cycle_of, drawn_settings, overrides_of, planned_setting
 from compgen.pipelines.study.live_places import Flown, Live, at, fly_planned, places_of
@@ -79,7 +78,7 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
     planned, corrected = generate.generate(job, progress)
     prepared = prepared_for(job, corrected.program)
     before, after = (
-        fly_planned(job, geometry, _rises_as_planned(job, geometry))
+        fly_planned(job, geometry, geometry.rises_as_planned(job))
         for geometry in (planned_text, executed(job, planned.path, prepared))
     )
     cte, dearer = next((slider.value for slider in day.sliders if slider.kind == "cte"), None), None
@@ -104,13 +103,6 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
         live=live,
         band=band_places(job, live, planned_text, dearer),
     )
-
-
-def _rises_as_planned(job: Job, geometry: Geometry) -> Array:
-    """Rises at the samples of a text as planned; of a file for several starts their mean, (M, K) [K]."""
-    if job.ensemble is None:
-        return geometry.rises(job)
-    return geometry.rises_of(geometry.prepared.with_rise(planned_rises(job, geometry.motion)))
 
 
 def check(live_job: LiveJob) -> Agreement:
