@@ -4,6 +4,7 @@ import naive_arm as arm
 import naive_heat
 import naive_ls
 import numpy as np
+from ls_text import at, program
 from shipped import ROOT, quiet
 
 from compgen.core.pose import IDENTITY
@@ -46,3 +47,13 @@ def missed_um(planned, text, n, guess, uf=None, ut=None, lengths=None, other=Non
         q = arm.joints_at(pose(after, uf) @ np.linalg.inv(tool), guess)
     real = arm.flange(q, lengths or naive_heat.warm_lengths()) @ tool
     return 1e3 * float(np.linalg.norm(real[:3, 3] - meant[:3, 3]))
+
+
+POLISHED = ("moving", 20.0, 499 * 25 / 3600)  # by ``polishing``: as duties of ``naive_heat``
+
+
+def polishing(name):
+    """A program of 500 lines of 500 mm, each 25 s, at 20 mm/s: 3.5 h."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    there_and_back = ["L P[2] 20mm/sec FINE", "L P[1] 20mm/sec FINE"]
+    return program(there_and_back * 250, [at(1, HOME), at(2, q)], name=name)

@@ -8,8 +8,9 @@ import naive_heat
 import numpy as np
 import pytest
 from command_line import refused, run
+from corrected import HOME, POLISHED, polishing
 from corrected_pages import PAGES, pages_of
-from ls_text import at, program
+from ls_text import program
 from numpy.testing import assert_allclose
 from states import state_of, written
 
@@ -204,12 +205,9 @@ def test_called_programs_and_a_history_with_rests_are_taken_from_what_made_the_p
 def test_pages_behind_a_called_program_that_warms_the_arm_start_in_its_warmth(tmp_path):
     """3.5 h at 20 mm/s: without a delay what is there stays right; behind one the arm has cooled from that warmth."""
     (tmp_path / "made").mkdir()
-    HOME = (10.0, 20.0, -15.0, 30.0, -60.0, 45.0)
-    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
-    polish = program(["L P[2] 20mm/sec FINE", "L P[1] 20mm/sec FINE"] * 250, [at(1, HOME), at(2, q)], name="GRIP")
-    (tmp_path / "made" / "GRIP.LS").write_bytes(polish)
+    (tmp_path / "made" / "GRIP.LS").write_bytes(polishing("GRIP"))
     made = pages_of(tmp_path / "made", "pages", between=("CALL GRIP",))
-    day = [("moving", 200.0, 5.0), ("moving", 20.0, 499 * 25 / 3600)]
+    day = [("moving", 200.0, 5.0), POLISHED]
     warm, cooled = (naive_heat.warm_lengths(naive_heat.rises(d)) for d in (day, [*day, ("idle", 0.0, 35 / 60)]))
     there = arm.joints_at(arm.frame(1390, 20, 200, 180, 0, 0), HOME)
     shrunk = np.linalg.norm((arm.flange(there, warm) - arm.flange(there, cooled))[:3, 3]) * 1e3

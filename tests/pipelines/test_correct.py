@@ -7,7 +7,7 @@ import naive_heat
 import naive_ls
 import numpy as np
 import pytest
-from corrected import GOLDEN, HOME, MANY, REAL, ROUNDED_UM, STILL, corrected, missed_um, pose
+from corrected import GOLDEN, HOME, MANY, POLISHED, REAL, ROUNDED_UM, STILL, corrected, missed_um, polishing, pose
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ls_text import at, cartesian, joint_form, program
@@ -453,26 +453,16 @@ def test_a_wait_is_no_motion_that_the_thermal_parameters_were_measured_over(hot)
         assert len([f for f in findings if f.code == "thermal.box" and "of motion" in f.message]) == count
 
 
-AND_BACK = ["L P[2] 20mm/sec FINE", "L P[1] 20mm/sec FINE"]
-
-
-@pytest.fixture(scope="module")
-def polish():
-    """500 lines of 500 mm, each 25 s: 3.5 h."""
-    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
-    return program(AND_BACK * 250, [at(1, HOME), at(2, q)], name="POLISH")
-
-
 @pytest.mark.parametrize("through", [False, True])
-def test_a_called_program_warms_the_arm_as_it_is_listed(through, polish, hot):
+def test_a_called_program_warms_the_arm_as_it_is_listed(through, hot):
     """By the second arm and the nodes' law: before the call it is cold, behind it as after 3.5 h at 20 mm/s."""
     q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
     day = program(["R[1]=1", "CALL POLISH", "J P[1] 10% FINE"], [at(1, HOME)], name="DAY")
     lines = ["J P[1] 10% FINE", f"CALL {'DAY' if through else 'polish'}", "L P[2] 50mm/sec FINE"]
     data = program(lines, [at(1, HOME), at(2, q)])
-    beside = {"POLISH": polish, "DAY": day}
+    beside = {"POLISH": polishing("POLISH"), "DAY": day}
     result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
-    warm = naive_heat.rises([("moving", 20.0, 499 * 25 / 3600)])
+    warm = naive_heat.rises([POLISHED])
     assert warm["j2"] > 2
     for number, rise in ((1, dict.fromkeys(warm, 0.0)), (2, warm)):
         assert missed_um(data, result.text, number, q, lengths=naive_heat.warm_lengths(rise)) < ROUNDED_UM
@@ -488,6 +478,7 @@ def test_a_called_program_warms_the_arm_as_it_is_listed(through, polish, hot):
     [
         ("warning", "IF R[1]=1,CALL POLISH", "L P[1] 50mm/sec FINE"),
         ("warning", "FOR R[1]=1 TO 9\n  3:  CALL POLISH ;\n  4:  ENDFOR", "L P[1] 50mm/sec FINE"),
+        ("warning", "CALL NOTHING\n  3:L P[1] 50mm/sec FINE TB .00sec,CALL POLISH", "L P[1] 50mm/sec FINE"),
         ("warning", "CALL POLISH", "L PR[7] 50mm/sec FINE"),
         ("warning", "CALL POLISH", "CALL T"),
         ("note", "CALL POLISH", "R[1]=1"),
@@ -498,7 +489,7 @@ def test_a_called_program_that_moves_the_arm_and_is_not_counted_is_warned_of(lev
     """Which way is taken, or where it leads, is not told: it is known to warm the arm, and by how much is not."""
     beside = {} if does is None else {"POLISH": program([does], [at(1, HOME)], name="POLISH")}
     data = program(["J P[1] 10% FINE", call, "L P[1] 50mm/sec FINE"], [at(1, HOME)])
-    beside["T"] = data
+    beside |= {"T": data, "NOTHING": program(["R[1]=1"], [at(1, HOME)], name="NOTHING")}
     result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
     (order,) = (f for f in result.findings if f.code == "timing.order")
     assert order.level == level

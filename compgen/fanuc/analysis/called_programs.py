@@ -120,23 +120,25 @@ def called_motion(
         moving: Programs, in capitals, that it calls and that may move the arm.
         drive_of: Such a program as it is driven; None for one that calls this one.
     """
-    calls = [(line, name.upper()) for line, text in other_statements(program) for name in CALL.findall(text)]
-    always = {line: name[1].upper() for line, text in other_statements(program) if (name := CALL_ALWAYS.match(text))}
-    at = np.searchsorted(program.motions.line[drive.motion], [line for line, _ in calls])
+    statements = other_statements(program)
+    calls = {line: match[1].upper() for line, text in statements if (match := CALL_ALWAYS.match(text))}
+    otherwise = {*(text for line, text in statements if line not in calls), *program.motions.options}
     drives = {name: drive_of(name) for name in sorted(moving)}
+    told = {name: its.joint_motion() for name, its in drives.items() if its is not None}
+    uncounted = {name for name, its in drives.items() if its is None or not _is_told(its)}
+    uncounted |= {name.upper() for text in otherwise for name in CALL.findall(text)} & set(drives)
+    if set(drive.flow) - set(calls):
+        uncounted |= set(drives)
     counted, places = dict[int, JointMotion](), 0
-    jumps = set(drive.flow) - set(always)
-    uncounted = {name for name, its in drives.items() if jumps or its is None or not _is_told(its)}
-    for station, (line, name) in zip(at.tolist(), calls, strict=True):
-        its = drives.get(name)
-        if its is None:
+    at = np.searchsorted(program.motions.line[drive.motion], list(calls))
+    for station, name in zip(at.tolist(), calls.values(), strict=True):
+        if name not in told or station == len(drive.pose):
             continue
-        motion = its.joint_motion()
-        places += len(motion.time)
-        if always.get(line) != name or places > MOST_PLACES:
+        places += len(told[name].time)
+        if places > MOST_PLACES:
             uncounted.add(name)
-        elif station < len(drive.pose):
-            counted[station] = _behind(counted[station], motion) if station in counted else motion
+        else:
+            counted[station] = _behind(counted[station], told[name]) if station in counted else told[name]
     return CalledMotion(counted, tuple(sorted(uncounted)))
 
 

@@ -29,17 +29,14 @@ class ProgramContext:
             program, robot, self.frames, read_placements(program, self.frames, self.registers, self.called)
         )
 
-    def drive(
-        self, program: LsProgram, robot: Robot, known: dict[str, DrivenProgram | None] | None = None
-    ) -> tuple[Poses, DrivenProgram]:
-        """Its positions, and the program as the robot drives it, with what its ways keep of the reach.
+    def drive(self, program: LsProgram, robot: Robot) -> tuple[Poses, DrivenProgram]:
+        """Its positions, and the program as the robot drives it, with what its ways keep of the reach."""
+        return self._drive(program, robot, {})
 
-        Args:
-            program: Any program.
-            robot: That drives it.
-            known: Called programs as they are driven, by their names in capitals; None for one that is being read.
-        """
-        known = {} if known is None else known
+    def _drive(
+        self, program: LsProgram, robot: Robot, known: dict[str, DrivenProgram | None]
+    ) -> tuple[Poses, DrivenProgram]:
+        """The same, with the programs that are driven already, by name; None for one whose calls are being read."""
         known[program.name.upper()] = None
         listings = dict(self.called.listings)
 
@@ -47,7 +44,7 @@ class ProgramContext:
             if name not in known:
                 listing = loads(listings[name])
                 around = replace(self, called=called_programs(listing, listings.get))
-                known[name] = around.drive(listing, robot, known)[1]
+                known[name] = around._drive(listing, robot, known)[1]
             return known[name]
 
         poses = self.poses(program, robot)
