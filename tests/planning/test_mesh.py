@@ -8,9 +8,13 @@ from meshes import binary, grid_mesh
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
+from compgen.core.units import DEG, MM, UM
 from compgen.planning import boundaries, patterns
 from compgen.planning.mesh import Mesh, read_stl
 from compgen.planning.own_points.pattern_on_mesh import lay
+from compgen.planning.own_points.space_curve import Tolerance, space_curve
+from compgen.planning.own_points.tool_stands import place_points
+from compgen.planning.surfaces import plane
 
 NO_SHIFT = np.zeros(3)
 
@@ -162,13 +166,59 @@ def test_off_the_mesh_there_is_no_contact():
     assert_allclose(laid.points.position[:, 2], 0, atol=1e-12)
 
 
+@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize(
+    "height", [lambda x, y: 0.3 * x, lambda x, y: 0.02 - 5 * (x * x + y * y), lambda x, y: 0.01 * np.sin(20 * x + y)]
+)
+def test_the_curve_keeps_to_the_surface_up_to_the_edge_of_the_mesh(height, smooth):
+    """The way out bends behind the edge: a smooth curve would cut a corner there, 27 um and more below the surface."""
+    half, tolerance = 0.0437, 10 * UM
+    sweeps = patterns.raster(boundaries.circle(0.12), 0.02, 0.005, smooth=smooth)
+    mesh = Mesh.of_corners(grid_mesh(height, half=half, n=101))
+    points = lay(sweeps, boundaries.circle(0.12), mesh, NO_SHIFT, "part.stl", 0.0).points
+    local = place_points(points, plane(NO_SHIFT), 0.0, 1.0)
+    curve = space_curve(local, Tolerance(tolerance, 0.2 * DEG, 30 * DEG, exact=False)).curve
+    pieces = np.repeat(np.arange(len(curve.poly)), 100)
+    t = np.tile(np.linspace(0, 1, 100), len(curve.poly))
+    x, y = curve.derivatives(pieces, t)[0].T
+    above = curve.height(pieces, t)[0] - height(x, y)
+    beside = half - np.maximum(np.abs(x), np.abs(y))
+    at_edge = curve.working[pieces] & (beside > 0) & (beside < 2 * MM)
+    assert at_edge.sum() > 100
+    assert np.abs(above[at_edge]).max() < tolerance
+    # and off the part it goes down no further than the bend behind an edge needs
+    assert curve.height(pieces, t)[0].min() > height(x, y)[beside > 0].min() - 0.2 * 10 * MM
+
+
+def test_a_lower_face_beside_what_the_tool_works_is_no_way_down():
+    """A part on a table: a sweep's end beyond the part is not at the height of the table, with the part in its way."""
+    top, table = grid_mesh(bump, half=0.05), grid_mesh(lambda x, y: 0 * x - 0.05)
+    mesh = Mesh.of_corners(np.concatenate([top, table]))
+    boundary = boundaries.circle(0.08)
+    laid = lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 0.0)
+    position = laid.points.position
+    assert np.abs(position[:, 0]).max() > 0.055
+    assert position[:, 2].min() > bump(0.05, 0.03) - 0.2 * 10 * MM * 0.1  # slopes differ by 0.1 at most
+    assert laid.on_mesh == 1
+
+
+def test_a_higher_face_beside_what_the_tool_works_is_refused_and_not_climbed():
+    block = grid_mesh(lambda x, y: 0 * x + 0.09, half=0.02)
+    mesh = Mesh.of_corners(np.concatenate([grid_mesh(bump, half=0.05), block + np.array([0.072, 0, 0])]))
+    boundary = boundaries.circle(0.08)
+    with pytest.raises(InputError, match=r"runs into the mesh at x 58\.\d, y -19\.\d mm.* is 71\.\d mm higher there"):
+        lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 0.0)
+    short = lay(patterns.raster(boundary, 0.02, 0.005, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 0.0)
+    assert short.points.position[:, 2].max() < 0.0201
+
+
 def test_the_sharpest_hollow_is_that_of_the_sphere():
     mesh = Mesh.of_corners(grid_mesh(lambda x, y: -np.sqrt(0.25 - x * x - y * y)))
     assert laid_raster(mesh).hollow == pytest.approx(0.5, rel=0.02)
     saddle = Mesh.of_corners(grid_mesh(lambda x, y: x * x / 0.6 - y * y / 0.2))
     assert laid_raster(saddle).hollow == pytest.approx(0.3, rel=0.02)
     dome = Mesh.of_corners(grid_mesh(lambda x, y: np.sqrt(0.25 - x * x - y * y)))
-    assert laid_raster(dome, 0.2).hollow > 100
+    assert laid_raster(dome, 0.2).hollow == np.inf
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,15 @@
 r"""A pattern laid onto a mesh: points of its curve, projected along z, with the mesh's normals.
 
 The pattern is sampled every ``step`` of its length; over (x, y) the point stands at the mesh's highest z plus the
-height that the pattern asks for, and the tool against the mesh's normal. Past the edge of the mesh height and normal
-run on evenly between the places before and after, and the tool is not on the part.
+height that the pattern asks for, and the tool against the mesh's normal. Past the mesh, and over a face that the tool
+does not work, beyond a step or a sharp edge, it is off the part: height and normal run on evenly between the places
+before and after, and no such face may be higher. So that the way does not bend at the edge itself, and a smooth curve
+cut the corner there, it leaves the part along its surface: where slopes differ by m, it is higher over a length D, at
+s D behind the edge, by
+
+    m D (s - 6 s^3 + 8 s^4 - 3 s^5),
+
+which has the slope m and no curvature at the edge, and neither at D; at most 0.2 m D.
 
 With slopes p = -n_x / n_z and q = -n_y / n_z of the normals about a place, over a distance e to each side,
 
@@ -29,7 +36,9 @@ MOST_POINTS = 4_000_000
 FINEST, COARSEST = 0.1 * MM, 2 * MM  # between points
 PER_EDGE = 3  # points over an edge of the mesh
 REACH = 2.0  # median edges to each side over which curvature is taken
+FLAT = 1e-3  # [1/m] of a hollow that is none
 LEAST_STEP = 10 * UM  # that a path within its tolerance does not show
+LEAVING = 10 * MM  # behind an edge, over which the way bends; at most half of what is off the part
 CREASE = 20 * DEG  # that a facet may differ from the mean of its neighbours
 
 
@@ -55,7 +64,7 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
 
     Raises:
         InputError: The mesh is nowhere under the pattern, is inside out there, has a sharp edge, a step or a hollow
-            sharper than the tool under it, or the pattern needs too many points.
+            sharper than the tool under it, or a higher face beside it, or the pattern needs too many points.
     """
     step = float(np.clip(mesh.edge_length() / PER_EDGE, FINEST, COARSEST))
     piece, t, first = _samples(pattern, step, source)
@@ -69,31 +78,35 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     if not on.any():
         raise InputError(f"{source}: {_elsewhere(mesh, xy)}")
     lean = np.zeros(len(xy))
-    lean[on] = np.arccos(np.clip((mesh.facet_normals(over.facet[on]) * over.normal[on]).sum(axis=1), -1, 1))
-    _refuse_creases(over, on, xy, lean, source)
-    _refuse_steps(over, on, xy, lean, source)
-    hollow = _sharpest_hollow(mesh, xy[on], source, tool_radius)
-    position = np.column_stack([xy, _run_on(over.height, under) + height + shift[2]])
-    normal = np.column_stack([_run_on(over.normal[:, k], under) for k in range(3)])
-    normal /= row_norms(normal)[:, None]
-    contact = np.append(on[0], on[1:] & on[:-1])
+    lean[under] = np.arccos(np.clip((mesh.facet_normals(over.facet[under]) * over.normal[under]).sum(axis=1), -1, 1))
+    turn, steps = _turns_and_steps(over, under, xy, lean)
+    contact = on[1:] & on[:-1]
+    _refuse_creases(xy, np.where(contact, turn, 0.0), np.where(on, lean, 0.0), source)
+    _refuse_steps(over, xy, steps & contact, source)
+    hollow, facets = _sharpest_hollow(mesh, xy[on], source, tool_radius), _off_smooth(mesh, over.facet[on])
+    contact = np.append(on[0], contact)
     stop = np.zeros(len(t), dtype=bool)
     stop[np.append(first[1:] - 1, len(t) - 1)] = pattern.stop
     # where a piece begins the point stands twice: the second is kept, and takes what the way to the first says
     twin = first[1:]
     contact[twin], stop[twin] = contact[twin - 1], stop[twin - 1]
     rows = np.delete(np.arange(len(t)), twin - 1)
+    part = _part(on, under, lean, turn, steps)[rows]
+    xy, height, over = xy[rows], height[rows], Over(over.height[rows], over.normal[rows], over.facet[rows])
+    height = height + _heights(over, part, xy)
+    _refuse_what_stands_above(over, xy, np.where(part, np.inf, height), source)
+    normal = np.column_stack([_run_on(over.normal[:, k], part, _way(xy)) for k in range(3)])
     points = GivenPoints(
         source=source,
         line=rows + 1,
-        position=position[rows],
-        normal=normal[rows],
+        position=np.column_stack([xy, height + shift[2]]),
+        normal=normal / row_norms(normal)[:, None],
         rotation=None,
         feed=np.full(len(rows), np.nan),
         contact=contact[rows],
         stop=stop[rows],
     )
-    return Laid(points, float(on.sum() / touching.sum()), hollow, _off_smooth(mesh, over.facet[on]))
+    return Laid(points, float(on.sum() / touching.sum()), hollow, facets)
 
 
 def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArray, Array, IntArray]:
@@ -112,50 +125,100 @@ def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArra
     return piece, number / (count[piece] - 1), np.cumsum(count) - count
 
 
-def _run_on(values: Array, under: BoolArray) -> Array:
-    """Values where the mesh is, and straight between them along the way, (M,)."""
-    rows = np.arange(len(values))
-    return np.interp(rows, rows[under], values[under])
+def _way(xy: Array) -> Array:
+    """Length along places, (M,) [m]."""
+    return np.append(0.0, np.cumsum(row_norms(np.diff(xy, axis=0))))
 
 
-def _turns(over: Over, rows: IntArray) -> Array:
-    """How far the normal turns from points to the next ones, (R,) [rad]."""
-    return np.asarray(np.arccos(np.clip((over.normal[rows] * over.normal[rows + 1]).sum(axis=1), -1, 1)))
+def _run_on(values: Array, part: BoolArray, u: Array) -> Array:
+    """Values of the part, and straight between them along the way u, (M,)."""
+    return np.interp(u, u[part], values[part])
 
 
-def _refuse_creases(over: Over, on: BoolArray, xy: Array, lean: Array, source: str) -> None:
-    """Refuses an edge that points lie beside, ``lean`` (M,) [rad] from their facets, or that two of them lie across."""
+def _heights(over: Over, part: BoolArray, xy: Array) -> Array:
+    """Heights of the part, and beyond it between its edges, which the way leaves along its surface, (M,) [m]."""
+    straight = _run_on(over.height, part, _way(xy))
+    height = straight.copy()
+    for order in (slice(None), slice(None, None, -1)):  # behind an edge that the way leaves, and one that it comes to
+        height[order] += _behind_edges(xy[order], over.normal[order], part[order], straight[order])
+    return height
+
+
+def _behind_edges(xy: Array, normal: Array, part: BoolArray, straight: Array) -> Array:
+    """What is added to straight heights behind each edge that the way leaves, (M,) [m]."""
+    rows, u, M = np.arange(len(xy)), _way(xy), len(xy)
+    off = np.flatnonzero(~part & np.logical_or.accumulate(part))
+    edge = np.maximum.accumulate(np.where(part, rows, 0))[off]
+    again = np.minimum.accumulate(np.where(part, rows, M - 1)[::-1])[::-1][off]
+    step = np.column_stack([xy, straight])[edge + 1] - np.column_stack([xy, straight])[edge]
+    slope = -((normal[edge, :2] * step[:, :2]).sum(axis=1) / normal[edge, 2] + step[:, 2]) / row_norms(step[:, :2])
+    over_length = np.minimum(LEAVING, (u[again] - u[edge]) / 2)
+    s = np.minimum((u[off] - u[edge]) / over_length, 1.0)
+    added = np.zeros(M)
+    added[off] = slope * over_length * (s - 6 * s**3 + 8 * s**4 - 3 * s**5)
+    return added
+
+
+def _turns_and_steps(over: Over, under: BoolArray, xy: Array, lean: Array) -> tuple[Array, BoolArray]:
+    """How far the normal turns from places to the next ones [rad], and whether a step lies between, (M - 1,) each.
+
+    On two facets that meet, a way leaves the mean of both normals by what they lean, ``lean`` (M,) [rad] from the
+    normals, and half of what they turn at most. What leaves it by more is a face over another, whether with a wall or a
+    rounding of less than a way. Without the mesh under both there is neither.
+    """
+    rows = np.flatnonzero(under[1:] & under[:-1])
+    turn, steps = np.zeros(len(xy) - 1), np.zeros(len(xy) - 1, dtype=bool)
+    turn[rows] = np.arccos(np.clip((over.normal[rows] * over.normal[rows + 1]).sum(axis=1), -1, 1))
+    place = np.column_stack([xy, over.height])
+    way, normal = place[rows + 1] - place[rows], over.normal[rows] + over.normal[rows + 1]
+    most = np.minimum(np.maximum(lean[rows], lean[rows + 1]) + turn[rows] / 2, CREASE)
+    steps[rows] = np.abs((way * normal).sum(axis=1)) / row_norms(normal) > np.sin(most) * row_norms(way) + LEAST_STEP
+    return turn, steps
+
+
+def _refuse_creases(xy: Array, turn: Array, lean: Array, source: str) -> None:
+    """Refuses an edge that places lie beside, ``lean`` (M,) from their facets, or that two of them lie across."""
     worst = int(np.argmax(lean))
-    rows = np.flatnonzero(on[1:] & on[:-1])
-    over_edge = _turns(over, rows)
-    turn, (x, y) = lean[worst], xy[worst] / MM
-    if over_edge.max(initial=0.0) > SHARP:
-        turn, (x, y) = over_edge.max(), xy[rows[np.argmax(over_edge)]] / MM
-    if turn > CREASE:
+    sharpest, (x, y) = lean[worst], xy[worst] / MM
+    if turn.max(initial=0.0) > SHARP:
+        sharpest, (x, y) = turn.max(), xy[np.argmax(turn)] / MM
+    if sharpest > CREASE:
         raise InputError(
             f"{source}: a sharp edge under the path at x {x:.1f}, y {y:.1f} mm: facets turn by "
-            f"{turn / DEG:.0f} deg; keep the path off it ([boundary]), or export a finer mesh"
+            f"{sharpest / DEG:.0f} deg; keep the path off it ([boundary]), or export a finer mesh"
         )
 
 
-def _refuse_steps(over: Over, on: BoolArray, xy: Array, lean: Array, source: str) -> None:
-    """Refuses what turns between two points alone: a face over another, whether with a wall, a rounding of less.
-
-    On two facets that meet, a way leaves the mean of both normals by what they lean and half of what they turn at most.
-    """
-    rows = np.flatnonzero(on[1:] & on[:-1])
-    place = np.column_stack([xy, over.height])
-    way, normal = place[rows + 1] - place[rows], over.normal[rows] + over.normal[rows + 1]
-    most = np.minimum(np.maximum(lean[rows], lean[rows + 1]) + _turns(over, rows) / 2, CREASE)
-    off_surface = np.abs((way * normal).sum(axis=1)) / row_norms(normal) > np.sin(most) * row_norms(way) + LEAST_STEP
-    if off_surface.any():
-        worst = int(np.argmax(np.where(off_surface, np.abs(way[:, 2]), 0.0)))
-        x, y = xy[rows[worst]] / MM
-        apart = np.hypot(*way[worst, :2]) / MM
+def _refuse_steps(over: Over, xy: Array, steps: BoolArray, source: str) -> None:
+    if steps.any():
+        height = np.abs(np.diff(over.height))
+        worst = int(np.argmax(np.where(steps, height, 0.0)))
+        x, y = xy[worst] / MM
+        apart = np.hypot(*(xy[worst + 1] - xy[worst])) / MM
         raise InputError(
             f"{source}: a step or a very small rounding under the path at x {x:.1f}, y {y:.1f} mm: the mesh is "
-            f"{abs(way[worst, 2]) / MM:.3g} mm higher {apart:.2g} mm further; keep the path off it ([boundary]), or "
+            f"{height[worst] / MM:.3g} mm higher {apart:.2g} mm further; keep the path off it ([boundary]), or "
             "export one surface"
+        )
+
+
+def _part(on: BoolArray, under: BoolArray, lean: Array, turn: Array, steps: BoolArray) -> BoolArray:
+    """Where the surface is under the path that the tool works, (M,): no face beyond a step or a sharp edge."""
+    crease = lean > CREASE
+    apart = ~(under[1:] & under[:-1]) | (turn > SHARP) | steps | crease[1:] | crease[:-1]
+    number = np.append(0, np.cumsum(apart))
+    return np.asarray(under & np.isin(number, number[on]))
+
+
+def _refuse_what_stands_above(over: Over, xy: Array, height: Array, source: str) -> None:
+    """Refuses a mesh that is higher than the way over it, which only faces are that the tool does not work."""
+    above = over.height - height  # NaN off the mesh
+    first = int(np.argmax(above > LEAST_STEP))
+    if above[first] > LEAST_STEP:
+        x, y = xy[first] / MM
+        raise InputError(
+            f"{source}: the path runs into the mesh at x {x:.1f}, y {y:.1f} mm, beside what it works: another face is "
+            f"{above[first] / MM:.3g} mm higher there; end the path before it (path.lead_mm, [boundary])"
         )
 
 
@@ -182,7 +245,9 @@ def _sharpest_hollow(mesh: Mesh, xy: Array, source: str, tool_radius: float) -> 
     determinant = S[:, 0, 0] * S[:, 1, 1] - S[:, 0, 1] * S[:, 1, 0]
     bend = half_trace + np.sqrt(np.maximum(half_trace**2 - determinant, 0.0))
     worst = int(np.argmax(bend))
-    radius = 1 / max(float(bend[worst]), 1e-12)
+    if bend[worst] < FLAT:
+        return np.inf
+    radius = 1 / float(bend[worst])
     if radius < tool_radius:
         x, y = xy[known[worst]] / MM
         raise InputError(
