@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,6 @@ from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.model import state_with_rises
 from compgen.thermal.schedule import STANDING, History
 
-OTHER_AIR = 1.0  # [K] off the reference, from which on it is said that a program is corrected for that
 ROBOT_FILE = "robot_file"  # its key in what a state was made from
 
 
@@ -179,7 +179,17 @@ def seconds_of_age(text: str | None) -> float:
     return 0.0 if text is None else duration(text, "--state-age")
 
 
-def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | None) -> tuple[Cell, tuple[Duty, ...]]:
+class Beginning(NamedTuple):
+    """The cell of a program that exists, and what was before it."""
+
+    cell: Cell
+    before: tuple[Duty, ...]
+    air: float  # [K] above the reference, then and while it runs
+
+
+def begin(
+    cell: Cell, before: Sequence[Duty], source: str | None, age: str | None, air: float | None = None
+) -> Beginning:
     """A cell with what was before a program that exists, in words or by a state.
 
     Args:
@@ -187,6 +197,7 @@ def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | Non
         before: What it did.
         source: A state's file in place of that; None: there is none.
         age: How long ago it was, as it is typed.
+        air: How much warmer than the reference it is [K]; default as the state has it, or not at all.
 
     Raises:
         InputError: Both a history and a state, or a state that cannot stand in its place.
@@ -194,21 +205,14 @@ def begin(cell: Cell, before: Sequence[Duty], source: str | None, age: str | Non
     since = seconds_of_age(age)
     if source is None:
         state_overrides("", None, since)
-        return cell, tuple(before)
+        return Beginning(cell, tuple(before), air or 0.0)
     if before:
         raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
     state = load_state(source, cell, since)
     cell = cell_with_state(cell, state, source)
-    notes = [state_note(state, since, "")]
-    if abs(state.air) > OTHER_AIR:
-        notes.append(Finding(Level.WARNING, Code.STATE, f"{source}: {other_air_words(state.air)}"))
-    cell = replace(cell, input_findings=(*cell.input_findings, *notes))
-    return cell, ((replace(STANDING, duration=since),) if since > 0 else ())
-
-
-def other_air_words(air: float) -> str:
-    """That a program which exists is not corrected for the air [K] that a state or a log has found."""
-    return f"the air is {air:+.1f} K off the 20 degC that is taken from then on"
+    cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "")))
+    standing = (replace(STANDING, duration=since),) if since > 0 else ()
+    return Beginning(cell, standing, state.air if air is None else air)
 
 
 def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:

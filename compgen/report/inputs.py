@@ -76,6 +76,7 @@ def correction_inputs(result: "Correction", planned_sha256: str, corrected_sha25
         *(["split positions"] if options.split else []),
         *([] if options.insert is None else [f"points inserted beyond {options.insert / UM:g} µm"]),
         *([] if options.bound is None else [f"bound {options.bound / UM:g} µm"]),
+        *([] if not options.air else [f"air {options.air:+.1f} K off the reference"]),
         *([] if options.ensemble is None else [f"serves {ensemble_words(options.ensemble)}"]),
     ]
     rows = [

@@ -42,6 +42,7 @@ def provenance(result: Correction) -> dict[str, Any]:
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),
             "mark": "remark" if options.remark else "digits",
             **({} if options.ensemble is None else {"average_over": starts_record(options.ensemble)}),
+            **({} if not options.air else {"air_K": options.air}),
             **({} if options.guaranteed is None else {"guaranteed": words_of_guarantee(options.guaranteed)}),
         },
         "planned_sha256": sha256(result.planned).hexdigest(),

@@ -16,6 +16,7 @@ from states import state_of, written
 
 from compgen import fanuc as ls
 from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.resume.corrected_job import read_corrected
 from compgen.pipelines.resume.corrected_run import corrected_run
 from compgen.pipelines.resume.written_job import read_written_job
@@ -49,14 +50,43 @@ def test_a_late_start_is_what_correct_makes_of_the_same_wait(job, tmp_path):
     assert run("resume", job, "--from-page", "1", *RESUME).stdout.count("nothing to do") == 1
 
 
-def test_air_that_the_pages_are_not_for_is_said(job, tmp_path):
-    for degC, is_said in ((20.5, False), (27, True)):
-        log = tmp_path / f"{degC}.csv"
-        rows = [f"{t},{degC},33,29,35,28" for t in range(0, 7200, 60)]
-        head = "time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC"
-        log.write_text("\n".join([head, *rows, ""]))
-        result = run("resume", job, "--from-page", "2", "--log", log, "--max-um", "5", "--json")
-        assert ("the air is +7.0 K off the 20 degC" in json.loads(result.stdout)["why"]) is is_said
+def log_at_27_degC(folder):
+    log = folder / "now.csv"
+    rows = [f"{t},27,33,29,35,28" for t in range(0, 7200, 60)]
+    log.write_text("\n".join(["time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC", *rows, ""]))
+    return log
+
+
+def test_air_that_was_found_changes_nothing_of_the_warmth_that_was_found(job, tmp_path):
+    """Behind 3.5 h of work the day so far is another in other air; a log says how warm the arm is, all the same."""
+    (tmp_path / "made").mkdir()
+    (tmp_path / "made" / "GRIP.LS").write_bytes(polishing("GRIP"))
+    behind_work, log = pages_of(tmp_path / "made", "pages", between=("CALL GRIP",)), log_at_27_degC(tmp_path)
+    for folder in (job, behind_work):
+        assert run("resume", folder, "--from-page", "3", "--log", log, *RESUME[2:]).returncode == 0
+    (worked,), (plain,) = (numbers_of(folder, (3,)) for folder in (behind_work, job))
+    assert_allclose(worked[-len(plain) :], plain, rtol=0, atol=1.1e-3)
+
+
+def test_pages_are_written_anew_for_the_air_that_was_found(job, tmp_path):
+    """A room of 27 degC: two hours later the arm is nearer to 27 than to 20, by the nodes' law."""
+    log = log_at_27_degC(tmp_path)
+    assert run("resume", job, "--from-page", "2", "--log", log, *RESUME[2:]).returncode == 0
+    found = json.loads((job / "LONG.pages.json").read_bytes())["resumed"][0]
+    assert found["air_K"] == pytest.approx(7.0)
+    result = run("resume", job, "--from-page", "3", "--late", "0s", *RESUME[2:], "--json")
+    assert json.loads(result.stdout)["pages"][0]["before"]["max_um"] < 1
+    result = run("resume", job, "--from-page", "3", "--late", "2h", *RESUME[2:], "--json")
+    (page,) = json.loads(result.stdout)["pages"]
+    heat, later = load_cell("m710ic50").heat, {}
+    now = dict(zip(heat.names, heat.outputs @ found["start_state"], strict=True))  # some seconds before
+    for name, node in naive_heat.NODES.items():
+        steady = naive_heat.steady_rise(node, "idle", 0.0) + 7.0
+        later[name] = steady + (now[name] - steady) * np.exp(-2.0 / node["tau_h"])
+    there = arm.joints_at(arm.frame(1390, 20, 200, 180, 0, 0), HOME)
+    at = [arm.flange(there, naive_heat.warm_lengths(rise))[:3, 3] for rise in (now, later)]
+    assert page["before"]["max_um"] == pytest.approx(np.linalg.norm(at[1] - at[0]) * 1e3, abs=2.0)
+    assert page["after"]["max_um"] < 1
 
 
 def test_the_rest_is_written_and_what_was_before_stays(job):
@@ -120,9 +150,9 @@ def state_file(folder, **changes):
     return written(state_of(job, rise=job.start_rise() * 0.6, base=base, **changes), folder)
 
 
-@pytest.mark.parametrize("age", [(), ("--state-age", "20min")])
-def test_a_state_is_what_correct_makes_of_it(job, tmp_path, age):
-    state = ("--state", state_file(tmp_path), *age)
+@pytest.mark.parametrize(("age", "air"), [((), 0.0), (("--state-age", "20min"), 6.0)])
+def test_a_state_is_what_correct_makes_of_it(job, tmp_path, age, air):
+    state = ("--state", state_file(tmp_path, air=air), *age)
     anchored = pages_of(tmp_path / "anchored", "pages", *state, history=())
     result = run("resume", job, "--from-page", "1", *state, *RESUME[2:], "--json")
     assert result.returncode == 0, result.stderr

@@ -220,8 +220,9 @@ def test_ages_have_units():
     assert [seconds_of_age(a) for a in ("20min", "90s", "1.5h", " .5 h")] == [1200, 90, 5400, 1800]
 
 
-@pytest.mark.parametrize(("air", "is_warned_of"), [(0.5, False), (-6.0, True)])
-def test_a_program_that_exists_is_corrected_for_20_degC_and_says_so(hot, tmp_path, air, is_warned_of):
-    cell, _ = begin(hot.cell, (), written(state_of(hot, air=air), tmp_path), "20min")
-    words = f"state.toml: the air is {air:+.1f} K off the 20 degC that is taken from then on"
-    assert any(f.level == "warning" and f.message.endswith(words) for f in cell.input_findings) is is_warned_of
+def test_a_program_that_exists_is_corrected_for_the_air_of_its_state(hot, tmp_path):
+    state = written(state_of(hot, air=-6.0), tmp_path)
+    assert begin(hot.cell, (), state, "20min").air == -6.0
+    assert begin(hot.cell, (), state, "20min", 2.5).air == 2.5
+    assert begin(hot.cell, (), None, None).air == 0.0
+    assert begin(hot.cell, (), None, None, 2.5).air == 2.5

@@ -19,12 +19,14 @@ from compgen.core.pose import Pose
 from compgen.fanuc import compose
 from compgen.fanuc.editing.numbers import format_like
 from compgen.pipelines.correct import Options, correct
-from compgen.pipelines.correct.program_file import load_before
+from compgen.pipelines.correct.program_file import load_air, load_before
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.program.frames import Frames, default_frames, load_frames
+from compgen.thermal import Duty
+from compgen.thermal.ensemble import Ensemble
 from compgen.verification.verdict import Verdict
 
 
@@ -372,6 +374,41 @@ def test_the_arm_warms_while_the_program_runs(moves, duties, hot):
     if duties:
         assert missed_um(data, data, 2, q, lengths=lengths) > 1.9
     assert missed_um(data, result.text, 2, q, lengths=lengths) < ROUNDED_UM
+
+
+@pytest.mark.parametrize(("moves", "hours"), [([], 0.0), (["WAIT 14400.00(sec)"], 4.0)])
+@pytest.mark.parametrize("starts", [{}, {"ensemble": Ensemble((0.0, 1e-3))}])
+def test_the_arm_is_as_much_warmer_as_the_air(moves, hours, starts, hot):
+    """In balance with it before, and while it works: by the nodes' law, a room of 30 degC is 10 K on every node."""
+    q = (-20.0, 30.0, -25.0, 40.0, -70.0, 10.0)
+    data = program(["J P[1] 10% FINE", *moves, "J P[2] 1sec FINE"], [at(1, HOME), at(2, q)])
+    result = corrected(data, hot, before=("moving 200mm/s 5h",), air=10.0, **starts)
+    rise = naive_heat.rises([("moving", 200, 5.0), ("idle", 0, hours)])
+    lengths = naive_heat.warm_lengths({node: value + 10 for node, value in rise.items()})
+    assert missed_um(data, data, 2, q, lengths=lengths) > 100
+    assert missed_um(data, result.text, 2, q, lengths=lengths) < ROUNDED_UM
+    end = np.flatnonzero(result.execution.station == 1)[-1]  # the twin, which judges it
+    assert result.execution.rise[end] == pytest.approx([rise[n] + 10 for n in hot.heat.names], abs=0.02)
+    assert result.band.largest > 1.3 * corrected(data, hot, before=("moving 200mm/s 5h",), **starts).band.largest
+
+
+def test_a_file_says_how_warm_the_air_is(tmp_path):
+    day = tmp_path / "day.toml"
+
+    def loaded(text):
+        day.write_text(text)
+        return load_air(("moving 200mm/s 5h", str(day))), load_before((str(day),))
+
+    assert loaded("[ambient]\nvalue_degC = 27\nreference_degC = 22\n") == (5.0, ())
+    assert loaded('[[before]]\nstate = "off"\nduration_h = 1\n') == (None, (Duty("off", 0.0, 3600.0),))
+    assert loaded("[ambient]\nclock_h = 7\n")[0] is None
+    with pytest.raises(InputError, match=r"day\.toml: ambient\.kind: a program that exists takes air that stays"):
+        loaded('[ambient]\nkind = "wave"\namplitude_K = 3\n')
+    for key in ("shift", "start", "log", "state", "cycle"):
+        with pytest.raises(InputError, match=rf"day\.toml: {key}: here only \[\[before\]\] and \[ambient\] count"):
+            loaded(f"[{key}]\n")
+    with pytest.raises(InputError, match=r"day\.toml: ambient\.value_degc: unknown key"):
+        loaded("[ambient]\nvalue_degc = 27\n")
 
 
 @pytest.mark.parametrize(

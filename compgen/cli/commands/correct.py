@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -134,7 +134,8 @@ def correct(
         _check(folder, content, file)
     if not wishes.again:
         refuse_corrected(source, content)
-    (cell, history), (frames, registers) = choice.begin(program, content), tables.read()
+    (cell, history, air), (frames, registers) = choice.begin(program, content), tables.read()
+    options = replace(options, air=air)
     # a dry run is known by the name that it gets on this controller
     run = _check(folder, content, file, cell.robot.controller.name_length if options.raised else None)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:

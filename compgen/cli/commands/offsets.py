@@ -78,11 +78,11 @@ def _of_program(program: str, choice: opt.ProgramChoice, tables: opt.ProgramTabl
     from compgen.pipelines.correct.program_offsets import offsets_of_program
 
     source, content = Path(program), read_program(program)
-    cell, history = choice.begin(program, content)
+    cell, history, air = choice.begin(program, content)
     with naming_file(program):
         refuse_any_corrected(source, content, cell.robot)
         frames, registers = tables.read()
-        return offsets_of_program(content, cell, frames, history, progress, programs_beside(source), registers)
+        return offsets_of_program(content, cell, frames, history, progress, programs_beside(source), registers, air=air)
 
 
 def _show(record: dict[str, Any], *, verbose: bool) -> None:

@@ -25,10 +25,10 @@ from compgen.core.units import UM
 
 if TYPE_CHECKING:
     from compgen.core.arrays import Array
-    from compgen.job.job import Cell, Job
+    from compgen.job.anchored_start import Beginning
+    from compgen.job.job import Job
     from compgen.program.frames import Frames
     from compgen.program.registers import Register
-    from compgen.thermal import Duty
 
 
 def in_range(least: float, most: float, unit: str = "") -> Callable[[typer.CallbackParam, float | None], float | None]:
@@ -110,7 +110,10 @@ Overrides = Annotated[
 ]
 Before = Annotated[
     list[str] | None,
-    typer.Option("--before", help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml; repeatable."),
+    typer.Option(
+        "--before",
+        help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml, also with [ambient]; repeatable.",
+    ),
 ]
 StateFile = Annotated[
     str | None, typer.Option("--state", help="What cgen anchor wrote: the robot's state, in place of history.")
@@ -268,7 +271,7 @@ class ProgramChoice:
     state_age: StateAge = None
     overrides: Overrides = None
 
-    def begin(self, program: str, content: bytes) -> "tuple[Cell, tuple[Duty, ...]]":
+    def begin(self, program: str, content: bytes) -> "Beginning":
         """The cell of a program that exists, by default with the robot that it names, and what went before."""
         from compgen.pipelines.correct.program_file import cell_of_program
 

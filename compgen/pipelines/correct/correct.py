@@ -66,7 +66,12 @@ from compgen.pipelines.correct.result import (
     straight_ways,
 )
 from compgen.pipelines.correct.station_band import fly_draws, station_band
-from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
+from compgen.pipelines.correct.station_corrections import (
+    cancel_errors,
+    correct_stations,
+    error_models,
+    rise_at_stations,
+)
 from compgen.pipelines.files.program_course import course_of_driven
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.planned.dry_run import raised_findings
@@ -183,10 +188,9 @@ def _plan_correction(program: LsProgram, task: _Task) -> CorrectionPlan:
         cell,
         drive,
         free=scope.free,
-        before=task.before,
+        reached=rise_at_stations(cell, drive, task.before, options.ensemble, options.air),
         settings=options.settings,
         progress=partial(task.progress, stages.CORRECTION),
-        ensemble=options.ensemble,
     )
     free = scope.free.copy()
     free[[station for station, _ in stations.held]] = False
@@ -272,7 +276,7 @@ def _write_and_verify(planned: LsProgram, plan: CorrectionPlan, task: _Task) -> 
         mark=mark,
         served=flights.served,
         findings=(),
-        band=station_band(cell, plan, task.around.frames, task.before),
+        band=station_band(cell, plan, task.around.frames, task.before, task.options.air),
         motion=motion_elsewhere(written, cell.robot, new_poses, new_drive, command),
         meant=meant,
         command=command,
@@ -319,7 +323,7 @@ def _fly_both(
     """The planned and the written text on the twin."""
     drive, twin, progress, ensemble = plan.drive, twin_of_cell(task.cell), task.progress, task.options.ensemble
     fly_planned, fly_written = (
-        partial(fly, twin, driven, task.before, partial(progress, stage))
+        partial(fly, twin, driven, task.before, partial(progress, stage), air=task.options.air)
         for driven, stage in zip(drives, (stages.TWIN_BEFORE, stages.TWIN_AFTER), strict=True)
     )
     planned = fly_planned()

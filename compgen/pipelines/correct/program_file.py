@@ -20,14 +20,14 @@ from compgen.core.units import HOUR, MINUTE
 from compgen.fanuc import LsProgram, loads
 from compgen.fanuc.analysis.inspection import inspect, robots_named
 from compgen.fanuc.analysis.watermark import Mark, carries_mark
-from compgen.job.anchored_start import begin
-from compgen.job.job import Cell
+from compgen.job.anchored_start import Beginning, begin
 from compgen.pipelines.files.robot_file import known_robots, load_cell, load_robot
-from compgen.pipelines.files.schema import BeforeFile
+from compgen.pipelines.files.schema import HISTORY, BeforeFile
 from compgen.program.frames import Frames, default_frames, load_frames
 from compgen.program.registers import Register, load_registers
 from compgen.robot.robot import Robot
 from compgen.thermal import Duty, tables
+from compgen.thermal.tables.schema import AmbientTable, StepTable
 
 LARGEST = 10_000_000  # bytes
 
@@ -54,7 +54,7 @@ def cell_of_program(
     before: Sequence[str],
     state: str | None,
     state_age: str | None,
-) -> tuple[Cell, tuple[Duty, ...]]:
+) -> Beginning:
     """The cell of a program that exists, by default with the robot that it names, and what went before.
 
     Args:
@@ -68,7 +68,7 @@ def cell_of_program(
     """
     with nullcontext() if file is None else naming_file(file):
         chosen = robot_of_program(content) if robot is None else robot
-    return begin(load_cell(chosen, overrides), load_before(before), state, state_age)
+    return begin(load_cell(chosen, overrides), load_before(before), state, state_age, load_air(before))
 
 
 def read_frames(path: str | None) -> Frames:
@@ -214,16 +214,40 @@ def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
     duties: list[Duty] = []
     for item in items:
         if item.endswith(".toml"):
-            data = read_toml(Path(item), "paths", "give a file with [[before]], or words: 'moving 200mm/s 5h'")
-            duties += _plain_duties({"before": data.get("before", [])}, item)
+            duties += _plain_duties(_day_file(item).before, item)
         else:
-            duties += _plain_duties({"before": [stretch(item)]}, f"--before '{item}'")
+            where = f"--before '{item}'"
+            duties += _plain_duties(check(BeforeFile, {"before": [stretch(item)]}, where).before, where)
     return tuple(duties)
 
 
-def _plain_duties(data: dict[str, Any], where: str) -> list[Duty]:
+def load_air(items: Sequence[str]) -> float | None:
+    """How much warmer than the reference the air is [K], by the last file among ``load_before``'s items that says it.
+
+    Raises:
+        InputError: It changes with time.
+    """
+    air = None
+    for item in items:
+        table = _day_file(item).ambient if item.endswith(".toml") else AmbientTable()
+        if table.is_given:
+            if table.kind != "constant":
+                raise InputError(f"{item}: ambient.kind: a program that exists takes air that stays; give 'constant'")
+            air = float(tables.ambient_of(table, item).rise[0])
+    return air
+
+
+def _day_file(item: str) -> BeforeFile:
+    """A file's [[before]] and [ambient]; of a path file all that is no history is passed over."""
+    data = read_toml(Path(item), "paths", "give a file with [[before]], or words: 'moving 200mm/s 5h'")
+    for key in HISTORY:
+        if key in data and key not in (*BeforeFile.model_fields, "after"):
+            raise InputError(f"{item}: {key}: here only [[before]] and [ambient] count; remove the rest")
+    return check(BeforeFile, {key: data[key] for key in BeforeFile.model_fields if key in data}, item)
+
+
+def _plain_duties(rows: Sequence[StepTable], where: str) -> list[Duty]:
     """Stretches of a duration each, as a program that exists already needs them."""
-    rows = check(BeforeFile, data, where).before
     steps = tables.steps_of(rows, "before", where, 0.0)
     for step in steps:
         if step.repeat is not None or step.program or step.shifts:

@@ -28,7 +28,7 @@ from compgen.verification.deviation import percentile99
 from compgen.verification.flight import PoseErrors, fly, pose_errors
 
 
-def offsets_of_program(
+def offsets_of_program(  # noqa: PLR0913  as ``correct``
     data: bytes,
     cell: Cell,
     frames: Frames,
@@ -36,6 +36,7 @@ def offsets_of_program(
     progress: Progress,
     find_program: Callable[[str], bytes | None] = lambda name: None,
     registers: Mapping[int, Register] | None = None,
+    air: float = 0.0,
 ) -> Offsets:
     """The best offsets for a program that exists; arguments as ``correct`` has them.
 
@@ -48,7 +49,7 @@ def offsets_of_program(
         cell,
         frames,
         before=before,
-        options=Options(),
+        options=Options(air=air),
         progress=progress,
         find_program=find_program,
         registers=registers,
@@ -56,7 +57,7 @@ def offsets_of_program(
     progress(stages.OFFSETS, 0.0)
     drive = full.plan.drive
     target = interpolate_poses(drive, full.execution.station, full.execution.fraction)
-    actual = fly(twin_of_cell(cell), drive, before).actual
+    actual = fly(twin_of_cell(cell), drive, before, air=air).actual
     judged = np.flatnonzero(full.judged & (full.length > 0))
     number, uframe = _frame_of(full, judged)
     flown = FlownErrors(
@@ -106,7 +107,8 @@ def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array)
         value[:, :6] += numbers
         program = replace(program, positions=replace(program.positions, value=value))
     _, drive = around.drive(program, cell.robot)
-    execution = fly(twin_of_cell(cell), replace(drive, beyond=full.plan.drive.beyond), full.before)
+    drive = replace(drive, beyond=full.plan.drive.beyond)
+    execution = fly(twin_of_cell(cell), drive, full.before, air=full.options.air)
     return pose_errors(execution, target)
 
 

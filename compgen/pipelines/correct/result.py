@@ -46,6 +46,7 @@ class Options:
     ensemble: Ensemble | None = None  # the starts that the one file shall serve; None: the planned one alone
     raised: float = 0.0  # [m] a dry run, so much higher
     guaranteed: Guarantee | None = None  # bounds with a probability, verified by draws
+    air: float = 0.0  # [K] how much warmer than the reference it is, before the program and while it runs
 
 
 def options_of(  # noqa: PLR0913  the options of a command, each by its name

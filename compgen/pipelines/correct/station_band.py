@@ -25,7 +25,7 @@ from compgen.pipelines.uncertainty.draws import CONFIRMED, FlownDraw, FlownDraws
 from compgen.program.directions import station_directions
 from compgen.program.driven import DrivenProgram
 from compgen.program.frames import Frames
-from compgen.thermal import Duty
+from compgen.thermal import Duty, still_air
 from compgen.thermal.ensemble import Start
 from compgen.thermal.model import with_losses
 from compgen.thermal.schedule import History
@@ -75,7 +75,7 @@ def _one_tool(plan: CorrectionPlan) -> Pose:
     return plan.poses.tools[plan.poses.tool[plan.drive.pose[plan.free][0]]]
 
 
-def station_band(cell: Cell, plan: CorrectionPlan, frames: Frames, before: Sequence[Duty]) -> Band | None:
+def station_band(cell: Cell, plan: CorrectionPlan, frames: Frames, before: Sequence[Duty], air: float) -> Band | None:
     """What the robot file leaves open at the free stations; None where there are none.
 
     Args:
@@ -83,9 +83,10 @@ def station_band(cell: Cell, plan: CorrectionPlan, frames: Frames, before: Seque
         plan: The program, its stations and their corrections.
         frames: Of the controller, with how they were taught.
         before: What the cell did.
+        air: How much warmer than the reference it is [K].
     """
     uncertainty = uncertainty_of_plan(cell, plan, frames)
-    at = station_columns(cell, plan, uncertainty, before)
+    at = station_columns(cell, plan, uncertainty, before, air)
     if at is None:
         return None
     weight, scale = np.zeros(len(at.rows)), cell.fit.scale
@@ -105,7 +106,7 @@ class StationColumns:
 
 
 def station_columns(
-    cell: Cell, plan: CorrectionPlan, uncertainty: JobUncertainty, before: Sequence[Duty]
+    cell: Cell, plan: CorrectionPlan, uncertainty: JobUncertainty, before: Sequence[Duty], air: float
 ) -> StationColumns | None:
     """What one unit of each quantity does at the free stations; None where there are none."""
     stations, poses = plan.stations, plan.drive.at
@@ -114,7 +115,7 @@ def station_columns(
         return None
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).astype(int))]
     motion = plan.drive.joint_motion()
-    history = History(before=tuple(with_losses(cell.heat, before, motion)))
+    history = History(before=tuple(with_losses(cell.heat, before, motion)), air=still_air(air))
     way = np.diff(motion.time)
     feed = float(motion.driven @ way / way.sum()) if way.sum() > 0 else 0.0
     directions = station_directions(cell.robot, cell.sources, plan.drive)[0]
@@ -157,11 +158,12 @@ def fly_draws(
         target: Where its samples should be.
         progress: Called with the share done.
     """
-    guarantee, ensemble, judged = result.options.guaranteed, result.options.ensemble, result.judged
+    options, judged = result.options, result.judged
+    guarantee, ensemble = options.guaranteed, options.ensemble
     if guarantee is None or not judged.any():
         return None
     uncertainty = uncertainty_of_plan(result.cell, result.plan, result.around.frames)
-    at_stations = station_columns(result.cell, result.plan, uncertainty, result.before)
+    at_stations = station_columns(result.cell, result.plan, uncertainty, result.before, options.air)
     if at_stations is None:
         return None
     rows, columns = at_stations.rows, at_stations.columns
@@ -174,7 +176,7 @@ def fly_draws(
 
     def error(cell: Cell, start: Start, air: float = 0.0) -> Array:
         twin = replace(twin_of_cell(cell), confirmed=CONFIRMED)
-        flown = fly(twin, driven, result.before, starts=((1.0, start),), air=air, subdivisions=pieces)
+        flown = fly(twin, driven, result.before, starts=((1.0, start),), air=options.air + air, subdivisions=pieces)
         return flown.actual.position - target.position
 
     def fly_one(cause: Cause, rng: np.random.Generator) -> FlownDraw:

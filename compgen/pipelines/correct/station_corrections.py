@@ -23,7 +23,7 @@ from compgen.program.driven import DrivenProgram, Positions
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.turns import postures_of, turn_digits
-from compgen.thermal import Duty, rises_during, state_after
+from compgen.thermal import Duty, rises_during, state_after, still_air
 from compgen.thermal.ensemble import Ensemble, mean_rises
 from compgen.thermal.model import with_losses
 from compgen.thermal.schedule import STANDING, History
@@ -56,19 +56,19 @@ class StationCorrections(StationRises):
 
 
 def rise_at_stations(
-    cell: Cell, drive: DrivenProgram, before: Sequence[Duty], ensemble: Ensemble | None = None
+    cell: Cell, drive: DrivenProgram, before: Sequence[Duty], ensemble: Ensemble | None = None, air: float = 0.0
 ) -> StationRises:
-    """Times and rises of all stations, these averaged over an ensemble of starts.
+    """Times and rises of all stations, these averaged over an ensemble of starts, in air so much warmer [K].
 
     During a pause the robot stands with its servo on.
     """
-    motion = drive.joint_motion()
+    motion, around = drive.joint_motion(), still_air(air)
     if ensemble is None:
-        start = state_after(cell.heat, with_losses(cell.heat, before, motion))
-        rise = rises_during(cell.heat, start, motion).rise
+        start = state_after(cell.heat, with_losses(cell.heat, before, motion), air=around)
+        rise = rises_during(cell.heat, start, motion, around).rise
     else:
         *duties, standing = with_losses(cell.heat, [*before, STANDING], motion)
-        history, delays = History(before=tuple(duties), standing=standing), Ensemble(ensemble.delay)
+        history, delays = History(before=tuple(duties), standing=standing, air=around), Ensemble(ensemble.delay)
         motions = [drive.at_override(share).joint_motion() for share in ensemble.overrides]
         rise = np.mean([mean_rises(cell.heat, history, delays, slow) for slow in motions], axis=0)
     stations = drive.reached[1:]
@@ -79,13 +79,11 @@ def correct_stations(
     cell: Cell,
     drive: DrivenProgram,
     free: BoolArray,
-    before: Sequence[Duty],
+    reached: StationRises,
     settings: Settings,
     progress: Callable[[float], None] = lambda share: None,
-    ensemble: Ensemble | None = None,
 ) -> StationCorrections:
-    """Corrections of all free stations, for one start or for the mean of the rises over an ensemble of them."""
-    reached = rise_at_stations(cell, drive, before, ensemble)
+    """Corrections of all free stations, for the rises there."""
     S = len(free)
     if not free.any():
         return StationCorrections(

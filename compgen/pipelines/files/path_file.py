@@ -33,7 +33,7 @@ from compgen.job.tables import bounds_of
 from compgen.job.uncertainty import refuse_without_uncertainty
 from compgen.pipelines.files.project_file import Project, find_project
 from compgen.pipelines.files.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
-from compgen.pipelines.files.schema import PathFile
+from compgen.pipelines.files.schema import HISTORY, PathFile
 from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.boundary_schema import boundary_from_table
 from compgen.planning.curves import PiecewiseCurve
@@ -68,8 +68,6 @@ from compgen.thermal.temperature_log import read_temperature_log
 from compgen.verification.own_file.second_reading import read_own_file
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
-NOT_OF_AIR = {"reference_degC", "clock_h"}  # of [ambient]: they do not say how warm the air is
-HISTORY = ("before", "cycle", "after", "shift", "start", "ambient", "log", "state")
 
 
 def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
@@ -139,7 +137,7 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
     """
     source, path = files.source, check(PathFile, files.path_data, str(files.source))
     cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
-    air, is_air_given = tables.ambient_of(path.ambient, str(source)), bool(path.ambient.model_fields_set - NOT_OF_AIR)
+    air, is_air_given = tables.ambient_of(path.ambient, str(source)), path.ambient.is_given
     air_file = path.ambient.file
     log, read = None, read_temperature_log(source.parent / air_file, (), {}, air=True).notes if air_file else ()
     if path.log is not None and path.state is None:

@@ -49,10 +49,15 @@ UNITS = {
 }  # fmt: skip
 
 
+#: keys of a path file that say what the cell does before and after its program
+HISTORY = ("before", "cycle", "after", "shift", "start", "ambient", "log", "state")
+
+
 class BeforeFile(Table):
-    """A file, or words, that say only what went before."""
+    """A file, or words, that say only what went before, and how warm the air is."""
 
     before: list[StepTable] = []
+    ambient: AmbientTable = AmbientTable()
 
 
 class PathFile(Table):

@@ -28,7 +28,6 @@ from compgen.core.units import DAY, MINUTE, limit_words
 from compgen.error_model.anchored_state import parse_state, state_text
 from compgen.job.anchored_start import cell_with_state, load_state
 from compgen.job.job import Cell, Job
-from compgen.pipelines.files.path_file import NOT_OF_AIR
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.planned.job_results import Planned
@@ -65,7 +64,7 @@ class Logged(NamedTuple):
     @property
     def is_air_given(self) -> bool:
         """Whether the job says what the air does, so that what was found now does not stay."""
-        return bool(self.ambient.model_fields_set - NOT_OF_AIR)
+        return self.ambient.is_given
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -1,7 +1,7 @@
 """What a corrected program in pages was made from, as its provenance in the manifest has it, whole."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from compgen.core.exceptions import InputError
@@ -103,7 +103,7 @@ def _options(given: Mapping[str, Any], max_um: float | None) -> Options:
         ", ".join(f"{key} = {values}" for key, values in given.get(table, {}).items()) or None
         for table in ("average_over", "guaranteed")
     )
-    return options_of(
+    typed = options_of(
         split=bool(given["split"]),
         insert_um=given["insert_um"],
         strict=False,
@@ -113,6 +113,7 @@ def _options(given: Mapping[str, Any], max_um: float | None) -> Options:
         average_over=starts,
         guaranteed=promise,
     )
+    return replace(typed, air=float(given.get("air_K", 0.0)))
 
 
 def with_state_text(plain: Cell, text: str, where: str) -> Cell:

@@ -21,7 +21,6 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
 from compgen.core.units import KB
-from compgen.job.anchored_start import OTHER_AIR, other_air_words
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
@@ -104,11 +103,11 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     place = int(first.plan.drive.reached[at])
     known = _known_at(place, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
-    if begun.air is not None and abs(begun.air) > OTHER_AIR:
-        begun = replace(begun, why=f"{begun.why}; {other_air_words(begun.air)}")
-    passed = begun.cell.heat.rate * known.motion().time[place]
-    started = as_written.start + _grown_back(begun.state - known.state, passed)
-    new = _corrected(job, _beginning(begun.cell, started), (), progress)
+    air, heat = begun.air or 0.0, begun.cell.heat
+    passed = heat.rate * known.motion().time[place]
+    by_air = heat.ambient * (air - as_written.air) * -np.expm1(-passed)
+    started = as_written.start + _grown_back(begun.state - known.state - by_air, passed)
+    new = _corrected(_in_air(job, air), _beginning(begun.cell, started), (), progress)
     if not np.array_equal(new.written.positions.number, old.written.positions.number):
         raise InputError(
             f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
@@ -129,7 +128,8 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
         begun=begun,
         findings=new.findings,
     )
-    return with_manifest(resumed, date, {"loaded": loaded, "done": done}, {"start_state": started.tolist()})
+    start = {"start_state": started.tolist(), "air_K": air}
+    return with_manifest(resumed, date, {"loaded": loaded, "done": done}, start)
 
 
 class _AsWritten(NamedTuple):
@@ -137,38 +137,42 @@ class _AsWritten(NamedTuple):
 
     cell: Cell
     start: Array  # (S,) thermal state when the program began
+    air: float  # [K] above the reference, since then
     correction: Correction
 
 
 def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress: Progress) -> _AsWritten:
     """What the pages were corrected for at last: the day so far, or what an earlier call has found."""
-    cell, heat = job.cell, job.cell.heat
+    cell, heat, air = job.cell, job.cell.heat, job.options.air
     if not earlier:
-        motion = first.plan.drive.joint_motion()
-        return _AsWritten(cell, state_after(heat, with_losses(heat, job.before, motion)), first)
+        duties = with_losses(heat, job.before, first.plan.drive.joint_motion())
+        return _AsWritten(cell, state_after(heat, duties, air=still_air(air)), air, first)
     where, start = job.written.manifest_file, np.array(earlier[-1]["start_state"])
     if len(start) != len(heat.rate):
         raise InputError(f"{where}: resumed: start_state is of another thermal model; {ANEW}")
     if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
         cell = with_state_text(job.plain, anchored, f"{where}: resumed.state_toml")
-    return _AsWritten(cell, start, _corrected(_unjudged(job), _beginning(cell, start), (), progress))
+    air = float(earlier[-1].get("air_K", air))
+    again = _corrected(_in_air(_unjudged(job), air), _beginning(cell, start), (), progress)
+    return _AsWritten(cell, start, air, again)
 
 
 def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
-    """The robot at a place of the motion by the day so far; the air is at the reference, as that of a correction."""
-    heat, start = written.cell.heat, written.start
+    """The robot at a place of the motion by the day so far."""
+    heat, start, air = written.cell.heat, written.start, still_air(written.air)
     (standing,) = with_losses(heat, [STANDING], motion)
     return Known(
         cell=written.cell,
         plain=lambda: plain,
         heat=heat,
-        state=states_at(heat, start, motion, np.array([place]))[0],
+        state=states_at(heat, start, motion, np.array([place]), air)[0],
         clock=0.0,
-        air=still_air(),
+        air=air,
         standing=standing,
         motion=lambda: motion,
         logged=lambda: Logged(AmbientTable(), None),
         earlier=tuple(earlier),
+        measured_air=written.air,
     )
 
 
@@ -180,6 +184,11 @@ def _grown_back(change: Array, passed: Array) -> Array:
 
 def _beginning(cell: Cell, start: Array) -> Cell:
     return replace(cell, heat=cell.heat.starting(start))
+
+
+def _in_air(job: CorrectedJob, air: float) -> CorrectedJob:
+    """The same in air so much warmer than the reference [K]."""
+    return replace(job, options=replace(job.options, air=air))
 
 
 def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress: Progress) -> Correction:
@@ -246,7 +255,7 @@ def _fly(new: Correction, old: Correction) -> tuple[Flight, PoseErrors]:
     """What the twin does with the old text of the same program, as warm as with the new one."""
     _, drive = new.around.drive(old.written, new.cell.robot)
     drive = replace(drive, beyond=np.maximum(new.plan.drive.beyond, drive.beyond))
-    execution = fly(twin_of_cell(new.cell), drive, ())
+    execution = fly(twin_of_cell(new.cell), drive, (), air=new.options.air)
     target = interpolate_poses(new.meant, execution.station, execution.fraction)
     return execution, pose_errors(execution, target)
 

@@ -27,7 +27,7 @@ from compgen.pipelines.resume.paged_run import LogZero, PagedRun
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
-from compgen.thermal import JointMotion, state_after
+from compgen.thermal import JointMotion, state_after, still_air
 from compgen.thermal.model import with_losses
 from compgen.thermal.rise_filter import STEP
 from compgen.thermal.schedule import STANDING, History
@@ -59,7 +59,7 @@ class CorrectedRun(PagedRun):
         return sizes
 
     def rewrite(self, page: int, begun: Begun, date: str, progress: Progress, loaded: int, done: int) -> ResumedProgram:
-        """By the way of ``resume_corrected``, with the air that the program was corrected for."""
+        """By the way of ``resume_corrected``."""
         return resume_corrected(
             self.job,
             page,
@@ -88,7 +88,7 @@ def corrected_run(job: CorrectedJob, progress: Progress) -> CorrectedRun:
     driven = drive.joint_motion()
     before = tuple(with_losses(cell.heat, job.before, driven))
     (standing,) = with_losses(cell.heat, [STANDING], driven)
-    history = History(before=before, standing=standing)
+    history = History(before=before, standing=standing, air=still_air(job.options.air))
     motion, rows = in_steps(driven)
     stations = [*page_stations(first, job), len(drive.pose)]
     reference = AmbientTable().reference_degC
@@ -99,7 +99,7 @@ def corrected_run(job: CorrectedJob, progress: Progress) -> CorrectedRun:
         heat=cell.heat,
         history=history,
         clock=history.clock,
-        start=state_after(cell.heat, before),
+        start=state_after(cell.heat, before, air=history.air),
         zero=LogZero(reference=reference, window=STEP, degC=reference),
         motion=motion,
         edges=tuple(rows[drive.reached[stations]].tolist()),

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -216,14 +216,14 @@ def correct(
     if file is not None and not again:
         refuse_corrected(Path(file), content)
     of_state = optional_name(state, "state", STATE), optional_name(state_age, "state_age", "a time, as '20min'")
-    cell, history = cell_of_program(content, file, robot_name, assignments(overrides), history_words, *of_state)
+    cell, history, air = cell_of_program(content, file, robot_name, assignments(overrides), history_words, *of_state)
     with nullcontext() if file is None else naming_file(file), numpy_alone():
         result = pipeline.correct(
             content,
             cell,
             read_frames(frames_file),
             before=history,
-            options=options,
+            options=replace(options, air=air),
             progress=report_progress,
             find_program=programs_beside(Path(file)) if file is not None else _no_program,
             registers=read_registers(register_file),

@@ -79,6 +79,11 @@ class AmbientTable(Table):
     file: str | None = None
     """csv: file beside the path file with the columns time_s, ambient_degC."""
 
+    @property
+    def is_given(self) -> bool:
+        """Whether it says how warm the air is."""
+        return bool(self.model_fields_set - {"reference_degC", "clock_h"})
+
 
 class LogTable(DialectTable):
     """A thermocouple log; its end is the thermal state at the first [[before]]."""
