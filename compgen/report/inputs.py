@@ -76,14 +76,14 @@ def correction_inputs(result: "Correction", planned_sha256: str, corrected_sha25
         *(["split positions"] if options.split else []),
         *([] if options.insert is None else [f"points inserted beyond {options.insert / UM:g} µm"]),
         *([] if options.bound is None else [f"bound {options.bound / UM:g} µm"]),
-        *([] if not options.air else [f"air {options.air:+.1f} K off the reference"]),
         *([] if options.ensemble is None else [f"serves {ensemble_words(options.ensemble)}"]),
     ]
+    warmer = f"; air {options.air:+.1f} K off the reference" if options.air else ""
     rows = [
         ("program", f"{result.name}, sha256 {planned_sha256[:SHORT]}"),
         _robot(result.cell),
         ("frames and tools", "; ".join(given) or "none given: World and flange"),
-        ("history", _with_state(result.cell, duties_words(result.before))),
+        ("history", _with_state(result.cell, duties_words(result.before)) + warmer),
         ("asked for", ", ".join(wishes) or "nothing beyond the correction"),
         overrides_row(result.cell.overrides),
     ]
