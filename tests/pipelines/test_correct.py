@@ -404,8 +404,8 @@ def test_a_file_says_how_warm_the_air_is(tmp_path):
     assert loaded("[ambient]\nclock_h = 7\n")[0] is None
     with pytest.raises(InputError, match=r"day\.toml: ambient\.kind: a program that exists takes air that stays"):
         loaded('[ambient]\nkind = "wave"\namplitude_K = 3\n')
-    for key in ("shift", "start", "log", "state", "cycle"):
-        with pytest.raises(InputError, match=rf"day\.toml: {key}: here only \[\[before\]\] and \[ambient\] count"):
+    for key in ("shift", "start", "log", "state", "cycle", "befor", "Ambient"):
+        with pytest.raises(InputError, match=rf"day\.toml: {key}: here \[\[before\]\] and \[ambient\] count alone"):
             loaded(f"[{key}]\n")
     with pytest.raises(InputError, match=r"day\.toml: ambient\.value_degc: unknown key"):
         loaded("[ambient]\nvalue_degc = 27\n")

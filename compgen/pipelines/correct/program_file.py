@@ -22,7 +22,7 @@ from compgen.fanuc.analysis.inspection import inspect, robots_named
 from compgen.fanuc.analysis.watermark import Mark, carries_mark
 from compgen.job.anchored_start import Beginning, begin
 from compgen.pipelines.files.robot_file import known_robots, load_cell, load_robot
-from compgen.pipelines.files.schema import HISTORY, BeforeFile
+from compgen.pipelines.files.schema import HISTORY, BeforeFile, PathFile
 from compgen.program.frames import Frames, default_frames, load_frames
 from compgen.program.registers import Register, load_registers
 from compgen.robot.robot import Robot
@@ -240,9 +240,9 @@ def load_air(items: Sequence[str]) -> float | None:
 def _day_file(item: str) -> BeforeFile:
     """A file's [[before]] and [ambient]; of a path file all that is no history is passed over."""
     data = read_toml(Path(item), "paths", "give a file with [[before]], or words: 'moving 200mm/s 5h'")
-    for key in HISTORY:
-        if key in data and key not in (*BeforeFile.model_fields, "after"):
-            raise InputError(f"{item}: {key}: here only [[before]] and [ambient] count; remove the rest")
+    for key in data:
+        if key not in PathFile.model_fields or key in set(HISTORY) - {*BeforeFile.model_fields, "after"}:
+            raise InputError(f"{item}: {key:.40}: here [[before]] and [ambient] count alone; remove it, or mend it")
     return check(BeforeFile, {key: data[key] for key in BeforeFile.model_fields if key in data}, item)
 
 
