@@ -4,12 +4,12 @@ The pattern is sampled every ``step`` of its length; over (x, y) the point stand
 height that the pattern asks for, and the tool against the mesh's normal. Past the mesh, and over a face that the tool
 does not work, beyond a step or a sharp edge, it is off the part: height and normal run on evenly between the places
 before and after, and no such face may be higher. So that the way does not bend at the edge itself, and a smooth curve
-cut the corner there, it leaves the part along its surface: where slopes differ by m, it is higher over a length D, at
-s D behind the edge, by
+cut the corner there, it leaves the part along its surface: at a length d behind the edge, off the part over a length L
+whose first point is at e, it is nearer to the plane of the surface at the edge, by
 
-    m D (s - 6 s^3 + 8 s^4 - 3 s^5),
+    (1 - S((d - e) / D)) (1 - S(d / L))        S(s) = 10 s^3 - 15 s^4 + 6 s^5
 
-which has the slope m and no curvature at the edge, and neither at D; at most 0.2 m D.
+of what this is higher; towards the edge where it comes back to the part alike.
 
 With slopes p = -n_x / n_z and q = -n_y / n_z of the normals about a place, over a distance e to each side,
 
@@ -38,7 +38,7 @@ PER_EDGE = 3  # points over an edge of the mesh
 REACH = 2.0  # median edges to each side over which curvature is taken
 FLAT = 1e-3  # [1/m] of a hollow that is none
 LEAST_STEP = 10 * UM  # that a path within its tolerance does not show
-LEAVING = 10 * MM  # behind an edge, over which the way bends; at most half of what is off the part
+LEAVING = 10 * MM  # behind an edge, over which the way bends
 CREASE = 20 * DEG  # that a facet may differ from the mean of its neighbours
 
 
@@ -91,10 +91,11 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     twin = first[1:]
     contact[twin], stop[twin] = contact[twin - 1], stop[twin - 1]
     rows = np.delete(np.arange(len(t)), twin - 1)
-    part = _part(on, under, lean, turn, steps)[rows]
+    apart = ~(under[1:] & under[:-1]) | (turn > SHARP) | steps | (np.maximum(lean[1:], lean[:-1]) > CREASE)
+    part = _part(on, over, height, apart)[rows]
     xy, height, over = xy[rows], height[rows], Over(over.height[rows], over.normal[rows], over.facet[rows])
     height = height + _heights(over, part, xy)
-    _refuse_what_stands_above(over, xy, np.where(part, np.inf, height), source)
+    _refuse_what_stands_above(over, xy, height, part, np.delete(steps, twin - 1), source)
     normal = np.column_stack([_run_on(over.normal[:, k], part, _way(xy)) for k in range(3)])
     points = GivenPoints(
         source=source,
@@ -149,14 +150,19 @@ def _behind_edges(xy: Array, normal: Array, part: BoolArray, straight: Array) ->
     rows, u, M = np.arange(len(xy)), _way(xy), len(xy)
     off = np.flatnonzero(~part & np.logical_or.accumulate(part))
     edge = np.maximum.accumulate(np.where(part, rows, 0))[off]
-    again = np.minimum.accumulate(np.where(part, rows, M - 1)[::-1])[::-1][off]
-    step = np.column_stack([xy, straight])[edge + 1] - np.column_stack([xy, straight])[edge]
-    slope = -((normal[edge, :2] * step[:, :2]).sum(axis=1) / normal[edge, 2] + step[:, 2]) / row_norms(step[:, :2])
-    over_length = np.minimum(LEAVING, (u[again] - u[edge]) / 2)
-    s = np.minimum((u[off] - u[edge]) / over_length, 1.0)
+    again = np.minimum.accumulate(np.where(part, rows, M)[::-1])[::-1][off]
+    d, e = u[off] - u[edge], u[edge + 1] - u[edge]
+    L = np.append(u, np.inf)[again] - u[edge]
+    plane = straight[edge] - ((xy[off] - xy[edge]) * normal[edge, :2]).sum(axis=1) / normal[edge, 2]
     added = np.zeros(M)
-    added[off] = slope * over_length * (s - 6 * s**3 + 8 * s**4 - 3 * s**5)
+    added[off] = (1 - _eased((d - e) / LEAVING)) * (1 - _eased(d / np.maximum(L, d))) * (plane - straight[off])
     return added
+
+
+def _eased(share: Array) -> Array:
+    """From 0 to 1 without slope and curvature at both ends."""
+    s = np.clip(share, 0.0, 1.0)
+    return np.asarray(10 * s**3 - 15 * s**4 + 6 * s**5)
 
 
 def _turns_and_steps(over: Over, under: BoolArray, xy: Array, lean: Array) -> tuple[Array, BoolArray]:
@@ -202,34 +208,45 @@ def _refuse_steps(over: Over, xy: Array, steps: BoolArray, source: str) -> None:
         )
 
 
-def _part(on: BoolArray, under: BoolArray, lean: Array, turn: Array, steps: BoolArray) -> BoolArray:
-    """Where the surface is under the path that the tool works, (M,): no face beyond a step or a sharp edge."""
-    crease = lean > CREASE
-    apart = ~(under[1:] & under[:-1]) | (turn > SHARP) | steps | crease[1:] | crease[:-1]
-    number = np.append(0, np.cumsum(apart))
-    return np.asarray(under & np.isin(number, number[on]))
+def _part(on: BoolArray, over: Over, height: Array, apart: BoolArray) -> BoolArray:
+    """Where the surface is under the path that the tool works, (M,): no face beyond a step or a sharp edge.
+
+    A way between sweeps, at heights (M,) above 0, may come back to it: what is as high as what the tool works, or lower
+    by no more than that height.
+    """
+    number, worked = np.append(0, np.cumsum(apart)), over.height[on]
+    again = (height > 0) & (over.height <= worked.max()) & (over.height + height >= worked.min())
+    return np.asarray((over.facet >= 0) & (np.isin(number, number[on]) | again))
 
 
-def _refuse_what_stands_above(over: Over, xy: Array, height: Array, source: str) -> None:
-    """Refuses a mesh that is higher than the way over it, which only faces are that the tool does not work."""
-    above = over.height - height  # NaN off the mesh
+def _refuse_what_stands_above(
+    over: Over, xy: Array, height: Array, part: BoolArray, steps: BoolArray, source: str
+) -> None:
+    """Refuses a face that the tool does not work where it is higher than the way, and a step up that is."""
+    above = np.where(part, -np.inf, over.height - height)  # NaN off the mesh
+    up, down = over.height[1:] - height[:-1], over.height[:-1] - height[1:]
+    over_step = steps & part[1:] & part[:-1]
+    above[:-1] = np.fmax(above[:-1], np.where(over_step, np.maximum(up, down), -np.inf))
     first = int(np.argmax(above > LEAST_STEP))
     if above[first] > LEAST_STEP:
         x, y = xy[first] / MM
         raise InputError(
             f"{source}: the path runs into the mesh at x {x:.1f}, y {y:.1f} mm, beside what it works: another face is "
-            f"{above[first] / MM:.3g} mm higher there; end the path before it (path.lead_mm, [boundary])"
+            f"{above[first] / MM:.3g} mm higher there; keep off it (path.lead_mm, [boundary], process.lift_mm)"
         )
 
 
 def _sharpest_hollow(mesh: Mesh, xy: Array, source: str, tool_radius: float) -> float:
     """The smallest radius of a hollow under places (M, 2) [m]."""
-    e = REACH * mesh.edge_length()
-    slopes = []
+    e, here, slopes = REACH * mesh.edge_length(), mesh.over(xy), []
     for dx, dy in ((0.0, 0.0), (e, 0.0), (-e, 0.0), (0.0, e), (0.0, -e)):
-        normal = mesh.over(xy + np.array([dx, dy])).normal
+        there = mesh.over(xy + np.array([dx, dy]))
+        way = np.column_stack([np.full((len(xy), 2), [dx, dy]), there.height - here.height])
+        mean = here.normal + there.normal
         with np.errstate(invalid="ignore", divide="ignore"):
-            slopes.append(-normal[:, :2] / normal[:, 2:])  # NaN off the mesh
+            slope = -there.normal[:, :2] / there.normal[:, 2:]  # NaN off the mesh
+        slope[np.abs((way * mean).sum(axis=1)) > np.sin(CREASE) * row_norms(way) * row_norms(mean)] = np.nan
+        slopes.append(slope)  # and on another face
     (p, q), right, left, far, near = slopes[0].T, *slopes[1:]
     hxx, hyx = ((right - left) / (2 * e)).T
     hxy, hyy = ((far - near) / (2 * e)).T

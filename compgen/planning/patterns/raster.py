@@ -74,6 +74,7 @@ def one_way_raster(boundary: Boundary, stepover: float, lead: float, lift: float
     for y in np.unique(starts[:, 1]):
         rows = np.flatnonzero(starts[:, 1] == y)
         x = np.unique(np.concatenate([starts[rows, 0], ends[rows, 0]]))
+        x = x[np.diff(x, prepend=-np.inf) > CENTRED]  # an end and the start behind it may differ in the last digit
         places = np.column_stack([x, np.full(len(x), y)])
         stop = np.arange(1, len(x)) == len(x) - 1
         sweeps.append(curves.lines(places[:-1], places[1:], stop, np.ones(len(stop), dtype=bool)))
