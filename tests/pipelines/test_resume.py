@@ -415,13 +415,9 @@ OTHER_TYPES: tuple[object, ...] = (None, "x", 1.5, True, -1, [], {}, [None], {"a
 @pytest.mark.parametrize(
     "keys",
     [
-        ("job",), ("job", "path_file"), ("job", "robot_file"), ("job", "overrides"), ("main",), ("main", "file"),
-        ("main", "sha256"), ("pages",), ("pages", 0), ("pages", 1, "order"), ("pages", 1, "file"), ("pages", 1, "name"),
-        ("pages", 1, "sha256"), ("pages", 2, "first_position"), ("pages", 2, "last_position"), ("controller",),
-        ("resumed",), ("resumed", 0), ("resumed", 0, "from_page"), ("resumed", 0, "state"),
-        ("resumed", 0, "first_waypoint"), ("resumed", 0, "clock_s"), ("resumed", 0, "join"), ("resumed", 0, "loaded"),
-        ("resumed", 0, "done"), ("resumed", 0, "state_toml"), ("resumed", 0, "state_time_s"), ("schema",),
-        ("inputs_sha256",),
+        ("job",), ("job", "path_file"), ("main", "sha256"), ("pages",), ("pages", 0), ("pages", 1, "order"),
+        ("pages", 1, "file"), ("pages", 2, "first_position"), ("controller",), ("resumed",), ("resumed", 0),
+        ("resumed", 0, "state"), ("resumed", 0, "state_toml"), ("schema",), ("inputs_sha256",), ("record_sha256",),
     ],
     ids=lambda keys: ".".join(map(str, keys)),
 )  # fmt: skip
@@ -430,37 +426,11 @@ def test_a_manifest_with_a_value_of_another_type_is_refused_in_one_line(made, tm
     for value in OTHER_TYPES:
         edited = shutil.copytree(folder, tmp_path / "edited", dirs_exist_ok=True)
         edit(edited, value, *keys)
-        try:
-            pages = read_written_job(edited).pages  # what is of the type that is written is taken
-        except InputError as refusal:
-            message = str(refusal).replace(str(edited), "out")
-            assert len(message) <= 300
-            assert "\n" not in message
-        else:
-            assert all(page.is_as_written or page.file.endswith("_02.LS") for page in pages)
-
-
-@pytest.mark.parametrize(
-    ("value", "keys", "words"),
-    [
-        (None, ("job",), "job: null must be a table; it was edited since"),
-        (None, ("resumed",), "resumed: null"),
-        (99, ("resumed", 0, "from_page"), "from_page: 99, and there are"),
-        (7, ("resumed", 0, "first_waypoint"), "first_waypoint: 7, and page 2 begins at"),
-        (
-            10**8,
-            ("pages", 2, "first_position"),
-            r"pages\.1: it goes from .* begins at 100000000;",
-        ),
-        (float("nan"), ("pages", 0, "bytes"), "NaN is no number"),
-    ],
-)
-def test_an_edited_manifest_names_the_key(made, tmp_path, value, keys, words):
-    folder = replaced_once(made, tmp_path / "out")
-    assert read_written_job(folder).resumed
-    edit(folder, value, *keys)
-    with pytest.raises(InputError, match=words):
-        read_written_job(folder)
+        with pytest.raises(InputError) as refusal:
+            read_written_job(edited)
+        message = str(refusal.value).replace(str(edited), "out")
+        assert len(message) <= 300
+        assert "\n" not in message
 
 
 def rewrite(folder, **changes):
@@ -487,18 +457,9 @@ EDITS = pytest.mark.parametrize(
         lambda record: record["resumed"][0].update(clock_s=record["resumed"][0]["clock_s"] + 3600),
         lambda record: record["pages"][1].update(rise_K={}),
         lambda record: record.pop("resumed"),
+        lambda record: record.pop(CHECKSUM),
     ],
 )
-
-
-def test_a_manifest_of_an_earlier_version_has_no_checksum(late, tmp_path):
-    for file in late.iterdir():
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    manifest = tmp_path / "OPTIC_RASTER.pages.json"
-    record = json.loads(manifest.read_bytes())
-    del record[CHECKSUM]
-    manifest.write_text(json.dumps(record))
-    assert len(read_written_job(tmp_path).pages) > 2
 
 
 @EDITS
@@ -512,7 +473,7 @@ def test_a_manifest_edited_by_hand_is_refused(late, tmp_path, edit):
     read_written_job(tmp_path)
     edit(record)
     manifest.write_text(json.dumps(record))
-    words = r"OPTIC_RASTER\.pages\.json: (record_sha256|resumed\.0\.first_waypoint): .* edited since"
+    words = r"OPTIC_RASTER\.pages\.json: record_sha256: .* edited since"
     with pytest.raises(InputError, match=words) as refusal:
         read_written_job(tmp_path)
     assert len(str(refusal.value)) <= 300 + len(str(tmp_path))

@@ -1,20 +1,17 @@
 """A job in pages as it stands in a folder: what wrote it, its pages byte for byte, and what was replaced since.
 
-Its manifest is read again as ``resume`` and ``follow`` rely on it, whoever has edited it since.
+Its manifest is read again as ``resume`` and ``follow`` rely on it: by its checksum nobody has edited it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import ConfigDict, Field, FiniteFloat
-
-from compgen.core.exceptions import InputError, TableError
+from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_named, read_regular
 from compgen.core.json_text import read_json
-from compgen.core.toml import Table, check
 from compgen.job.job import Job
 from compgen.pipelines.correct.program_pages import CORRECTED, UNKNOWN
 from compgen.pipelines.files.path_file import load_job
@@ -22,111 +19,6 @@ from compgen.program.pages import MANIFEST_SUFFIX, SCHEMA, is_as_written
 
 WRITTEN = "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into"
 EDITED = "it was edited since: put the file back as it was written, or write the pages anew"
-
-Count = Annotated[int, Field(ge=0, le=10**9)]
-Number = Annotated[int, Field(ge=1, le=10**9)]  # of a page, a position or a motion
-FileName = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^/\\\x00-\x1f\x7f]+$")]
-Time = Annotated[FiniteFloat, Field(ge=-1e11, le=1e11)]
-State = list[Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]]
-
-
-class _Open(Table):
-    """A table with further keys, which nothing here reads."""
-
-    model_config = ConfigDict(extra="allow")
-
-
-class _File(_Open):
-    file: FileName
-    sha256: str
-
-
-class _Page(_File):
-    order: Number
-    name: str
-
-
-class _JobPage(_Page):
-    first_position: Number
-    last_position: Number
-
-
-class _ProgramPage(_Page):
-    motions: Annotated[list[Number], Field(min_length=2, max_length=2)]
-
-
-class _Job(_Open):
-    path_file: str
-    robot_file: str
-    overrides: list[str] = Field(default_factory=list)
-
-
-class _Controller(_Open):
-    max_lines: Number
-    max_positions: Number
-    memory_kB: Annotated[FiniteFloat, Field(gt=0, le=1e12)]
-    name_length: Number
-
-
-class _Join(_Open):
-    gap_mm: FiniteFloat
-
-
-class _Resumed(_Open):
-    from_page: Number
-    loaded: Count = 0
-    done: Count = 0
-    state_toml: str = ""
-    state_time_s: Time = 0.0
-    join: _Join | None = None
-
-
-class _ResumedJob(_Resumed):
-    first_waypoint: Count
-    clock_s: Time
-    air_K: Annotated[FiniteFloat, Field(ge=-100, le=100)] | None = None
-    state: State
-
-
-class _ResumedProgram(_Resumed):
-    start_state: State
-
-
-class _Manifest(_Open):
-    main: _File
-    controller: _Controller
-
-
-class JobManifest(_Manifest):
-    """Of a planned job."""
-
-    pages: Annotated[list[_JobPage], Field(min_length=1)]
-    job: _Job
-    inputs_sha256: str
-    resumed: list[_ResumedJob] = Field(default_factory=list)
-
-
-class _Duty(_Open):
-    state: Literal["moving", "idle", "off"]
-    feed_mm_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)]
-    duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e6)]
-    duty: Annotated[FiniteFloat, Field(ge=0, le=1)] = 1.0
-
-
-class _Provenance(_Open):
-    before: list[_Duty]
-    overrides: list[str]
-    planned_sha256: str
-    corrected_sha256: str
-    planned_zlib_b85: str
-
-
-class ProgramManifest(_Manifest):
-    """Of a program that existed and was corrected."""
-
-    pages: Annotated[list[_ProgramPage], Field(min_length=1)]
-    corrected_from: _Provenance
-    resumed: list[_ResumedProgram] = Field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,9 +83,6 @@ def read_written_job(folder: Path) -> WrittenJob:
     """
     manifest = _manifest_of(folder)
     record, put_back = _record_of(manifest), f"put it back: {manifest.name} names it"
-    entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
-    if [entry["order"] for entry in entries] != list(range(1, len(entries) + 1)):
-        raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
     pages = tuple(
         WrittenPage(
             number=entry["order"],
@@ -204,16 +93,9 @@ def read_written_job(folder: Path) -> WrittenJob:
             last=last - 1,
             data=read_named(folder / entry["file"], put_back),
         )
-        for entry in entries
+        for entry in record["pages"]
         for first, last in [_extent(record, entry)]
     )
-    _check_row(manifest, pages)
-    _check_replaced(manifest, record, pages)
-    if not is_as_written(record):
-        raise InputError(
-            f"{manifest}: record_sha256: not that of the rest: what it says of heat and pages that ran is not known to "
-            f"be true; {EDITED}"
-        )
     main_file, main_sha = record["main"]["file"], record["main"]["sha256"]
     main = read_named(folder / main_file, put_back)
     if sha256(main).hexdigest() != main_sha:
@@ -239,7 +121,7 @@ def _manifest_of(folder: Path) -> Path:
 
 
 def _record_of(manifest: Path) -> dict[str, Any]:
-    """What a manifest says, with all that is relied on in it of the type that it is written in."""
+    """What a manifest says, as it was written."""
     try:
         record = read_json(read_regular(manifest, MOST_TABLE_BYTES))
     except (OSError, ValueError) as failure:
@@ -250,39 +132,16 @@ def _record_of(manifest: Path) -> dict[str, Any]:
     if record.get("schema") != SCHEMA:
         given = repr(record.get("schema"))[:20]
         raise InputError(f"{manifest}: schema {given}, and this compgen reads {SCHEMA}; generate the job anew")
+    if not is_as_written(record):
+        raise InputError(
+            f"{manifest}: record_sha256: not that of the rest: what it says of heat and pages that ran is not known to "
+            f"be true; {EDITED}"
+        )
     if UNKNOWN in record:
         raise InputError(f"{manifest}: its pages cannot be written anew: {record[UNKNOWN]!s:.300}")
     if not {"job", CORRECTED} & {*record}:
         raise InputError(f"{manifest}: it does not say which path file and robot file made these pages; {WRITTEN}")
-    try:
-        check(ProgramManifest if CORRECTED in record else JobManifest, record, str(manifest))
-    except TableError as failure:
-        raise InputError(f"{failure}; {EDITED}") from None
     return record
-
-
-def _check_row(manifest: Path, pages: Sequence[WrittenPage]) -> None:
-    """Raises InputError where pages do not follow each other; those of a planned job share the position between."""
-    for page, after in zip(pages, [*pages[1:], None], strict=True):
-        if page.last < page.first or (after is not None and after.first - page.last not in (0, 1)):
-            raise InputError(
-                f"{manifest}: pages.{page.number - 1}: it goes from {page.first + 1} to {page.last + 1}"
-                + (f", and the next one begins at {after.first + 1}" if after else "")
-                + f"; {EDITED}"
-            )
-
-
-def _check_replaced(manifest: Path, record: Mapping[str, Any], pages: Sequence[WrittenPage]) -> None:
-    """Raises InputError where what was replaced since is of pages that are not there."""
-    for i, entry in enumerate(record.get("resumed", [])):
-        where, page = f"{manifest}: resumed.{i}", entry["from_page"]
-        if page > len(pages):
-            raise InputError(f"{where}.from_page: {page}, and there are {len(pages)} pages; {EDITED}")
-        first = pages[page - 1].first
-        if entry.get("first_waypoint", first) != first:
-            raise InputError(
-                f"{where}.first_waypoint: {entry['first_waypoint']}, and page {page} begins at {first}; {EDITED}"
-            )
 
 
 def _extent(record: Mapping[str, Any], entry: Mapping[str, Any]) -> tuple[int, int]:
