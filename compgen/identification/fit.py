@@ -57,9 +57,7 @@ class Fit:
     outlier: BoolArray  # (N,) rows set aside
     residual: Array  # (N, 3) [m] measured less predicted: coordinates, or a distance in the first
     kind: IntArray  # (N,) of each row
-    distance: Array  # (N,) squared leave-one-out deviation over its variance
     linear: Linearisation
-    steps: int
 
     def problem(self, model: ArmModel, data: Measurements, linear: Linearisation | None = None) -> LinearProblem:
         """The linear problem at the fit, without the rows set aside; ``linear``: of other data at the same point."""
@@ -179,7 +177,6 @@ class _Iterate:
     reflector_rotation: Array
     scales: Scales
     linear: Linearisation
-    steps: int
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -206,9 +203,9 @@ class _Solver:
         axes = _reflector_rotations(self.data, frames, rotation)
         return self._at(p, frames, axes, scales)
 
-    def _at(self, p: Array, frames: InstrumentFrames, axes: Array, scales: Scales, steps: int = 0) -> _Iterate:
+    def _at(self, p: Array, frames: InstrumentFrames, axes: Array, scales: Scales) -> _Iterate:
         linear = linearise(self.model, self.data, self.active, p, frames, axes)
-        return _Iterate(p=p, frames=frames, reflector_rotation=axes, scales=scales, linear=linear, steps=steps)
+        return _Iterate(p=p, frames=frames, reflector_rotation=axes, scales=scales, linear=linear)
 
     def minimise(self, point: _Iterate, weight: Array, *, student: bool = False) -> tuple[_Iterate, Posterior]:
         """Gauss-Newton steps until no row moves, and the solution that the last of them led to."""
@@ -271,7 +268,7 @@ class _Solver:
         rotation = point.reflector_rotation
         if unknowns.oriented:
             rotation = rotation @ rotation_matrix(step[unknowns.turn(0).start :].reshape(Q, 3))
-        return self._at(p, frames, rotation, solution.scales, point.steps + 1)
+        return self._at(p, frames, rotation, solution.scales)
 
     def _cost(self, point: _Iterate, w: Array, scales: Scales) -> float:
         problem, linear, kind = self._problem(point, w), point.linear, self.data.kind
@@ -319,9 +316,7 @@ class _Solver:
             outlier=outlier,
             residual=point.linear.z,
             kind=self.data.kind,
-            distance=leave_one_out_distance(point.linear, solution, self.data, outlier),
             linear=point.linear,
-            steps=point.steps,
         )
 
 

@@ -37,7 +37,6 @@ class Validation:
     """Distances of measured from predicted positions."""
 
     data: Measurements
-    frames: InstrumentFrames
     nominal: Array  # (N,) [m] by the nominal arm, with its own frames where they are fitted
     identified: Array  # (N,) [m] by the identified one
     outlier: BoolArray  # (N,) rows set aside
@@ -104,7 +103,6 @@ def validate(
         findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX_UM, message))
     return Validation(
         data=data,
-        frames=frames,
         nominal=distances[0],
         identified=distances[1],
         outlier=outlier,

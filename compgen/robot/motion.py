@@ -35,15 +35,11 @@ class MotionVerdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionEvidence:
-    """Where the numbers of a controller's motion come from."""
+    """What the log speaks for that the numbers of a controller's motion come from."""
 
-    robot: str  # name of the robot whose log it was
-    log_sha256: str  # of the executed log
-    program: str  # that was executed
     override: float  # share of the written speeds it was executed at
-    held_out: float | None  # [m] largest deviation left on stretches that the fit has not seen
     verdict: MotionVerdict
-    misfit: float = 0.0  # [m] rms left there, of one coordinate square to the path
+    misfit: float = 0.0  # [m] rms left on stretches that the fit has not seen, of one coordinate square to the path
     runs_began: frozenset[RunBeginning] = frozenset()  # of the log, as far as it shows their bends; none: not known
 
     @property

@@ -94,11 +94,7 @@ def motion_of(table: MotionTable | None, robot: str, where: str) -> ControllerMo
     evidence = None
     if identified is not None:
         evidence = MotionEvidence(
-            robot=identified.robot,
-            log_sha256=identified.log_sha256,
-            program=identified.program,
             override=identified.override_percent * PERCENT,
-            held_out=None if identified.held_out_um is None else identified.held_out_um * UM,
             misfit=identified.held_out_rms_um * UM,
             verdict=MotionVerdict.COMMANDABLE if identified.verdict == OLD else MotionVerdict(identified.verdict),
             runs_began=frozenset(each for each in RunBeginning if identified.runs_began in (each.value, "both")),

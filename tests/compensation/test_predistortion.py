@@ -19,9 +19,7 @@ from compgen.pipelines.planned import generate
 from compgen.robot.motion import ControllerMotion, MotionEvidence, MotionVerdict
 from compgen.verification.twin.controller.smoothing import smooth
 
-ACCEPTED = MotionEvidence(
-    robot="m710ic50", log_sha256="", program="", override=1.0, held_out=None, verdict=MotionVerdict.COMMANDABLE
-)
+ACCEPTED = MotionEvidence(override=1.0, verdict=MotionVerdict.COMMANDABLE)
 TWO_MEANS = ControllerMotion(moving_averages=(0.2, 0.1), enabled=True, evidence=ACCEPTED)
 LAG = ControllerMotion(first_orders=(0.05,), enabled=True, evidence=ACCEPTED)
 MODELS = pytest.mark.parametrize("motion", [TWO_MEANS, LAG], ids=["two means", "first order"])

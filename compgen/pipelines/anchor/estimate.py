@@ -94,7 +94,6 @@ class PathColumns:
 class Estimate:
     """A state, as differences from the forecast."""
 
-    hypothesis: Hypothesis
     x: Array  # (X,)
     gain: Array  # (X, R) of the coordinates used: x = gain y
     covariance: Array  # (X, X)
@@ -222,7 +221,6 @@ def estimate(beside: Compared, h: Hypothesis) -> Estimate:
     change = (-2 * (with_y * L).sum(axis=1) + ((L @ V) * L).sum(axis=1)).reshape(M, 3).sum(axis=1)
     covariance = P - C @ innovation.H @ P
     return Estimate(
-        hypothesis=h,
         x=T @ innovation.y,
         gain=T,
         covariance=(covariance + covariance.T) / 2,

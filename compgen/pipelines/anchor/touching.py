@@ -54,7 +54,6 @@ class Touched:
     taught: Array | None  # (K,) [K] rises of the robot that taught the targets; None: an instrument placed them
     actual: Array  # (N, 3) [m] where the probe's centre is by the forecast
     thermal: Array  # (N,) [m] by how much the rises move it
-    target: Array  # (N, 3) [m] where its target is
     along: Array  # (R, 3) unit vector of each coordinate
     touch: IntArray  # (R,)
     y: Array  # (R,) [m]
@@ -106,7 +105,6 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
         taught=taught,
         actual=actual,
         thermal=np.linalg.norm(actual - cold, axis=1),
-        target=target,
         along=along,
         touch=touch,
         y=y,

@@ -43,7 +43,6 @@ class Trajectory:
     driven_speed: Array  # (N - 1,) [m/s] mean of each segment, its run's stops shared out: what warms the robot
     phases: Phases
     utilisation: Array  # (3, 6) largest share of each joint's speed, acceleration and jerk limit
-    at_feed: float  # share of the path length driven at feed
 
     def at(self, rows: IntArray) -> "Trajectory":
         """Of the waypoints at rising rows, both ends of every run among them; the motion in between stays."""
@@ -120,7 +119,6 @@ def retime(
         driven_speed=frozen(driven_speed(time, length, speed, stop)),
         phases=phases,
         utilisation=utilisation,
-        at_feed=_length_at(phases, wanted) / float(arc[-1] - arc[0]),
     )
 
 
@@ -136,12 +134,6 @@ def _check_motion(robot: Robot, length: Array) -> None:
         raise ImpossibleError(f"waypoints {n} and {n + 1} coincide; thin the path")
     if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
         raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
-
-
-def _length_at(phases: Phases, wanted: Array) -> float:
-    """How much of the way is driven steadily at the speed that its block wants, (B,) [m/s] to [m]."""
-    cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= wanted[phases.block] * (1 - 1e-9))
-    return float((phases.v0 * phases.duration)[cruise].sum())
 
 
 def _programmed_speeds(arc: Array, time: Array, blocks: Blocks, partition: Partition) -> Array:

@@ -57,7 +57,6 @@ class FollowedLog:
     time: Array  # (M,) [s]
     position: Array  # (M, 3) [m] of the TCP in World
     travelled: Array  # (M,) [m]
-    noise: float  # [m] of one coordinate, from row to row
     track: Track
     projection: Projection
 
@@ -84,8 +83,7 @@ def follow_log(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: 
 
 def _followed(log: PositionLog, course: ProgramCourse, position: Array) -> FollowedLog | None:
     """A log at positions in World that fit; None where they do not."""
-    noise = row_noise(position)
-    travelled = travelled_way(position, noise)
+    travelled = travelled_way(position, row_noise(position))
     if travelled[-1] - travelled[0] < LEAST_WAY:
         return None
     track = follow(course, position, travelled)
@@ -96,7 +94,6 @@ def _followed(log: PositionLog, course: ProgramCourse, position: Array) -> Follo
         time=log.time,
         position=frozen(position),
         travelled=frozen(travelled),
-        noise=noise,
         track=track,
         projection=project(course, position, travelled, track),
     )
