@@ -23,7 +23,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
-from compgen.core.stages import Progress
 from compgen.core.units import UM, limit_words
 
 if TYPE_CHECKING:
@@ -31,10 +30,8 @@ if TYPE_CHECKING:
 
     from compgen.job.job import Job
     from compgen.pipelines.resume.beginning import Begun, Known
-    from compgen.pipelines.resume.corrected_job import CorrectedJob
     from compgen.pipelines.resume.corrected_rest import ResumedProgram
     from compgen.pipelines.resume.result import PageResult, Resumed
-    from compgen.pipelines.resume.written_job import WrittenJob
 
 PagesFolder = Annotated[
     str,
@@ -125,7 +122,10 @@ def resume(
     from compgen.cli.output_files.replace_together import finish_replacing
     from compgen.cli.screen.progress_bar import CORRECT, RESUME, show_progress
     from compgen.pipelines.resume.corrected_job import read_corrected
+    from compgen.pipelines.resume.corrected_rest import resume_corrected
+    from compgen.pipelines.resume.rest import plan_whole
     from compgen.pipelines.resume.resume import require_free
+    from compgen.pipelines.resume.resume import resume as pipeline
     from compgen.pipelines.resume.written_job import job_of, read_written_job
 
     cause.check()
@@ -138,10 +138,11 @@ def resume(
     with show_progress(CORRECT if written.is_corrected else RESUME, quiet=screen.is_silent) as progress:
         if written.is_corrected:
             program = read_corrected(written, robot, max_um)
-            resumed = _program_anew(program, from_page, cause, at, when, progress)
+            resumed = resume_corrected(program, from_page, cause.begin, when, progress, at.loaded, at.done)
         else:
             job = within(job_of(written, path, robot), opt.bound_of(max_um))
-            resumed = _job_anew(written, job, from_page, cause, at, when, progress)
+            whole = plan_whole(job, progress)
+            resumed = pipeline(written, whole, from_page, cause.begin, when, progress, at.loaded, at.done)
         progress(stages.REPORT, 0.0)
         is_written = bool(resumed.replaced) and (resumed.is_usable or force)
         if is_written:
@@ -161,26 +162,6 @@ def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: b
         errors.append(f"{resumed.verdict}: {first_message(Level.OUTSIDE, resumed.findings)}; {ending}")
     show = partial(_show, resumed, folder, is_written=is_written, verbose=verbose)
     return Outcome(record=record_of(resumed), show=show, errors=errors)
-
-
-def _job_anew(
-    written: "WrittenJob", job: "Job", from_page: int, cause: Cause, at: Progressed, date: str, progress: Progress
-) -> "Resumed":
-    """The remaining pages of a planned job."""
-    from compgen.pipelines.resume.rest import plan_whole
-    from compgen.pipelines.resume.resume import resume as pipeline
-
-    whole = plan_whole(job, progress)
-    return pipeline(written, whole, from_page, cause.begin, date, progress, loaded=at.loaded, done=at.done)
-
-
-def _program_anew(
-    job: "CorrectedJob", from_page: int, cause: Cause, at: Progressed, date: str, progress: Progress
-) -> "ResumedProgram":
-    """The remaining pages of a corrected program."""
-    from compgen.pipelines.resume.corrected_rest import resume_corrected
-
-    return resume_corrected(job, from_page, cause.begin, date, progress, at.loaded, at.done)
 
 
 def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
