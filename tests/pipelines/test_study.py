@@ -27,7 +27,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study import ASKS, build, run
 from compgen.pipelines.study.geometry import execute_with, lay_out
-from compgen.pipelines.study.questions import answer_questions, passes
+from compgen.pipelines.study.questions import answer_questions, passes, when_settled
 from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import StudyOutcome, answer_csv, headline, study_csv
@@ -143,6 +143,10 @@ def test_a_list_is_read_row_by_row(tmp_path):
         (("robot.thermal.cte=1,2",), ("robot.thermal.cte", "unknown key")),
         (("feed=",), ("empty", "process.feed_mm_s")),
         (("feed=1:2:0",), ("empty",)),
+        (("feed=20:200:1",), ("feed=20:200:1", "one value is no range")),
+        (("fed=1,2",), ("did you mean 'feed'",)),
+        (("process=20",), ("process: 20 must be a table; vary a key of it",)),
+        (("titel=a,b",), ("did you mean 'title'",)),
         (("feed=1:2:1000000000",), ("more than 100000 values",)),
         (("feed=1,,2",), ("feed=1,,2", "a value is missing")),
         ((), ("nothing to vary",)),
@@ -362,6 +366,12 @@ def test_validity_is_the_start_window(line):
     assert np.linalg.norm(apart, axis=1).max() == pytest.approx(line.start_drift, rel=0.02)
 
 
+def test_a_file_for_many_starts_is_valid_for_no_one_start():
+    job = load_job(PATH, overrides=["compensation.average_over.delay_s=[0, 1200]"])
+    with pytest.raises(InputError, match=r"compensation.average_over: .*; leave it out"):
+        ASKS["validity"](job, 5 * UM)
+
+
 def test_contributions_add_up(line):
     answer = ASKS["contributions"](line, 5 * UM)
     nodes = [v for label, v in zip(answer.labels, answer.table[:, 1], strict=True) if label.startswith("node")]
@@ -387,6 +397,10 @@ def test_a_cold_arm_has_no_warmth_to_ask_about():
     sentence = ASKS["contributions"](job, 5 * UM).sentence
     assert re.fullmatch(r"the largest error, ([\d.]+) um; the cold arm errs \1 um of it", sentence)
     assert "or any ambient; regenerate beyond" in ASKS["validity"](job, 5 * UM).sentence
+
+
+def test_an_arm_that_errs_nothing_has_nothing_to_part():
+    assert ASKS["contributions"](load_job(PATH, "m20ia"), 5 * UM).sentence == "the largest error, 0.0 um"
 
 
 def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
@@ -423,6 +437,18 @@ def test_steady_is_in_the_air_of_the_job():
     final = np.linalg.norm(ends[0] - ends[1], axis=1).max() / UM
     answer = ASKS["steady"](job, 5 * UM)
     assert float(answer.sentence.split("the final ")[1].split()[0]) == pytest.approx(final, abs=0.3)
+
+
+def test_what_takes_longer_than_is_asked_is_said():
+    job = load_job(PATH, overrides=["robot.thermal.node.0.tau_h=200", "robot.thermal.node.2.tau_h=100"])
+    sentence = ASKS["steady"](job, 5 * UM).sentence
+    assert sentence.startswith("steady after more than 96 h at")
+    assert sentence.endswith("um after more than 96 h")
+
+
+def test_steady_is_from_when_on_the_error_stays_near_its_end():
+    """A gap that is closed on the way, and opens again, is not closed."""
+    assert when_settled(np.arange(5.0), np.array([9.0, 1.0, 4.0, 1.0, 0.5]), 2.0) == "after 3.0 h"
 
 
 def ask_passes(*changes, passes):

@@ -77,6 +77,11 @@ def warmup(job: Job, limit: float) -> Answer:
 
 def validity(job: Job, limit: float) -> Answer:
     """How long one corrected file is valid: residual that a late start or another ambient adds."""
+    if job.ensemble is not None:
+        raise InputError(
+            f"{job.source}: compensation.average_over: a file for many starts is valid for no one start; leave it out "
+            "for this question, or see what cgen generate says of its starts"
+        )
     thin = lay_out(job).thinned(400)
     rise = thin.rises(job)
     base = displacement(job, thin, rise)
@@ -136,7 +141,9 @@ def contributions(job: Job, limit: float) -> Answer:
         rows.append([float(cold[worst] @ toward) / UM, _largest(cold) / UM])
     table = np.array([[float(n), *row] for n, row in enumerate(rows)])
     total = float(np.linalg.norm(whole[worst])) / UM
-    order = [k for k in np.argsort(-np.abs(table[:, 1]), kind="stable") if abs(table[k, 1]) >= 0.005 * total]
+    order = [
+        k for k in np.argsort(-np.abs(table[:, 1]), kind="stable") if abs(table[k, 1]) >= max(0.005 * total, 0.005)
+    ]
     nodes = [f"{labels[k][5:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("node")]
     lengths = [f"{labels[k][7:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("length")]
     warmth = f", comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um" if nodes else ""
@@ -162,10 +169,10 @@ def steady(job: Job, limit: float) -> Answer:
     errors = np.array([_largest(displacement(job, thin, r)) for r in rises[:-1]])
     gaps = np.array([_largest(displacement(job, thin, r) - final) for r in rises[:-1]])
     end = _largest(final)
-    near, most = (hours[np.argmax(gaps <= g)] if (gaps <= g).any() else np.inf for g in (limit, 0.05 * end))
+    near, most = (when_settled(hours, gaps, g) for g in (limit, 0.05 * end))
     sentence = (
-        f"steady after {most:.1f} h at {moving.feed / MM:g} mm/s (95 %); within {limit / UM:g} um of the final "
-        f"{end / UM:.1f} um after {near:.1f} h"
+        f"steady {most} at {moving.feed / MM:g} mm/s (95 %); within {limit / UM:g} um of the final "
+        f"{end / UM:.1f} um {near}"
     )
     table = np.column_stack([hours, errors / UM, gaps / UM])
     return Answer(key="steady", sentence=sentence, columns=("hours", "error_um", "to_go_um"), table=table, limit=limit)
@@ -324,6 +331,13 @@ def _moving(job: Job) -> Duty:
     if job.history.standing.loss:
         raise InputError(f"{job.source}: before: no motion to ask about; give a [[before]] with state = 'moving'")
     return Duty("moving", job.feed, HOUR)
+
+
+def when_settled(hours: Array, gaps: Array, limit: float) -> str:
+    """When a gap is below a limit and stays there, in words."""
+    over = np.flatnonzero(gaps > limit)
+    first = int(over[-1]) + 1 if len(over) else 0
+    return f"after {hours[first]:.1f} h" if first < len(hours) else f"after more than {hours[-1]:g} h"
 
 
 def _largest(vectors: Array) -> float:

@@ -150,6 +150,10 @@ def _axis(item: str) -> tuple[str, list[str]]:
     if _RANGE.fullmatch(text) and float(text.rpartition(":")[2]) > MOST:
         raise InputError(f"--vary {item[:80]}: more than {MOST} values; give fewer")
     values = _values(text.strip())
+    if not values and _RANGE.fullmatch(text) and float(text.rpartition(":")[2]) == 1:
+        raise InputError(
+            f"--vary {item[:80]}: one value is no range; give {key[:60]}={text.split(':')[0]}, or more values"
+        )
     if not values:
         raise InputError(f"--vary {item}: no values: the grid is empty; give {key}=V1,V2")
     return key, values
@@ -160,7 +164,7 @@ def _values(text: str) -> list[str]:
         first, last, count = (kind(part) for kind, part in zip((float, float, int), text.split(":"), strict=True))
     except ValueError:
         return _typed_values(text)
-    if not 1 <= count <= MOST:
+    if not 1 <= count <= MOST or (count == 1 and first != last):
         return []
     step = (last - first) / max(count - 1, 1)
     return [repr(round(first + n * step, 12)) for n in range(int(count))]
@@ -198,8 +202,12 @@ def _check_keys(refused: Refused, first: Scenario) -> None:
     for key, value in first.values:
         message = str(refused([(key, value)]) or "")
         if any(words in message for words in UNKNOWN):
-            hint = suggest(key, list(SHORT)) if "." not in key and "did you mean" not in message else ""
-            raise InputError(f"--vary {key}: {message}{hint}") from None
+            if message.endswith("must be a table"):
+                message += "; vary a key of it"
+            elif "." not in key:  # the nearer of what the file and what the short names offer
+                message, _, near = message.partition("; did you mean")
+                message += suggest(key, [*SHORT, *near.split("'")[1:2]])
+            raise InputError(f"--vary {key}: {message}") from None
         row = _ROW.match(key)
         absent = row and ": missing" in message.partition(f": {row[0]}")[2]
         if row and absent and ": missing" in str(refused(first.values) or ""):
