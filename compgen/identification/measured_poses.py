@@ -12,7 +12,7 @@ from compgen.core.recorded.table import read_table
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.measurements import Measurements, blank_rows
-from compgen.robot.inverse_kinematics import check_arm_class
+from compgen.robot.inverse_kinematics import is_class
 from compgen.robot.robot import Robot
 
 JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
@@ -104,13 +104,11 @@ def joints_given(table: CsvTable, robot: Robot, rows: str) -> Array | None:
         )
     if not missing:
         return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
-    try:
-        check_arm_class(robot)
-    except InputError:
+    if not is_class(robot):
         raise InputError(
             f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: missing; this arm has no closed-form inverse "
             f"kinematics here, so {rows} need their joints"
-        ) from None
+        )
     return None
 
 

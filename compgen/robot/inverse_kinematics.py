@@ -53,11 +53,11 @@ def is_class(robot: Robot) -> bool:
     return bool(is_covered and robot.a[1] > 0 and robot.d[3] < 0 and robot.d[5] < 0)
 
 
-def check_arm_class(robot: Robot) -> None:
-    """Raises InputError unless the closed form covers this arm."""
+def check_arm_class(robot: Robot, source: str) -> None:
+    """Raises InputError, which names the robot's file, unless the closed form covers this arm."""
     if not is_class(robot):
         raise InputError(
-            f"robots/{robot.name}.toml: dh: no closed-form inverse kinematics for this arm; "
+            f"{source}: dh: no closed-form inverse kinematics for this arm; "
             "generate needs the layout of the M-710iC (parallel J2 and J3, spherical wrist)"
         )
 

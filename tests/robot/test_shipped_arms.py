@@ -105,7 +105,7 @@ def test_an_arm_is_that_of_its_urdf_at_a_thousand_poses(name):
 @pytest.mark.parametrize("name", ORIGINS)
 def test_the_closed_form_serves_it_in_every_posture(name):
     robot, rng = robot_of(name), np.random.default_rng(3)
-    check_arm_class(robot)
+    check_arm_class(robot, robot.name)
     theta = robot.to_theta(np.zeros(6)) + rng.uniform(-1, 1, (50, 6)) * [2.5, 0.6, 0.6, 2.5, 1.5, 2.5]
     flange = flange_pose(robot, theta)
     reached = np.zeros(50, dtype=bool)

@@ -60,7 +60,7 @@ def load_robot(name: str) -> Robot:
         InputError: Unknown, or anything wrong in its file.
     """
     robot = load_any_robot(name)
-    check_arm_class(robot)
+    check_arm_class(robot, str(find_robot(name)))
     return robot
 
 
@@ -168,7 +168,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     _refuse_double(facts, where)
     _refuse_load(facts, where)
     robot = _nominal(facts, where)
-    check_arm_class(robot)
+    check_arm_class(robot, where)
     heat, profiles, growth, warmth = _warmth(facts, robot, where)
     arm = ArmFacts(robot, heat.names, growth, loads_of(facts.sources.loads, robot))
     known = read_sources(facts.sources, arm, where)

@@ -69,7 +69,7 @@ def robot_sheet(arm: Arm) -> RobotSheet:
     robot = arm.robot
     obstacle = ""
     try:
-        check_arm_class(robot)
+        check_arm_class(robot, arm.source)
     except InputError as failure:
         obstacle = str(failure)
     findings = [*arm.input_findings]
