@@ -63,7 +63,7 @@ def test_the_findings_of_a_report_are_explained_once_each(tmp_path):
         ("xyzzy", "no finding has this code; cgen explain lists all"),
         (" ", "cgen explain lists"),
         ("paths/line_y.toml", "it has no findings"),
-        ("tests", "tests/report.json: it has no findings; give a report.json, its folder, or a code"),
+        ("tests", "tests/report.json: no such file; give a report.json, its folder, or a code"),
     ],
 )
 def test_what_is_no_code_is_one_line(typed, words):

@@ -468,6 +468,21 @@ def test_a_pass_is_the_path_in_question_however_it_is_spelt():
         ask_passes("before.0.duration_h=1", passes=[path_file("line_x")])
 
 
+def test_passes_are_judged_on_the_part_as_a_bound_is():
+    changes = ["process.lift_mm=400"]  # where the tool errs more than on the part
+    planned = generate.predict(load_job(PATH, overrides=changes), quiet).deviation()
+    assert planned.extents["total"].max > planned.on_part["total"].max + 5 * UM
+    assert ask_passes(*changes, "process.feed_mm_s=100", passes=[PATH]) * UM == pytest.approx(
+        planned.on_part["total"].max, abs=0.2 * UM
+    )
+
+
+def test_what_is_of_passes_alone_is_refused_without_them():
+    for passed, feeds in (([PATH], None), ([], "20,100")):
+        with pytest.raises(InputError, match=r"--pass, --feeds: .*; give --ask passes, or leave them out"):
+            answer_questions(PATH, None, (), ["steady"], 5 * UM, passed, feeds)
+
+
 def test_passes_are_of_one_robot(tmp_path):
     other = tmp_path / "other.toml"
     other.write_text(Path(PATH).read_text().replace('robot = "m710ic50"', f'robot = "{flawed_file(tmp_path)}"'))

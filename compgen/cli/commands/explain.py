@@ -84,7 +84,8 @@ def _of_report(place: str) -> dict[Code, list[str]]:
         if isinstance(finding, dict) and {"level", "message"} < finding.keys() and finding.get("code") in list(Code):
             messages_of.setdefault(Code(finding["code"]), []).append(f"{finding['level']}: {finding['message']}")
     if not messages_of:
-        raise InputError(f"{file}: it has no findings; give a {REPORT}, its folder, or a code")
+        why = "it has no findings" if file.is_file() else "no such file"
+        raise InputError(f"{file}: {why}; give a {REPORT}, its folder, or a code")
     return messages_of
 
 

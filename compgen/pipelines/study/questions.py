@@ -18,7 +18,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.job import Job
 from compgen.job.start_window import late_rise
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.study.geometry import displacement, execute_with, lay_out
+from compgen.pipelines.study.geometry import displacement, execute_with, lay_out, part_weight
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
 LONGEST = 48.0 * HOUR
@@ -191,7 +191,7 @@ class Candidate:
 def _orders_at(jobs: list[Job], feed: float) -> Iterator[Candidate]:
     """Passes at a feed in each order, one warming the robot for the next."""
     laid = [lay_out(job) for job in jobs]
-    some = [g.thinned(150) for g in laid]
+    some = [g.at(np.flatnonzero(part_weight(g, g))).thinned(150) for g in laid]  # judged as a bound is: on the part
     heat, history = jobs[0].heat, jobs[0].history
     for order in permutations(range(len(jobs))):
         state, worst, spent = history.state(heat), 0.0, 0.0
@@ -287,6 +287,8 @@ def answer_questions(
         pass_paths: Path files of the passes; the path in question when empty.
         feeds: Feeds for the passes, as typed [mm/s].
     """
+    if (pass_paths or feeds) and "passes" not in questions:
+        raise InputError("--pass, --feeds: they are of the question passes; give --ask passes, or leave them out")
     answers = []
     for question in dict.fromkeys(questions):
         if question == "passes":
