@@ -366,6 +366,11 @@ def test_validity_is_the_start_window(line):
     assert np.linalg.norm(apart, axis=1).max() == pytest.approx(line.start_drift, rel=0.02)
 
 
+def test_words_keep_their_letters():
+    words = build(PATH, None, (), ("title=Größe,部品,😀",), None, correct=False)
+    assert [dict(scenario.values)["title"] for scenario in words.scenarios] == ['"Größe"', '"部品"', '"😀"']
+
+
 def test_a_file_for_many_starts_is_valid_for_no_one_start():
     job = load_job(PATH, overrides=["compensation.average_over.delay_s=[0, 1200]"])
     with pytest.raises(InputError, match=r"compensation.average_over: .*; leave it out"):

@@ -175,7 +175,7 @@ def _typed_values(text: str) -> list[str]:
     try:
         table: list[Any] = tomllib.loads(f"x = [{text}]")["x"]
     except (ValueError, RecursionError):
-        return [json.dumps(word.strip()) for word in text.split(",") if word.strip()]
+        return [toml_value(word.strip()) for word in text.split(",") if word.strip()]
     return [toml_value(value) for value in table]
 
 
