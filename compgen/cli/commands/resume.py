@@ -142,7 +142,7 @@ def resume(
         else:
             job = within(job_of(written, path, robot), opt.bound_of(max_um))
             whole = plan_whole(job, progress)
-            resumed = pipeline(written, whole, from_page, cause.begin, when, progress, at.loaded, at.done)
+            resumed = pipeline(written, whole, from_page, cause.begin, when, progress, loaded=at.loaded, done=at.done)
         progress(stages.REPORT, 0.0)
         is_written = bool(resumed.replaced) and (resumed.is_usable or force)
         if is_written:
