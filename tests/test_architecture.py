@@ -80,10 +80,23 @@ def label(path):
 
 
 @cache
+def nodes(path):
+    """All of a file's syntax, read once."""
+    return tuple(ast.walk(ast.parse(path.read_text())))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _read_once():
+    """What was read is let go behind the last test here: all files' syntax fills a hundred megabytes."""
+    yield
+    nodes.cache_clear()
+
+
+@cache
 def imports(path):
     """Modules that a file imports, wherever in it."""
     names = []
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -188,7 +201,7 @@ def test_the_remote_service_of_ruckig_is_never_called():
 
 def calls(path):
     """Names of functions and methods that a file calls, with the module of a method where it is plain."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if isinstance(node, ast.Call):
             if isinstance(node.func, ast.Name):
                 yield "", node.func.id, node
@@ -247,7 +260,7 @@ def test_no_clock_no_chance_no_environment_outside_the_command_line(path):
 def test_imports_stand_at_the_top(path):
     if path == PACKAGE / "__init__.py":
         return
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if isinstance(node, ast.FunctionDef):
             inner = [n for n in ast.walk(node) if isinstance(n, ast.Import | ast.ImportFrom)]
             inner = [n for n in inner if not ast.unparse(n).startswith((*OPTIONAL, *SELDOM))]
@@ -266,7 +279,7 @@ NO_UNITS = {
 
 def raw_factors(path):
     """Products and quotients with a bare unit factor; a tolerance has a name, so it is none of them."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
             sides = [s.value for s in (node.left, node.right) if isinstance(s, ast.Constant)]
             if any(value in FACTORS for value in sides if not isinstance(value, str | bytes)):
@@ -292,7 +305,7 @@ def given_names():
     """What the package gives a name: functions, classes, constants, attributes, modules."""
     for path in FILES:
         yield path.stem
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes(path):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
                 yield node.name
             elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
@@ -344,8 +357,7 @@ MOST_IN_ORDER = 7  # arguments of a call without their names
 def test_records_of_many_fields_are_built_by_keywords():
     wrong = []
     for file in FILES:
-        tree = ast.parse(file.read_text())
-        for record in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        for record in (node for node in nodes(file) if isinstance(node, ast.ClassDef)):
             how = next((ast.unparse(d) for d in record.decorator_list if "dataclass" in ast.unparse(d)), None)
             count = sum(
                 isinstance(n, ast.AnnAssign) and "ClassVar" not in ast.unparse(n.annotation) for n in record.body
@@ -359,7 +371,7 @@ def test_no_call_gives_many_arguments_by_their_order():
     wrong = [
         f"{label(file)}: line {call.lineno}"
         for file in FILES
-        for call in (node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call))
+        for call in (node for node in nodes(file) if isinstance(node, ast.Call))
         if len(call.args) > MOST_IN_ORDER and not is_listing(call)
     ]
     assert wrong == []
