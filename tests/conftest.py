@@ -2,6 +2,7 @@ import gc
 import itertools
 import os
 import signal
+import sys
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,7 @@ settings.register_profile("same every time", derandomize=True, deadline=None)  #
 settings.load_profile("same every time")
 
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each process that tests start would compile compgen anew
+sys.dont_write_bytecode = False  # and each worker would compile all tests anew
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell's background hands on, and tests send it
     signal.signal(signal.SIGINT, signal.default_int_handler)
