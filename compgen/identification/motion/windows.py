@@ -315,7 +315,7 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
     arc = arc_lengths_of(curve)
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
-    moved = np.column_stack([time, arc, np.gradient(arc, time)])
+    moved = (time, arc, np.gradient(arc, time))
     for side, stop in ((AFTER_STOP, 0.0), (BEFORE_STOP, float(arc[-1])), (AFTER_STOP + BEFORE_STOP, None)):
         rows = window.ramp == side
         if rows.sum() >= LEAST_RAMP:
@@ -323,11 +323,13 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
     return np.column_stack([off, window.weight * along]), passed
 
 
-def _unexplained(moved: Array, at: Array, shown: Array, passed: Array, stop: float | None) -> Array:
+def _unexplained(
+    moved: tuple[Array, Array, Array], at: Array, shown: Array, passed: Array, stop: float | None
+) -> Array:
     """What neither a shift of the clock nor another speed explains of places along a curve near a stop, (R,) [m].
 
     Args:
-        moved: Time [s], way [m] and speed [m/s] of the smoothed motion, (K, 3).
+        moved: Time [s], way [m] and speed [m/s] of the smoothed motion, (K,) each.
         at: Where rows are, (R,) [m].
         shown: Log's clock, (R,) [s].
         passed: When the motion is there, (R,) [s].
@@ -335,7 +337,7 @@ def _unexplained(moved: Array, at: Array, shown: Array, passed: Array, stop: flo
     """
     shift, factor, left = float(np.median(shown - passed)), 1.0, at
     for _ in range(ROUNDS):
-        way, speed = (np.interp(shown - shift, moved[:, 0], column) for column in moved[:, 1:].T)
+        way, speed = (np.interp(shown - shift, moved[0], column) for column in moved[1:])
         origin = 0.0 if stop is None else stop
         left = at - (origin + factor * (way - origin))
         slopes = np.column_stack([-factor * speed, way - origin])[:, : 1 if stop is None else 2]

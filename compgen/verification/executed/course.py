@@ -171,7 +171,7 @@ def tangents_of(position: Array) -> Array:
         return np.tile([1.0, 0.0, 0.0], (len(step), 1))
     way = np.full(len(step), moving[0])
     way[moving] = moving
-    return unit(step[np.maximum.accumulate(way)])
+    return unit(step.take(np.maximum.accumulate(way), axis=0))
 
 
 def arc_lengths_of(position: Array) -> Array:

@@ -265,24 +265,26 @@ def nearest(
     last, end, length = len(arc_at) - 2, float(arc_at[-1]), np.diff(arc_at)
 
     def way_of(arc: Array) -> IntArray:
-        return np.asarray(np.clip(np.searchsorted(arc_at, arc, side="right") - 1, 0, last))
+        return np.minimum(np.maximum(np.searchsorted(arc_at, arc, side="right") - 1, 0), last)
 
     for _ in range(steps):
         k = way_of(arc)
-        q = nodes[k] + (arc - arc_at[k])[:, None] * tangent[k]
-        before, arc = arc, np.clip(arc + np.clip(dot(points - q, tangent[k]), -FARTHEST, FARTHEST), 0.0, end)
+        t = tangent.take(k, axis=0)
+        q = nodes.take(k, axis=0) + (arc - arc_at.take(k))[:, None] * t
+        step = np.minimum(np.maximum(dot(points - q, t), -FARTHEST), FARTHEST)
+        before, arc = arc, np.minimum(np.maximum(arc + step, 0.0), end)
         if np.abs(arc - before).max(initial=0.0) < STILL:
             break
     k = way_of(arc)
     best = np.full(len(arc), np.inf)
     best_arc, best_way, best_off = arc.copy(), k.copy(), np.zeros((len(arc), 3))
     for neighbour in NEIGHBOURS:
-        way = np.clip(k + neighbour, 0, last)
-        start, t = nodes[way], tangent[way]
-        share = np.clip(dot(points - start, t), 0.0, length[way])
+        way = np.minimum(np.maximum(k + neighbour, 0), last)
+        start, t = nodes.take(way, axis=0), tangent.take(way, axis=0)
+        share = np.minimum(np.maximum(dot(points - start, t), 0.0), length.take(way))
         off = points - (start + share[:, None] * t)
         squared = dot(off, off)
-        place = arc_at[way] + share
+        place = arc_at.take(way) + share
         nearer = (squared < best - TIE) & ((neighbour == 0) | (np.abs(place - arc) <= AHEAD))
         best[nearer] = squared[nearer]
         best_arc[nearer] = place[nearer]
