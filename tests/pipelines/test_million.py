@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 from toolpaths import laid
 
+from compgen.cli.this_machine import find_machine
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
 from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
@@ -147,12 +148,12 @@ def test_the_tables_text_is_what_formatting_each_number_gives():
     assert waypoints_csv.csv_lines(*rows, big) == waypoints_csv.long_csv_lines(*rows, big)
 
 
-def test_workers_and_stretches_change_no_byte(tmp_path):
+def test_workers_and_stretches_change_no_byte():
     from compgen.core import evaluation
 
     runs = []
     for workers in (1, 2, 3):
-        evaluation.configure(evaluation.find_compiler(tmp_path), workers)
+        evaluation.configure(*find_machine(workers))  # with what the command line has compiled already
         job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=60"])
         planned, done = generate.generate(job, quiet)
         runs.append((done.text, json_text(job_summary(planned, done)), b"".join(waypoints_blocks(planned, done))))
@@ -160,13 +161,13 @@ def test_workers_and_stretches_change_no_byte(tmp_path):
     assert runs[0] == runs[1] == runs[2]
 
 
-def test_one_text_means_one_pose_in_a_file_of_any_length(tmp_path):
+def test_one_text_means_one_pose_in_a_file_of_any_length():
     """Pages are short and may go by numpy where the whole is compiled: still they meet to the last bit."""
     from compgen.core import evaluation
     from compgen.core.rotations import from_wpr
 
     angles = np.random.default_rng(10).uniform(-3, 3, (3, 5000))
-    evaluation.configure(evaluation.find_compiler(tmp_path))
+    evaluation.configure(*find_machine(1))
     whole = from_wpr(*angles)
     assert np.array_equal(whole[100:200], from_wpr(*angles[:, 100:200]))
     evaluation.configure(None)
