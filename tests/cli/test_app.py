@@ -9,6 +9,7 @@ import tomllib
 
 import pytest
 from command_line import ENVIRONMENT, SCRIPTS, SHELL, refused, run, typed_commands
+from forked import COMMAND_LINE, run_forked
 from shipped import ROOT
 from typer.testing import CliRunner
 
@@ -44,20 +45,15 @@ def bash(script, **variables):
 
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"], [], *([name, "--help"] for name in COMMANDS)])
 def test_version_and_help_load_no_slow_library(arguments):
-    done = subprocess.run(
-        [sys.executable, "-c", MODULES.format(arguments=arguments)],
-        cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = run_forked(MODULES.format(arguments=arguments), loading=COMMAND_LINE, **ENVIRONMENT)
     assert done.returncode == 0
     assert done.stdout
     assert not SLOW & set(json.loads(done.stderr))
 
 
 def test_the_check_for_slow_libraries_bites():
-    done = subprocess.run(
-        [sys.executable, "-c", MODULES.format(arguments=["inspect", "tests/golden/MOVES.LS"])],
-        cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    call = ["inspect", "tests/golden/MOVES.LS"]
+    done = run_forked(MODULES.format(arguments=call), loading=COMMAND_LINE, **ENVIRONMENT)
     assert {"casadi", "numpy"} <= set(json.loads(done.stderr))
 
 

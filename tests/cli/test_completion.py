@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from command_line import ENVIRONMENT
+from forked import COMMAND_LINE, run_forked
 from shipped import ROOT
 
 #: libraries that a key press must not wait for
@@ -36,10 +37,8 @@ def complete(line, shell="bash", cwd=ROOT):
             "_TYPER_COMPLETE_WORD_TO_COMPLETE": "" if line.endswith(" ") else line.split()[-1],
         },
     }[shell]
-    done = subprocess.run(
-        [sys.executable, "-c", ASKED], cwd=cwd, capture_output=True, text=True, check=False,
-        env={**ENVIRONMENT, "_CGEN_COMPLETE": f"complete_{shell}", **protocol},
-    )  # fmt: skip
+    asked = {**ENVIRONMENT, "_CGEN_COMPLETE": f"complete_{shell}", **protocol}
+    done = run_forked(ASKED, cwd, loading=COMMAND_LINE, **asked)
     assert not SLOW & set(json.loads(done.stderr.splitlines()[-1]))
     return done.stdout
 
