@@ -26,6 +26,7 @@ HERE = Path(__file__).parent
 SOME = 100_000  # waypoints that parts of a run are measured on
 WORKERS = 2
 DRAWN = 10_000  # waypoints of the text that draws fly
+COMPILED = "compgen"  # in the folder, where its commands keep compiled code as well: each function is made once
 LONG = 1_000_000  # waypoints that whole runs and their growth are judged at
 
 Row = tuple[str, str, str]  # what, what it shall reach, what it does here
@@ -60,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def measured(folder: Path, points: int, ipopt: int, starts: int, others: bool) -> Iterator[Row]:
     """Every row, as it comes."""
     folder.mkdir(parents=True, exist_ok=True)
-    compiler = evaluation.find_compiler(folder / "compiled")
+    compiler = evaluation.find_compiler(folder / COMPILED)
     evaluation.configure(compiler)
     planned = generate.predict(cases.job_of(max(min(points, SOME), 3 * ipopt)), cases.quiet)
     problem = cases.problem_of(planned)
@@ -108,7 +109,7 @@ def whole_runs(folder: Path, unit: float, points: int, starts: int) -> Iterator[
     """From TOML to written, at three sizes; and a short job."""
     least = min(points, max(points // 100, 5000))
     sizes = [least, int(np.sqrt(least * points)), points]
-    run = {size: whole.runs(folder / "compiled", WORKERS, size) for size in dict.fromkeys(sizes)}
+    run = {size: whole.runs(folder / COMPILED, WORKERS, size) for size in dict.fromkeys(sizes)}
     small, middle, large = (run[size] for size in sizes)
     count, elapsed, spent, peak = large
     long = points >= LONG
@@ -134,7 +135,7 @@ def whole_runs(folder: Path, unit: float, points: int, starts: int) -> Iterator[
     of_band = bands.seconds_of_band(points)
     what_band_adds = f"linear band with its columns at {count:.0f} waypoints, over the rest of the run, processor time"
     yield what_band_adds, "<= + 25 %" if long else "", f"+ {100 * of_band / (spent - of_band):.1f} %"
-    flown = bands.seconds_of_draws(folder / "compiled", min(points, DRAWN), WORKERS)
+    flown = bands.seconds_of_draws(folder / COMPILED, min(points, DRAWN), WORKERS)
     what = f"{flown.draws} flights of a draw each at {flown.waypoints} waypoints, {WORKERS} workers: elapsed"
     yield what, "<= 15 s" if points >= DRAWN else "", f"{flown.elapsed:.1f} s (processor {flown.processor:.1f} s)"
     processor, elapsed = whole.cold_start(folder, starts)
@@ -166,7 +167,7 @@ def identified(poses: int) -> Row:
 def measuring(folder: Path, poses: int) -> Iterator[Row]:
     """The commands that measure an arm, from the shell."""
     rounds = ROUNDS if poses >= 60 else 1
-    for what, seconds_spent in commands.spent(folder / "compiled", poses, rounds).items():
+    for what, seconds_spent in commands.spent(folder, poses, rounds).items():
         reach = "<= 8 s" if what.startswith("identify, 180 poses") else ""
         yield f"cgen {what}, from the shell, processor time", reach, f"{seconds_spent:.1f} s"
 
