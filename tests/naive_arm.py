@@ -36,17 +36,19 @@ def turned(axis, angle):
     """Rotations (N, 4, 4) about x, y or z by angles (N,) or one [rad]."""
     angle, k = np.atleast_1d(angle), "xyz".index(axis)
     i, j = (k + 1) % 3, (k + 2) % 3
-    out = np.tile(np.eye(4), (len(angle), 1, 1))
+    out = np.zeros((len(angle), 4, 4))
+    out[:, k, k] = out[:, 3, 3] = 1.0
     out[:, i, i] = out[:, j, j] = np.cos(angle)
-    out[:, i, j], out[:, j, i] = -np.sin(angle), np.sin(angle)
+    out[:, j, i] = np.sin(angle)
+    out[:, i, j] = -out[:, j, i]
     return out
 
 
 def shifted(x=0.0, y=0.0, z=0.0):
     """Translations (N, 4, 4)."""
-    place = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in (x, y, z)))
-    out = np.tile(np.eye(4), (len(place[0]), 1, 1))
-    out[:, :3, 3] = np.column_stack(place)
+    out = np.tile(np.eye(4), (np.broadcast(x, y, z).size, 1, 1))
+    for k, place in enumerate((x, y, z)):
+        out[:, k, 3] = place
     return out
 
 
@@ -189,7 +191,10 @@ def pendant_angles(position, rotation, start=None):
         rows = np.unique(np.linspace(0, len(position) - 1, LED).astype(int))
         led = np.tile(MIDDLE, (len(rows), 1))
         for _ in range(STRIDES):
-            led = led + _newton_step(led, position[rows], rotation[rows], True)[0]
+            step, (away, turned_by) = _newton_step(led, position[rows], rotation[rows], True)
+            led = led + step
+            if away.max() <= CLOSED_MM and turned_by.max() <= CLOSED:
+                break
         start = np.column_stack([np.interp(np.arange(len(position)), rows, column) for column in led.T])
     pendant = start
     for _ in range(ROUNDS):
