@@ -9,6 +9,7 @@ convention is read as
 
 and each is judged by how near the nominal arm then comes to the places, with the frames that fit it best. What is 5
 times nearer than the reading as it stands is what is wrong; two such readings together are found one after the other.
+Mirrored places are tried beside them.
 """
 
 from collections.abc import Callable, Iterator
@@ -34,6 +35,8 @@ UNITS = ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "i
 SUSPECT = 4e-3  # [m] mean distance above which readings are tried; no arm is so far off its nominal figures
 HELPS = 1.5  # times nearer that the first of two must come
 ALIKE, EXACT = 1.1, 1e-6  # times, and [m], by which readings are equally near
+MIRROR = np.array([1.0, 1.0, -1.0])
+COPIES = 3  # rows; fewer may agree by chance
 KEPT = 0.95  # share of rows, the nearest, whose mean distance counts
 
 
@@ -85,6 +88,25 @@ def check_row_count(data: Measurements) -> None:
             f"{data.file()}: {measured} measured numbers, and the {unknowns} unknowns of "
             f"{len(data.instruments)} instrument frame(s) and {len(data.reflectors)} reflector place(s)"
             f"{f', {places} fixed place(s)' if places else ''} need more; measure {missing} or more rows more"
+        )
+
+
+def check_copies(data: Measurements) -> None:
+    """Raises InputError where most places that were measured again repeat an earlier one to the last digit."""
+    of_lines = np.append(data.aligned, False)[data.instrument]  # of a row without an instrument: -1
+    places = np.flatnonzero((data.kind == PLACE) & ~of_lines)
+    keys = np.column_stack([data.theta[data.pose], data.reflector, data.position])[places]
+    again = len(keys) - len(np.unique(keys[:, :7], axis=0))
+    first: dict[tuple[float, ...], int] = {}
+    copies: list[tuple[int, int]] = []
+    for n, key in zip(places.tolist(), keys.tolist(), strict=True):
+        if (earlier := first.setdefault(tuple(key), n)) != n:
+            copies.append((n, earlier))
+    if len(copies) >= COPIES and 2 * len(copies) > again:
+        n, earlier = copies[0]
+        raise InputError(
+            f"{data.label[n]}: the joints and the place of {data.label[earlier]} to the last digit, and so for "
+            f"{len(copies)} rows: a copy is no second measurement; remove them, or --force takes them"
         )
 
 
@@ -225,12 +247,30 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
         return _distances(model, rows, robot.to_theta(pendant), 1.0, frames)
 
     better = better_reading(robot.to_pendant(rows.theta), distance_of, has_coupling=bool(robot.pendant_map[2, 1]))
+    _check_mirrored(model, rows, frames, better)
     if better is not None:
         words, as_given, explained = better
         raise InputError(
             f"{rows.file()}: the nominal arm misses the {_MEASURED[int(rows.kind[0])].words} by "
             f"{as_given / MM:.0f} mm, and by {explained / MM:.1f} "
             f"mm where {words}; mend the columns, or the pendant table of robot '{robot.name}' (joint order, signs, J3)"
+        )
+
+
+def _check_mirrored(
+    model: ArmModel, rows: Measurements, frames: InstrumentFrames | None, better: tuple[str, float, float] | None
+) -> None:
+    """Raises InputError where mirrored places explain the joints much better, and better than another reading."""
+    if frames is not None or int(rows.kind[0]) == DISTANCE:
+        return
+    as_given, mirrored = (_mean(_distances(model, rows, rows.theta, factor, frames)) for factor in (1.0, MIRROR))
+    limit = as_given / BETTER if better is None else better[2]
+    if as_given > SUSPECT and mirrored < min(limit, 2 * SUSPECT):
+        words = _MEASURED[int(rows.kind[0])].words
+        raise InputError(
+            f"{rows.file()}: the nominal arm misses the {words} by {as_given / MM:.0f} mm, and by {mirrored / MM:.1f} "
+            "mm where they are mirrored: two of x y z are exchanged, one has the opposite sign, or J1, J4 and J6 all "
+            "have; mend the columns"
         )
 
 
@@ -242,7 +282,7 @@ def _median_distance(
 
 
 def _distances(
-    model: ArmModel, rows: Measurements, theta: Array, factor: float, frames: InstrumentFrames | None
+    model: ArmModel, rows: Measurements, theta: Array, factor: float | Array, frames: InstrumentFrames | None
 ) -> Array:
     """Distance of each measured position from the arm, with the best frames unless they are given, (N,) [m]."""
     scaled = replace(rows, theta=theta, position=rows.position * factor)

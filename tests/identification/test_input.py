@@ -10,7 +10,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.measured_poses import read_poses
-from compgen.identification.measurement_checks import check_plausible, check_row_count
+from compgen.identification.measurement_checks import check_copies, check_plausible, check_row_count
 from compgen.identification.measurements import concatenate, with_one_frame_a_name
 from compgen.identification.model import build_model
 from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
@@ -350,6 +350,25 @@ def test_a_joint_of_the_opposite_sign_is_named(tmp_path, arm, rows, joint):
     if "outside its limits" not in message:
         assert f"where J{joint} fits with the opposite sign;" in message
     assert "poses.csv" in message
+
+
+@pytest.mark.parametrize(("axes", "signs"), [((1, 0, 2), (1, 1, 1)), ((0, 1, 2), (1, 1, -1)), ((2, 1, 0), (1, 1, 1))])
+def test_mirrored_places_are_named_and_no_joint(tmp_path, arm, rows, axes, signs):
+    mirrored = [[*r[:8], *(f"{s * float(r[8 + k]):.4f}" for k, s in zip(axes, signs, strict=True))] for r in rows]
+    with pytest.raises(InputError, match=r"by 0.0 mm where they are mirrored: two of x y z are exchanged"):
+        read(tmp_path, arm, text(mirrored))
+
+
+def test_copies_are_no_second_measurement(tmp_path, arm, rows):
+    """A file given twice; visits that repeat a place within noise, one of them by chance to the last digit, are."""
+    once = read(tmp_path, arm, text(rows), "one.csv")
+    twice = concatenate([once, read(tmp_path, arm, text(rows), "copy.csv")])
+    with pytest.raises(InputError, match=r"copy.csv: line 2: .*one.csv: line 2 .* 24 rows: a copy is no"):
+        check_copies(twice)
+    moved = [changed([r], 0, "x_mm", f"{float(r[8]) + 0.0012 * (n > 0):.4f}")[0] for n, r in enumerate(rows)]
+    check_copies(concatenate([once, read(tmp_path, arm, text(moved), "again.csv")]))
+    check_copies(once)
+    check_copies(replace(once, instrument=np.full(24, -1), aligned=np.zeros(0, dtype=bool), instruments=()))
 
 
 def test_the_sign_of_theta_2_alone_is_named(tmp_path, arm, rows):

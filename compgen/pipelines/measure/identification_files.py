@@ -34,6 +34,7 @@ from compgen.identification.identified_robot_file import (
 )
 from compgen.identification.identify import Identification, identify
 from compgen.identification.measured_poses import read_poses
+from compgen.identification.measurement_checks import check_copies
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
 from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
@@ -162,6 +163,8 @@ def read_measurements(
         warm = [as_warm_up(part) for part in warm]
     lines = [read_lines(file, arm.robot, nodes) for file in files.lines]
     measurements = with_one_frame_a_name(concatenate([*cold, *warm, *distances, *touches, *lines]))
+    if not force:
+        check_copies(measurements)
     return measurements, [*findings, *read_findings(measurements.notes)]
 
 
