@@ -9,6 +9,7 @@ from synthetic import random_theta
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
+from compgen.identification.distances import read_distances
 from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurement_checks import check_copies, check_plausible, check_row_count
 from compgen.identification.measurements import concatenate, with_one_frame_a_name
@@ -369,6 +370,19 @@ def test_copies_are_no_second_measurement(tmp_path, arm, rows):
     check_copies(concatenate([once, read(tmp_path, arm, text(moved), "again.csv")]))
     check_copies(once)
     check_copies(replace(once, instrument=np.full(24, -1), aligned=np.zeros(0, dtype=bool), instruments=()))
+
+
+def test_targets_of_distances_are_read_in_another_writers_form(tmp_path, arm):
+    """With semicolons and decimal commas, in metres: ``a_target`` is no side of a column ``a``."""
+    ends = [f"{end}_j{k}_deg" for end in "ab" for k in range(1, 7)]
+    head = ["a_target", "b_target", *ends, "distance_m"]
+    rows = [
+        [*names, *(str(10.0 + n + k) for k in range(12)), str(0.8 + 0.01 * n)]
+        for n, names in enumerate(("pq", "qr", "rp") * 4)
+    ]
+    file = tmp_path / "distances.csv"
+    file.write_text("\n".join(";".join(row).replace(".", ",") for row in [head, *rows]))
+    assert read_distances(str(file), arm, 0).reflectors == ("p", "q", "r")
 
 
 def test_the_sign_of_theta_2_alone_is_named(tmp_path, arm, rows):

@@ -133,7 +133,8 @@ def _assigned(layout: Layout, known: Sequence[str], required: Sequence[str]) -> 
         others = _fitting(layout, {base}, wanted) or _fitting(layout, _ALIASES.get(base, set()), wanted)
         fits[column] = [named[base][1]] if base in named else [k for k in others if k not in taken]
     warm = {k for c, ks in fits.items() if measured_by(name_and_unit(c)[1]) == "temperature" for k in ks}
-    sided = {k for k, name in enumerate(layout.names) if SIDE.search(name_and_unit(name)[0])} - taken - warm
+    strange = {k: base for k, name in enumerate(layout.names) if (base := name_and_unit(name)[0]) not in bases}
+    sided = {k for k, base in strange.items() if SIDE.search(base)} - taken - warm
     unsure = {c: ks for c, ks in fits.items() if len(ks) > 1 or (c in required and sided.issuperset(ks[:1]) and ks)}
     if unsure:
         raise layout.unsure(unsure)
