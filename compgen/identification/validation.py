@@ -101,12 +101,13 @@ def validate(
     if bound is not None and kept[worst] > bound:
         message = f"{data.label[worst]}: error of {kept[worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
         findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX_UM, message))
+    of_three = distances[1] * np.sqrt(3 / data.numbers)
     return Validation(
         data=data,
         nominal=distances[0],
         identified=distances[1],
         outlier=outlier,
-        findings=(*findings, *left_findings(data, distances[1], outlier, None, [k.source for k in known])),
+        findings=(*findings, *left_findings(data, of_three, outlier, None, [k.source for k in known])),
     )
 
 

@@ -15,7 +15,7 @@ from compgen.identification.evidence import USUAL_NOISE
 from compgen.identification.fit import Fit
 from compgen.identification.identifiability import Identifiability
 from compgen.identification.measured_poses import STILL
-from compgen.identification.measurements import PLACE, Measurements
+from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.parameters import CandidateModel
 from compgen.robot.robot import Robot
@@ -90,27 +90,30 @@ def set_aside_findings(label: Sequence[str], rows: IntArray, distance: Array, us
 def left_findings(
     data: Measurements, distance: Array, outlier: BoolArray, repeatability: float | None, sources: Iterable[Source]
 ) -> list[Finding]:
-    """What is said where places that no fit saw are further off than an instrument and repeatability explain.
+    """What is said where rows that no fit saw are further off than an instrument and repeatability explain.
 
     Args:
         data: Measurements.
-        distance: Of their rows from what is predicted without them, (N,) [m]; NaN: not predicted.
+        distance: Of their rows from what is predicted without them, of a row of one number sqrt(3) times, (N,) [m];
+            NaN: not predicted.
         outlier: Which of them are wild, (N,).
         repeatability: Of the arm, of a coordinate [m]; None: not measured.
         sources: Those that were fitted.
     """
-    squares = distance[(data.kind == PLACE) & ~outlier & np.isfinite(distance)] ** 2
-    left = np.sqrt(squares.sum() / max(3 * len(squares), 1))
-    explained = np.hypot(USUAL_NOISE[PLACE], repeatability or 0.0)
-    if left <= BEYOND * explained:
-        return []
     has_masses = any(isinstance(source, LoadDependent) and source.loads.have_weight for source in sources)
     sag = "" if has_masses else "; sag was not fitted: masses are missing, give [sources.loads]"
-    message = (
-        f"unseen places are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability explain "
-        f"{explained / UM:.0f}: the arm does what the model has not{sag}"
-    )
-    return [Finding(Level.WARNING, Code.LEFT, message)]
+    findings = []
+    for kind, words in ((PLACE, "places"), (TOUCH, "touches"), (DISTANCE, "distances")):
+        squares = distance[(data.kind == kind) & ~outlier & np.isfinite(distance)] ** 2
+        left = np.sqrt(squares.sum() / max(3 * len(squares), 1))
+        explained = np.hypot(USUAL_NOISE[kind], repeatability or 0.0)
+        if left > BEYOND * explained:
+            message = (
+                f"unseen {words} are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability "
+                f"explain {explained / UM:.0f}: the arm does what the model has not{sag}"
+            )
+            findings.append(Finding(Level.WARNING, Code.LEFT, message))
+    return findings
 
 
 def known_here_only(here: float, anywhere: float) -> list[Finding]:

@@ -14,6 +14,7 @@ from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
+from compgen.identification.measurements import DISTANCE
 from compgen.identification.verdict import left_findings, poses_to_add, refuse_foreign_lengths, refuse_set_aside
 from compgen.report.identification import identification_summary, limits_sentence
 
@@ -137,6 +138,9 @@ def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
     assert sag not in finding.message
     assert left_findings(data, 70e-6 * distance, wild, 40e-6, []) == []  # 1.5 x hypot(30, 40) um
     assert len(left_findings(data, 76e-6 * distance, wild, 40e-6, [])) == 1
+    of_distances = replace(data, ends=replace(data.ends, kind=np.full(len(data.pose), DISTANCE)))
+    (finding,) = left_findings(of_distances, 46e-6 * distance, wild, None, [])
+    assert finding.message.startswith("unseen distances are 46 um off")
 
 
 def test_no_joint_is_sent_further_that_turns_far_already(truth):
