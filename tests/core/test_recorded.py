@@ -429,3 +429,12 @@ def test_lengths_are_read_in_the_unit_that_the_header_says(tmp_path, unit, size)
     assert 'names no unit; say unit = "mm"' in refusal(bare, PLACE, POINTS, "[path]")
     assert "names no unit; write it in the header, as 'X [mm]'" in refusal(bare, PLACE, POINTS, "")
     assert_allclose(column(read(bare, PLACE, POINTS, unit=unit), "x_mm"), np.array([1.5, 1.75]) * size)
+
+
+@pytest.mark.parametrize(("names", "value"), [("j2_K,ambient_K", 295.65), ("j2 [°F],ambient [°F]", 72.5)])
+def test_a_column_of_our_own_in_another_unit_is_turned_into_ours(tmp_path, names, value):
+    """Beside ``time_s`` it was *an unknown sensor; did you mean 'ambient_degC'*, under which kelvin stood."""
+    table = read(written(tmp_path, f"time_s,{names}\n0,{value},{value}\n60,{value},{value}\n"))
+    assert_allclose(column(table, "ambient_degC"), 22.5, atol=1e-9)
+    assert_allclose(column(table, "j2_degC"), 22.5, atol=1e-9)
+    assert read(written(tmp_path, "time_s,ambient_degC\n0,22\n60,22\n")) is None

@@ -92,7 +92,8 @@ def read_recorded(
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
     says = units_of_all((0, [line]) for line in lines if line.lstrip().startswith("#"))
     is_plain = not says and not any(getattr(dialect, key) for key in DialectTable.model_fields)
-    if not first or (is_plain and set(required) <= {cell.strip(' "') for cell in first.split(",")}):
+    head = {cell.strip(' "') for cell in first.split(",")}
+    if not first or (is_plain and set(required) <= head and not _in_other_units(head - {*known}, known)):
         return None
     layout = layout_of(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
     upright = next((k for k in range(len(layout.names)) if set("xyz") <= {*map(str.lower, layout.column(k))}), None)
@@ -117,6 +118,12 @@ def read_recorded(
         mend = mend if theirs else f"no other column has numbers, or times as {_MOMENT}; add it so"
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
+
+
+def _in_other_units(cells: Iterable[str], known: Sequence[str]) -> bool:
+    """Whether one of some names is a column that is known, in another unit."""
+    measured = {(base, measured_by(unit)) for base, unit in map(name_and_unit, known) if unit}
+    return any((base, measured_by(unit)) in measured for base, unit in map(name_and_unit, cells) if unit)
 
 
 def _assigned(layout: Layout, known: Sequence[str], required: Sequence[str]) -> dict[str, tuple[int, str]]:
