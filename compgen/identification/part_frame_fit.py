@@ -27,7 +27,9 @@ PROBE = 0.5e-3  # [m] how far the probe may be from where the file has it
 NOISE = 20 * UM  # of a touch that does not say its own
 FLOOR = 3 * UM  # of the noise that residuals say
 FAR = 4.5  # standard deviations beyond which a touch is set aside
-MOST = 0.1  # share of touches that may be
+FAR_OF_OTHERS = 2 * FAR  # the same of the noise that the others have: one in few hides in its own
+ENOUGH = 18  # numbers of the others that tell their noise, beside frame and probe
+MOST = 0.1  # share of touches that may be, or one
 MISFIT = 2e-3  # [m] rms beyond which it is no noise
 SWAPPED = 0.3  # of the misfit: less is left where the names of two spheres are exchanged that were swapped
 VAGUE = 5e-3  # [rad] of the frame's turn: the spheres lie on a line
@@ -101,13 +103,18 @@ def fit_frame(artefact: Artefact, touches: Touches, model: ArmModel, data: Measu
             "a line; touch more"
         )
     outlier: BoolArray = np.zeros(len(touches.target), dtype=np.bool_)
-    for _ in range(1 + int(MOST * len(outlier))):
-        frame = _fit(touches, model, data, outlier)
+    frame = _fit(touches, model, data, outlier)
+    for _ in range(max(1, int(MOST * len(outlier)))):
         distance = frame.residual / (frame.noise * data.sigma)
         worst = int(np.argmax(np.where(outlier, 0.0, distance)))
-        if distance[worst] <= FAR or (outlier.sum() + 1) > MOST * len(outlier):
+        without = outlier | (np.arange(len(outlier)) == worst)
+        if data.numbers[~without].sum() < ENOUGH:
             break
-        outlier = outlier | (np.arange(len(outlier)) == worst)
+        others = _fit(touches, model, data, without)
+        by_others = others.residual[worst] / (others.noise * data.sigma[worst])
+        if distance[worst] <= FAR and by_others <= FAR_OF_OTHERS:
+            break
+        outlier, frame = without, others
     left = rms(frame.residual[~frame.outlier])
     if left > MISFIT:
         raise InputError(_misfit(artefact, touches, model, data, left))

@@ -147,6 +147,21 @@ def test_a_touch_far_off_is_set_aside(tmp_path, arm):
     assert_is_part(fit, 50 * UM)
 
 
+@pytest.mark.parametrize("off", [0.0, 0.4 * MM])
+def test_one_touch_in_few_does_not_hide_in_the_noise_that_it_makes(tmp_path, arm, off):
+    """Ten touches: 0.4 mm make 90 um of noise, and 4.5 of these are more than any touch can be off."""
+    target, pose, _ = commanded(np.random.default_rng(5), sides=False, noise=5 * UM)
+    two_each = np.arange(len(target)) % EACH < 2
+    position = pose.position[two_each]
+    position[7] += [0, off, 0]
+    fit = fitted(
+        tmp_path, arm, artefact_text(), touches_text(arm, target[two_each], Pose(position, pose.rotation[two_each]))
+    )
+    assert np.flatnonzero(fit.outlier).tolist() == [7] * (off > 0)
+    assert fit.noise < 10 * UM
+    assert_is_part(fit, 50 * UM)
+
+
 def test_wrong_touches_are_refused_in_a_line(tmp_path, arm):
     target, pose, normal = commanded(np.random.default_rng(6), sides=False)
     good, touches = artefact_text(), touches_text(arm, target, pose)
