@@ -221,6 +221,7 @@ def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:
         at = log.time[np.isfinite(values)]
         after = np.searchsorted(at, time).clip(1, max(len(at) - 1, 1))
         between = at[after] - at[after - 1] if len(at) > 1 else np.full(len(time), np.inf)
+        between[np.isin(time, at)] = 0.0
         beyond = np.maximum(at[0] - time, time - at[-1])
         lost = int(((between > 30 * MINUTE) & (beyond <= 0) | (beyond > 30 * MINUTE)).sum())
         if lost:

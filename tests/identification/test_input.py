@@ -250,6 +250,14 @@ def test_a_long_gap_is_modelled_and_named(tmp_path, arm, thermal, rows):
     assert "j2_degC" in gap.message
 
 
+def test_a_pose_at_the_second_of_a_reading_is_in_no_gap(tmp_path, arm, thermal, rows):
+    """J2 is silent from 600 to 3000 s, between two readings at the seconds of poses; three poses are in between."""
+    log = warming_log()
+    log[11:50, 2] = np.nan
+    _, findings = logged(tmp_path, arm, thermal, rows, FIVE, log)
+    assert [f.message.split("around ")[1][:7] for f in findings if f.code == "log.gap"] == ["3 poses"]
+
+
 LATE = np.array([9000, 0, 0, 0, 0, 0])
 WARM_START = np.array([0, 0, 6, 2, 7, 1])
 WRONG_LOGS = {
