@@ -58,7 +58,7 @@ def check_arm_class(robot: Robot, source: str) -> None:
     if not is_class(robot):
         raise InputError(
             f"{source}: dh: no closed-form inverse kinematics for this arm; "
-            "generate needs the layout of the M-710iC (parallel J2 and J3, spherical wrist)"
+            "paths and programs need the layout of the M-710iC (parallel J2 and J3, spherical wrist)"
         )
 
 
