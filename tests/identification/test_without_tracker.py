@@ -217,7 +217,7 @@ BAD_DISTANCES = {
         lambda r: text(HEAD, [[v if HEAD[k][2:] != "j6_deg" or not v else "1" for k, v in enumerate(x)] for x in r]),
         ("j6_deg", "constant"),
     ),
-    "hours": (lambda r: text([*HEAD, "time_h"], [[*x, "1"] for x in r]), ("column time_h", "unknown")),
+    "another clock": (lambda r: text([*HEAD, "clock_h"], [[*x, "1"] for x in r]), ("column clock_h", "unknown")),
     "too few": (lambda r: text(HEAD, [x for x in r if x[7] != "ball"][:6]), ("measured numbers", "more rows more")),
 }
 
