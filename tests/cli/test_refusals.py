@@ -83,3 +83,10 @@ def test_a_program_that_cannot_be_parted_is_named(folder):
 
 def test_a_log_is_named_as_it_was_typed():
     refused(run("anchor", LINE, "--touches", LINE, "--log", "none.csv"), 2, "cgen: --log none.csv: no such file")
+
+
+def test_a_robot_file_and_a_path_file_that_changed_places_are_named():
+    refused(run("generate", "robots/m710ic50.toml"), 2, "robots/m710ic50.toml: a robot file, and a path file is wanted")
+    refused(
+        run("predict", LINE, "--robot", "paths/line_x.toml"), 2, "line_x.toml: a path file, and a robot file is wanted"
+    )

@@ -114,6 +114,8 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
     refuse_unprintable(overrides)
     for_robot = [o for o in overrides if o.startswith("robot.")]
     data = read_toml(source, "paths")
+    if "dh" in data:
+        raise InputError(f"{source}: a robot file, and a path file is wanted; name the robot there, or with --robot")
     project = find_project(source.resolve().parent, Path.cwd())
     typed = [*(["robot"] if robot else []), *(item.partition("=")[0].strip() for item in overrides)]
     project = project and project.filling(data, typed)

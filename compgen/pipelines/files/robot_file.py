@@ -164,6 +164,8 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         InputError: Anything wrong, naming file and key.
     """
     where, data = str(source), text.tables
+    if "path" in data:
+        raise InputError(f"{where}: a path file, and a robot file is wanted; give a robot's name, as m710ic50, or file")
     facts = check(RobotFile, data, where)
     _refuse_double(facts, where)
     _refuse_load(facts, where)
