@@ -225,11 +225,13 @@ def load_air(items: Sequence[str]) -> float | None:
     """How much warmer than the reference the air is [K], by the last file among ``load_before``'s items that says it.
 
     Raises:
-        InputError: It changes with time.
+        InputError: It changes with time, or counts from another temperature than pages and logs do.
     """
     air = None
     for item in items:
         table = _day_file(item).ambient if item.endswith(".toml") else AmbientTable()
+        if table.reference_degC != AmbientTable().reference_degC:
+            raise InputError(f"{item}: ambient.reference_degC: here rises count from 20 degC; shift value_degC instead")
         if table.is_given:
             if table.kind != "constant":
                 raise InputError(f"{item}: ambient.kind: a program that exists takes air that stays; give 'constant'")
