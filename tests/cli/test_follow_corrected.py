@@ -35,16 +35,18 @@ def job(made, tmp_path):
 
 
 def log(job, folder, until, lie=0.0):
-    """An arm that stands from its planned start on; one sensor is off by ``lie`` [K]."""
+    """An arm that stands from its planned start on, in air that is measured at 20 degC alone; a sensor lies [K]."""
     course = corrected_run(read_corrected(read_written_job(job)), lambda stage, share: None)
     heat, cell, lines = course.heat, course.cell, []
+    standing, air = course.history.standing, course.history.air
+    measured = ["20"] if air.is_still else []
     for t in np.arange(0, until + 1, 10.0).tolist():
-        rise = heat.outputs @ state_after(heat, [replace(course.history.standing, duration=t)], course.start)
+        rise = heat.outputs @ state_after(heat, [replace(standing, duration=t)], course.start, air)
         readings = [20 + rise[heat.names.index(node)] for node in cell.sensors.values()]
         readings[0] += lie
-        lines.append(",".join(f"{value:.3f}" for value in (t, 20, *readings)))
+        lines.append(",".join([f"{t:.3f}", *measured, *(f"{value:.3f}" for value in readings)]))
     file = folder / "log.csv"
-    head = ",".join(["time_s", "ambient_degC", *(f"{part}_degC" for part in cell.sensors)])
+    head = ",".join(["time_s", *(["ambient_degC"] * len(measured)), *(f"{part}_degC" for part in cell.sensors)])
     file.write_text("\n".join([head, *lines]) + "\n")
     return file
 
@@ -105,6 +107,17 @@ def test_a_late_start_writes_what_resume_makes_of_it(job, made, tmp_path):
     assert record["due"] == 0
     assert record["forecast"][0]["max_um"] < 1
     assert contents(job) == after
+
+
+def test_a_log_without_air_leaves_the_air_as_it_was(tmp_path):
+    (day := tmp_path / "day.toml").write_text("[ambient]\nvalue_degC = 30\n")
+    job = pages_of(tmp_path, "hot", "--before", day, speed="0.01mm/sec")  # 1 h a page
+    oracle = shutil.copytree(job, tmp_path / "oracle")
+    assert run("resume", oracle, "--from-page", "1", "--late", "35min", *BOUND, *DATE).returncode == 0
+    assert look(job, "--log", log(job, tmp_path, LATE), "--pages", pages_file(tmp_path))[1]["due"] == 1
+    assert same_but_for_rounding(job, oracle, (1, 2, 3))
+    ours, its = (json.loads((f / "LONG.pages.json").read_bytes())["resumed"][0]["air_K"] for f in (job, oracle))
+    assert ours == its == 10
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,7 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     place = int(first.plan.drive.reached[at])
     known = _known_at(place, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
-    air, heat = begun.air or 0.0, begun.cell.heat
+    air, heat = as_written.air if begun.air is None else begun.air, begun.cell.heat
     passed = heat.rate * known.motion().time[place]
     by_air = heat.ambient * (air - as_written.air) * -np.expm1(-passed)
     started = as_written.start + _grown_back(begun.state - known.state - by_air, passed)
