@@ -150,6 +150,16 @@ def state_file(folder, **changes):
     return written(state_of(job, rise=job.start_rise() * 0.6, base=base, **changes), folder)
 
 
+def test_a_page_that_has_run_is_not_judged(tmp_path):
+    """To be as warm as the state says, in such air, the arm would have cooled by some 6 K in a pause on page 2."""
+    job = pages_of(tmp_path, "pages", history=(), between=("WAIT 7200.00(sec)",))
+    state = ("--state", state_file(tmp_path, air=-14.0))
+    result = run("resume", job, "--from-page", "3", *state, *RESUME[2:], "--json")
+    assert result.returncode == 0, result.stderr
+    (page,) = json.loads(result.stdout)["pages"]
+    assert page["before"]["max_um"] > 50 > 5 > page["after"]["max_um"]
+
+
 @pytest.mark.parametrize(("age", "air"), [((), 0.0), (("--state-age", "20min"), 6.0)])
 def test_a_state_is_what_correct_makes_of_it(job, tmp_path, age, air):
     state = ("--state", state_file(tmp_path, air=air), *age)

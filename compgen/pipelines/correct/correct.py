@@ -329,7 +329,7 @@ def _fly_both(
     planned = fly_planned()
     station, fraction = planned.station, planned.fraction
     target = interpolate_poses(meant, station, fraction)
-    judged = between_corrected(plan, shared, station, fraction)
+    judged = between_corrected(plan, shared, station, fraction) & (station >= task.options.judged_from)
     length = sample_lengths(task.cell.robot, drive, station, fraction, judged)
     progress(stages.TWIN_AFTER, 0.0)
     if ensemble is None:

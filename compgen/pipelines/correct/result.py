@@ -47,6 +47,7 @@ class Options:
     raised: float = 0.0  # [m] a dry run, so much higher
     guaranteed: Guarantee | None = None  # bounds with a probability, verified by draws
     air: float = 0.0  # [K] how much warmer than the reference it is, before the program and while it runs
+    judged_from: int = 0  # the first station that is judged: of the rest of a program, what has run is not
 
 
 def options_of(  # noqa: PLR0913  the options of a command, each by its name

@@ -107,7 +107,8 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     passed = heat.rate * known.motion().time[place]
     by_air = heat.ambient * (air - as_written.air) * -np.expm1(-passed)
     started = as_written.start + _grown_back(begun.state - known.state - by_air, passed)
-    new = _corrected(_in_air(job, air), _beginning(begun.cell, started), (), progress)
+    rest = replace(job, options=replace(job.options, air=air, judged_from=at))
+    new = _corrected(rest, _beginning(begun.cell, started), (), progress)
     if not np.array_equal(new.written.positions.number, old.written.positions.number):
         raise InputError(
             f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
@@ -153,7 +154,8 @@ def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress
     if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
         cell = with_state_text(job.plain, anchored, f"{where}: resumed.state_toml")
     air = float(earlier[-1].get("air_K", air))
-    again = _corrected(_in_air(_unjudged(job), air), _beginning(cell, start), (), progress)
+    in_air = replace(job, options=replace(job.options, air=air))
+    again = _corrected(_unjudged(in_air), _beginning(cell, start), (), progress)
     return _AsWritten(cell, start, air, again)
 
 
@@ -184,11 +186,6 @@ def _grown_back(change: Array, passed: Array) -> Array:
 
 def _beginning(cell: Cell, start: Array) -> Cell:
     return replace(cell, heat=cell.heat.starting(start))
-
-
-def _in_air(job: CorrectedJob, air: float) -> CorrectedJob:
-    """The same in air so much warmer than the reference [K]."""
-    return replace(job, options=replace(job.options, air=air))
 
 
 def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress: Progress) -> Correction:
