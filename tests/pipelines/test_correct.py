@@ -513,6 +513,27 @@ def test_a_called_program_warms_the_arm_as_it_is_listed(through, hot):
 
 
 @pytest.mark.parametrize(
+    "does",
+    [
+        ("WAIT 7200.00(sec)",),
+        ("CALL PAUSE",),
+        ("J P[1] 10% FINE", "WAIT 7200.00(sec)"),
+        ("J P[1] 10% FINE", "CALL PAUSE"),
+    ],
+)
+def test_a_called_program_waits_as_it_is_listed(does, hot):
+    """Whether or not it moves the arm, and behind its last motion: the arm cools by the nodes' law."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    data = program(["J P[1] 10% FINE", "CALL REST", "L P[2] 50mm/sec FINE"], [at(1, HOME), at(2, q)])
+    rest, pause = program(does, [at(1, HOME)], name="REST"), program(["WAIT 7200.00(sec)"], [], name="PAUSE")
+    before = load_before(["moving 200mm/s 6h"])
+    result = correct(data, hot, default_frames(), before, Options(), quiet, {"REST": rest, "PAUSE": pause}.get)
+    cooled = naive_heat.rises([("moving", 200.0, 6.0), ("idle", 0.0, 2.0)])
+    assert naive_heat.WARM["j3"] - cooled["j3"] > 2
+    assert missed_um(data, result.text, 2, q, lengths=naive_heat.warm_lengths(cooled)) < ROUNDED_UM
+
+
+@pytest.mark.parametrize(
     ("level", "call", "does"),
     [
         ("warning", "IF R[1]=1,CALL POLISH", "L P[1] 50mm/sec FINE"),

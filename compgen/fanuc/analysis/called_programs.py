@@ -1,11 +1,12 @@
 """Programs that a program calls: whether and how each moves the arm, and what it writes of registers and frames."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
@@ -107,31 +108,36 @@ class CalledMotion(NamedTuple):
 
     called: Mapping[int, JointMotion]
     uncounted: tuple[str, ...]
+    pause: Array  # (S,) with what programs wait that do not move the arm
+    rest: float
 
 
 def called_motion(
-    program: LsProgram, drive: DrivenProgram, moving: Iterable[str], drive_of: Callable[[str], DrivenProgram | None]
+    program: LsProgram, drive: DrivenProgram, known: CalledPrograms, drive_of: Callable[[str], DrivenProgram | None]
 ) -> CalledMotion:
     """What called programs do before a program leaves for each of its stations: each as it is listed, once a CALL.
 
     Args:
         program: Any program.
         drive: Its stations.
-        moving: Programs, in capitals, that it calls and that may move the arm.
-        drive_of: Such a program as it is driven; None for one that calls this one.
+        known: What is known of the programs that it calls.
+        drive_of: One of them as it is driven; None for one that calls this one.
     """
     statements = other_statements(program)
     calls = {line: match[1].upper() for line, text in statements if (match := CALL_ALWAYS.match(text))}
     otherwise = {*(text for line, text in statements if line not in calls), *program.motions.options}
-    drives = {name: drive_of(name) for name in sorted(moving)}
-    told = {name: its.joint_motion() for name, its in drives.items() if its is not None}
+    drives = {name: drive_of(name) for name in sorted(known.moving)}
+    told = {name: _with_rest(its) for name, its in drives.items() if its is not None}
+    still = {name: drive_of(name) for name in sorted(known.motionless & set(calls.values()))}
+    waits = {name: its.rest for name, its in still.items() if its is not None}
     uncounted = {name for name, its in drives.items() if its is None or not _is_told(its)}
     uncounted |= {name.upper() for text in otherwise for name in CALL.findall(text)} & set(drives)
     if set(drive.flow) - set(calls):
         uncounted |= set(drives)
-    counted, places = dict[int, JointMotion](), 0
+    counted, places, pause = dict[int, JointMotion](), 0, np.append(drive.pause, drive.rest)
     at = np.searchsorted(program.motions.line[drive.motion], list(calls))
     for station, name in zip(at.tolist(), calls.values(), strict=True):
+        pause[station] += waits.get(name, 0.0)
         if name not in told or station == len(drive.pose):
             continue
         places += len(told[name].time)
@@ -139,7 +145,14 @@ def called_motion(
             uncounted.add(name)
         else:
             counted[station] = _behind(counted[station], told[name]) if station in counted else told[name]
-    return CalledMotion(counted, tuple(sorted(uncounted)))
+    return CalledMotion(counted, tuple(sorted(uncounted)), pause[:-1], float(pause[-1]))
+
+
+def _with_rest(drive: DrivenProgram) -> JointMotion:
+    """What a program does, and how long it stands behind its last station."""
+    motion = drive.joint_motion()
+    time, theta = np.append(motion.time, motion.time[-1] + drive.rest), np.vstack([motion.theta, motion.theta[-1:]])
+    return JointMotion(time, theta, np.append(motion.driven, 0.0)) if drive.rest else motion
 
 
 def _is_told(drive: DrivenProgram) -> bool:

@@ -49,5 +49,4 @@ class ProgramContext:
 
         poses = self.poses(program, robot)
         drive = measure_reach(robot, read_traversal(program, poses, robot, self.called.motionless))
-        called, uncounted = called_motion(program, drive, self.called.moving, drive_of)
-        return poses, replace(drive, called=called, uncounted=uncounted)
+        return poses, replace(drive, **called_motion(program, drive, self.called, drive_of)._asdict())

@@ -74,7 +74,8 @@ def read_traversal(
         length=length,
         written=np.nan_to_num(written),
         duration=np.nan_to_num(written + beside),
-        pause=pause,
+        pause=pause[:-1],
+        rest=float(pause[-1]),
         untimed=tuple(sorted({*m.line[motion[untimed]].tolist(), *waits})),
         flow=flow,
         origin=np.where(carried, NONE, origin),
@@ -208,13 +209,11 @@ def parse_speeds(texts: tuple[str, ...]) -> tuple[Array, np.ndarray]:
 
 
 def _others(statements: list[tuple[int, str]], line: IntArray) -> tuple[Array, tuple[int, ...]]:
-    """Pause before each station (S,) [s], and lines of statements that may change the order."""
-    pause, flow = np.zeros(len(line)), []
+    """Pause before each station and behind the last (S + 1,) [s], and lines of statements that may change the order."""
+    pause, flow = np.zeros(len(line) + 1), []
     for number, text in statements:
         if FLOW.match(text):
             flow.append(number)
         elif wait := WAIT.match(text):
-            k = int(np.searchsorted(line, number))
-            if k < len(pause):
-                pause[k] += float(wait[1])
+            pause[np.searchsorted(line, number)] += float(wait[1])
     return pause, tuple(flow)
