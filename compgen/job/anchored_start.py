@@ -23,6 +23,7 @@ from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.model import state_with_rises
 from compgen.thermal.schedule import STANDING, History
+from compgen.thermal.tables.schema import AmbientTable
 
 ROBOT_FILE = "robot_file"  # its key in what a state was made from
 
@@ -185,6 +186,7 @@ class Beginning(NamedTuple):
     cell: Cell
     before: tuple[Duty, ...]
     air: float  # [K] above the reference, then and while it runs
+    reference: float = AmbientTable().reference_degC  # at which it was calibrated
 
 
 def begin(

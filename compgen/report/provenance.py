@@ -13,7 +13,7 @@ from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.job.tables import words_of_guarantee
-from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct import Correction, Options
 from compgen.pipelines.correct.program_file import packed, planned_in
 from compgen.report.many_starts import starts_record
 from compgen.thermal import Duty
@@ -43,6 +43,7 @@ def provenance(result: Correction) -> dict[str, Any]:
             "mark": "remark" if options.remark else "digits",
             **({} if options.ensemble is None else {"average_over": starts_record(options.ensemble)}),
             **({} if not options.air else {"air_K": options.air}),
+            **({} if options.reference == Options().reference else {"reference_degC": options.reference}),
             **({} if options.guaranteed is None else {"guaranteed": words_of_guarantee(options.guaranteed)}),
         },
         "planned_sha256": sha256(result.planned).hexdigest(),

@@ -34,15 +34,15 @@ def job(made, tmp_path):
     return shutil.copytree(made, tmp_path / "out")
 
 
-def log(job, folder, until, lie=0.0):
-    """An arm that stands from its planned start on, in air that is measured at 20 degC alone; a sensor lies [K]."""
+def log(job, folder, until, lie=0.0, zero=20):
+    """An arm that stands from its planned start on; a sensor lies [K]. Air is measured at ``zero`` [degC] alone."""
     course = corrected_run(read_corrected(read_written_job(job)), lambda stage, share: None)
     heat, cell, lines = course.heat, course.cell, []
     standing, air = course.history.standing, course.history.air
-    measured = ["20"] if air.is_still else []
+    measured = [str(zero)] if air.is_still else []
     for t in np.arange(0, until + 1, 10.0).tolist():
         rise = heat.outputs @ state_after(heat, [replace(standing, duration=t)], course.start, air)
-        readings = [20 + rise[heat.names.index(node)] for node in cell.sensors.values()]
+        readings = [zero + rise[heat.names.index(node)] for node in cell.sensors.values()]
         readings[0] += lie
         lines.append(",".join([f"{t:.3f}", *measured, *(f"{value:.3f}" for value in readings)]))
     file = folder / "log.csv"
@@ -190,3 +190,14 @@ def test_without_a_bound_of_its_own_a_page_is_written_all_the_same(job, tmp_path
     result = run("follow", job, "--log", log(job, tmp_path, LATE), "--pages", pages_file(tmp_path), "--once", *DATE)
     assert result.returncode == 0, result.stderr
     assert "over 5 um: pages 1 to 3 written anew" in result.stdout
+
+
+def test_a_log_counts_from_where_the_robot_was_calibrated(tmp_path):
+    """The same work at a robot that was calibrated at 25 degC, in air of 25 degC: the same rises."""
+    (day := tmp_path / "day.toml").write_text("[ambient]\nreference_degC = 25\n")
+    calibrated = pages_of(tmp_path, "at_25", history=("--before", day, "--before", "moving 200mm/s 5h"), speed=SPEED)
+    file = log(calibrated, tmp_path, 600, zero=25)
+    assert max(f["max_um"] for f in look(calibrated, "--log", file, "--pages", pages_file(tmp_path))[1]["forecast"]) < 5
+    result = run("resume", calibrated, "--from-page", "1", "--log", file, *BOUND, *DATE, "--json")
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["pages"][0]["before"]["max_um"] < 5

@@ -134,8 +134,8 @@ def correct(
         _check(folder, content, file)
     if not wishes.again:
         refuse_corrected(source, content)
-    (cell, history, air), (frames, registers) = choice.begin(program, content), tables.read()
-    options = replace(options, air=air)
+    (cell, history, air, reference), (frames, registers) = choice.begin(program, content), tables.read()
+    options = replace(options, air=air, reference=reference)
     # a dry run is known by the name that it gets on this controller
     run = _check(folder, content, file, cell.robot.controller.name_length if options.raised else None)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:

@@ -78,7 +78,7 @@ def _of_program(program: str, choice: opt.ProgramChoice, tables: opt.ProgramTabl
     from compgen.pipelines.correct.program_offsets import offsets_of_program
 
     source, content = Path(program), read_program(program)
-    cell, history, air = choice.begin(program, content)
+    cell, history, air, _ = choice.begin(program, content)
     with naming_file(program):
         refuse_any_corrected(source, content, cell.robot)
         frames, registers = tables.read()

@@ -68,7 +68,8 @@ def cell_of_program(
     """
     with nullcontext() if file is None else naming_file(file):
         chosen = robot_of_program(content) if robot is None else robot
-    return begin(load_cell(chosen, overrides), load_before(before), state, state_age, load_air(before))
+    air, reference = load_air(before)
+    return begin(load_cell(chosen, overrides), load_before(before), state, state_age, air)._replace(reference=reference)
 
 
 def read_frames(path: str | None) -> Frames:
@@ -221,22 +222,22 @@ def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
     return tuple(duties)
 
 
-def load_air(items: Sequence[str]) -> float | None:
-    """How much warmer than the reference the air is [K], by the last file among ``load_before``'s items that says it.
+def load_air(items: Sequence[str]) -> tuple[float | None, float]:
+    """How much warmer than the reference the air is [K], by the last of ``load_before``'s items that says it, and that.
 
     Raises:
-        InputError: It changes with time, or counts from another temperature than pages and logs do.
+        InputError: It changes with time.
     """
-    air = None
+    air, reference = None, AmbientTable().reference_degC
     for item in items:
         table = _day_file(item).ambient if item.endswith(".toml") else AmbientTable()
-        if table.reference_degC != AmbientTable().reference_degC:
-            raise InputError(f"{item}: ambient.reference_degC: here rises count from 20 degC; shift value_degC instead")
+        if table.is_given or "reference_degC" in table.model_fields_set:
+            reference = table.reference_degC
         if table.is_given:
             if table.kind != "constant":
                 raise InputError(f"{item}: ambient.kind: a program that exists takes air that stays; give 'constant'")
             air = float(tables.ambient_of(table, item).rise[0])
-    return air
+    return air, reference
 
 
 def _day_file(item: str) -> BeforeFile:

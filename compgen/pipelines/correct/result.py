@@ -26,6 +26,7 @@ from compgen.program.driven import DrivenProgram
 from compgen.program.ways import straight_lines
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
+from compgen.thermal.tables.schema import AmbientTable
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors
 from compgen.verification.motion_effect import MotionEffect
@@ -47,6 +48,7 @@ class Options:
     raised: float = 0.0  # [m] a dry run, so much higher
     guaranteed: Guarantee | None = None  # bounds with a probability, verified by draws
     air: float = 0.0  # [K] how much warmer than the reference it is, before the program and while it runs
+    reference: float = AmbientTable().reference_degC  # at which it was calibrated: logs of its pages count from there
     judged_from: int = 0  # the first station that is judged: of the rest of a program, what has run is not
 
 

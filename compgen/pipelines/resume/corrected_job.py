@@ -113,7 +113,9 @@ def _options(given: Mapping[str, Any], max_um: float | None) -> Options:
         average_over=starts,
         guaranteed=promise,
     )
-    return replace(typed, air=float(given.get("air_K", 0.0)))
+    return replace(
+        typed, air=float(given.get("air_K", 0.0)), reference=float(given.get("reference_degC", typed.reference))
+    )
 
 
 def with_state_text(plain: Cell, text: str, where: str) -> Cell:

@@ -172,7 +172,7 @@ def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion,
         air=air,
         standing=standing,
         motion=lambda: motion,
-        logged=lambda: Logged(AmbientTable(), None),
+        logged=lambda: Logged(AmbientTable(reference_degC=written.correction.options.reference), None),
         earlier=tuple(earlier),
         measured_air=written.air,
     )

@@ -31,7 +31,6 @@ from compgen.thermal import JointMotion, state_after, still_air
 from compgen.thermal.model import with_losses
 from compgen.thermal.rise_filter import STEP
 from compgen.thermal.schedule import STANDING, History
-from compgen.thermal.tables.schema import AmbientTable
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -91,7 +90,7 @@ def corrected_run(job: CorrectedJob, progress: Progress) -> CorrectedRun:
     history = History(before=before, standing=standing, air=still_air(job.options.air))
     motion, rows = in_steps(driven)
     stations = [*page_stations(first, job), len(drive.pose)]
-    reference = AmbientTable().reference_degC
+    reference = job.options.reference
     return CorrectedRun(
         written=job.written,
         cell=cell,

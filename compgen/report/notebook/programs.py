@@ -216,14 +216,16 @@ def correct(
     if file is not None and not again:
         refuse_corrected(Path(file), content)
     of_state = optional_name(state, "state", STATE), optional_name(state_age, "state_age", "a time, as '20min'")
-    cell, history, air = cell_of_program(content, file, robot_name, assignments(overrides), history_words, *of_state)
+    cell, history, air, reference = cell_of_program(
+        content, file, robot_name, assignments(overrides), history_words, *of_state
+    )
     with nullcontext() if file is None else naming_file(file), numpy_alone():
         result = pipeline.correct(
             content,
             cell,
             read_frames(frames_file),
             before=history,
-            options=replace(options, air=air),
+            options=replace(options, air=air, reference=reference),
             progress=report_progress,
             find_program=programs_beside(Path(file)) if file is not None else _no_program,
             registers=read_registers(register_file),
