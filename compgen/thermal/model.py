@@ -121,14 +121,18 @@ def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion)
     Args:
         heat: The model.
         duties: In order.
-        motion: The program as it is driven; at another feed it takes its time in proportion.
+        motion: The program as it is driven; at another feed its ways take their time in proportion.
     """
-    step = np.diff(motion.time)
+    stands = (motion.driven == 0) & (np.diff(motion.theta, axis=0) == 0).all(axis=1)
+    step = np.where(stands, 0.0, np.diff(motion.time))  # a program that moves does not wait
+    time = np.concatenate([[0.0], np.cumsum(step)]) if stands.any() else motion.time
     mean_speed = float(np.average(motion.driven, weights=step)) if step.sum() > 0 else 0.0
 
     def warmed(duty: Duty) -> Duty:
-        stretch = mean_speed / duty.feed if duty.feed > 0 and mean_speed > 0 else 1.0
-        paced = JointMotion(motion.time * stretch, motion.theta, motion.driven / stretch)
+        if duty.feed <= 0 or mean_speed <= 0:
+            return heat.mean_losses(lambda: motion).warming(duty)
+        stretch = mean_speed / duty.feed
+        paced = JointMotion(time * stretch, motion.theta, motion.driven / stretch)
         return heat.mean_losses(lambda: paced).warming(duty)
 
     return list(duties) if heat.law is not None else [warmed(duty) for duty in duties]

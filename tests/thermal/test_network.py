@@ -273,6 +273,17 @@ def test_a_duty_at_half_the_feed_has_the_losses_of_a_program_twice_as_long(warm,
     assert off == duties[2]
 
 
+def test_what_a_program_waits_is_no_part_of_a_duty_that_moves(warm, heat):
+    """An hour in the middle of ten seconds: at the feed of a duty the arm would have to race to make up for it."""
+    time_ = np.linspace(0, 10, 41)
+    theta = 0.3 * np.sin(time_[:, None] + np.arange(6)) + warm.robot.pendant_zero
+    motion, duty = JointMotion(time_, theta, np.full(40, 0.1)), Duty("moving", 0.05, HOUR)
+    later = np.insert(time_ + np.where(np.arange(41) > 20, HOUR, 0.0), 21, time_[20] + HOUR)
+    waiting = JointMotion(later, np.insert(theta, 21, theta[20], axis=0), np.insert(motion.driven, 20, 0.0))
+    (plain,), (waited,) = (with_losses(heat, [duty], each) for each in (motion, waiting))
+    assert_allclose(waited.loss, plain.loss, rtol=0.02)
+
+
 def test_between_the_segments_whose_torques_are_worked_out_heat_is_straight_in_time(warm, heat, monkeypatch):
     rng, bare = np.random.default_rng(5), replace(heat.drives, coulomb=0.0, viscous=0.0)
     time_ = np.cumsum(rng.uniform(0.01, 0.1, 5001))
