@@ -53,7 +53,7 @@ class DrivenProgram:
     carried: BoolArray  # (S,) an extended axis may move on the way there
     circular: BoolArray  # (S,) on an arc of three places that are surely known, to its via or from there
     beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
-    rest: float = 0.0  # [s] waited behind the last station
+    rest: float = 0.0  # [s] waited behind the last station; NaN where called programs may move the arm there
     called: Mapping[int, JointMotion] = field(default_factory=dict)  # what called programs do before leaving for one
     uncounted: tuple[str, ...] = ()  # called programs that may move the arm more, or otherwise, than ``called`` says
 

@@ -539,6 +539,8 @@ def test_a_called_program_waits_as_it_is_listed(does, hot):
         ("warning", "CALL NOTHING\n  3:L P[1] 50mm/sec FINE TB .00sec,CALL POLISH", "L P[1] 50mm/sec FINE"),
         ("warning", "CALL POLISH", "L PR[7] 50mm/sec FINE"),
         ("warning", "CALL POLISH", "CALL T"),
+        ("warning", "CALL POLISH", "CALL MORE"),
+        ("warning", "CALL POLISH", "J P[1] 10% FINE\n  2:  CALL MORE"),
         ("note", "CALL POLISH", "R[1]=1"),
         ("note", "CALL POLISH", None),
     ],
@@ -547,7 +549,7 @@ def test_a_called_program_that_moves_the_arm_and_is_not_counted_is_warned_of(lev
     """Which way is taken, or where it leads, is not told: it is known to warm the arm, and by how much is not."""
     beside = {} if does is None else {"POLISH": program([does], [at(1, HOME)], name="POLISH")}
     data = program(["J P[1] 10% FINE", call, "L P[1] 50mm/sec FINE"], [at(1, HOME)])
-    beside |= {"T": data, "NOTHING": program(["R[1]=1"], [at(1, HOME)], name="NOTHING")}
+    beside |= {"T": data, "NOTHING": program(["R[1]=1"], [at(1, HOME)], name="NOTHING"), "MORE": polishing("MORE")}
     result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
     (order,) = (f for f in result.findings if f.code == "timing.order")
     assert order.level == level

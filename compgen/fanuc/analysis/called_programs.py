@@ -138,6 +138,8 @@ def called_motion(
     at = np.searchsorted(program.motions.line[drive.motion], list(calls))
     for station, name in zip(at.tolist(), calls.values(), strict=True):
         pause[station] += waits.get(name, 0.0)
+        if station == len(drive.pose) and name in drives:
+            pause[station] = np.nan
         if name not in told or station == len(drive.pose):
             continue
         places += len(told[name].time)
@@ -152,12 +154,14 @@ def _with_rest(drive: DrivenProgram) -> JointMotion:
     """What a program does, and how long it stands behind its last station."""
     motion = drive.joint_motion()
     time, theta = np.append(motion.time, motion.time[-1] + drive.rest), np.vstack([motion.theta, motion.theta[-1:]])
-    return JointMotion(time, theta, np.append(motion.driven, 0.0)) if drive.rest else motion
+    return JointMotion(time, theta, np.append(motion.driven, 0.0)) if drive.rest > 0 else motion
 
 
 def _is_told(drive: DrivenProgram) -> bool:
     """Whether all ways of a program are known, but for that to its first station."""
-    return bool((drive.pose != NONE).all() and np.isfinite(drive.length[1:]).all()) and not drive.uncounted
+    return (
+        bool((drive.pose != NONE).all() and np.isfinite([*drive.length[1:], drive.rest]).all()) and not drive.uncounted
+    )
 
 
 def _behind(first: JointMotion, then: JointMotion) -> JointMotion:
