@@ -219,6 +219,7 @@ def rise_by_model(
         other = DisturbedHeat(heat, uncertainty, of_model.times(sign * factor))
         state = state_after(other, history.before, air=history.air)
         goal = other.steady_state(Duty("moving", feed, 0.0))
-        return np.asarray(advance(other.rate, state, goal, time) @ other.outputs.T)
+        of_air = other.ambient * history.air.response(other.rate, history.clock, history.clock + time)
+        return np.asarray((advance(other.rate, state, goal, time) + of_air) @ other.outputs.T)
 
     return np.asarray((rises(1.0) - rises(-1.0)) / (2 * factor))

@@ -110,3 +110,10 @@ def test_every_change_is_what_the_changed_model_does(model):
         expected = rise_by_model(warmth, heat, history, 0.15, change, time)
         assert_allclose(rises(change) - rises(none), expected, atol=2e-3)
         assert expected.any() == (model == "nodes")
+
+
+def test_other_time_constants_change_nothing_of_an_arm_in_balance_with_the_air():
+    history, time = History(before=(), air=Ambient(np.zeros(1), np.array([10.0]))), np.array([0.0, 4.0]) * HOUR
+    slower = changed(lag=np.full(K, 0.1))
+    plain = rise_by_model(WARMTH, HEAT, History(before=()), 0.1, slower, time)
+    assert_allclose(rise_by_model(WARMTH, HEAT, history, 0.1, slower, time), plain, atol=1e-9)

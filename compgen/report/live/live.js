@@ -282,12 +282,12 @@ function heatsOf(state) {
   const pairs = band.models.map(pair => {
     const [plus, minus] = pair.laws.map((law, side) => {
       const z = atStart(law, heat.start || zeros(S), pair.cycle[side]);
-      const u = airSince(state.air, law.rate, [state.elapsed], zeros(S));
+      const u = airSince(state.air, law.rate, Array.from(band.time, t => state.elapsed + t), zeros(N * S));
       const goal = movingGoal(law, band.feed, 1);
-      return [z.map((v, s) => v + u[s] - goal[s]), goal, law.rate];
+      return [z.map((v, s) => v - goal[s]), goal, law.rate, u];
     });
-    const of = ([z, goal, rates], t, s) => goal[s] + z[s] * Math.exp(-t * rates[s]);
-    return (t, s) => (of(plus, t, s) - of(minus, t, s)) / (2 * pair.step);
+    const of = ([z, goal, rates, u], n, s) => goal[s] + z[s] * Math.exp(-band.time[n] * rates[s]) + u[n * S + s];
+    return (n, s) => (of(plus, n, s) - of(minus, n, s)) / (2 * pair.step);
   });
   return band.quantities.map(q => {
     if (!q.has_heat) return null;
@@ -300,7 +300,7 @@ function heatsOf(state) {
         const share = inBalance ? 1 : -Math.expm1(-(state.elapsed + t) * heat.rate[s]);
         sum += q.air * heat.outputs[k * S + s] * heat.ambient[s] * share;
       }
-      h[n * K + k] = q.model < 0 ? sum : sum + pairs[q.model](t, k);
+      h[n * K + k] = q.model < 0 ? sum : sum + pairs[q.model](n, k);
     }
     return h;
   });
