@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from meshes import binary, grid_mesh
+from meshes import binary, grid_mesh, rounded_plate
 from numpy.testing import assert_allclose
 from shipped import quiet
 
@@ -144,6 +144,15 @@ def test_a_pattern_on_a_mesh_is_driven_on_the_smooth_surface(tmp_path, path):
     normal = np.column_stack([slope, np.ones(low.sum())])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     assert np.abs(np.cross(normal, -actual.rotation[low][:, :, 2])).max() < np.deg2rad(0.3)
+
+
+@pytest.mark.parametrize(("half", "cuts"), [(100, False), (119.5, True)])
+def test_a_path_that_cuts_into_a_mesh_between_its_points_is_named(tmp_path, half, cuts):
+    """Points 2 mm apart on a rounding of 5 mm: only facets were named, though the path was further below them."""
+    path = 'pattern = "raster"\nstepover_mm = 40\nlead_mm = 5\nx_mm = 0\ny_mm = 0\nz_mm = 0'
+    boundary = f'[boundary]\nshape = "rectangle"\nsize_mm = [{half}, 80]'
+    notes = mesh_job(tmp_path, rounded_plate(), path, "open = true", boundary).input_findings
+    assert cuts == any(re.search(r"cuts \d+ um into the mesh at x -?5\d", note.message) for note in notes)
 
 
 def bowl(x, y):

@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 import pytest
-from meshes import binary, grid_mesh
+from meshes import binary, grid_mesh, rounded_plate, strip_mesh
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
@@ -198,6 +198,22 @@ def test_the_curve_keeps_to_the_surface_up_to_the_edge_of_the_mesh(height, n, le
     assert above[at_edge & (working if turn == "one way" else True)].max() < 1.2 * tolerance  # one way: lifted back
     # and off the part it goes down no further than the bend behind an edge needs
     assert curve.height(pieces, t)[0].min() > height(x, y)[beside > 0].min() - 0.3 * 10 * MM
+
+
+@pytest.mark.parametrize("half", [0.0532, 0.0548, 0.0582])
+def test_behind_a_rounding_that_ends_upright_the_way_does_not_fall_beside_the_part(half):
+    """Its plane at the last point falls by 80 deg: the tool went down to 150 mm beside a plate 25 mm thick."""
+    mesh, part = Mesh.of_corners(rounded_plate()), boundaries.rectangle(2 * half, 0.08, 0.0)
+    laid = lay(patterns.raster(part, 0.02, 0.01, smooth=False), part, mesh, NO_SHIFT, "part.stl", 0.0)
+    assert laid.points.position[:, 2].min() > -(5 + 8) * MM  # the rounding, and what the bend behind it needs
+
+
+def test_long_strips_of_a_cylinder_stand_off_it_across_and_not_along():
+    """The note said 1,067 um of 41: an edge from end to end counted with a turn across it."""
+    turn = np.linspace(-0.8, 0.8, 26)
+    mesh, part = Mesh.of_corners(strip_mesh(0.08 * np.sin(turn), 0.08 * np.cos(turn))), boundaries.circle(0.08)
+    laid = lay(patterns.raster(part, 0.02, 0.005, smooth=False), part, mesh, NO_SHIFT, "part.stl", 0.0)
+    assert laid.facets == pytest.approx(0.08 * (1 - np.cos(0.032)), rel=0.01)
 
 
 def test_a_way_between_sweeps_goes_through_no_side_of_a_face_that_is_worked():

@@ -9,7 +9,8 @@ whose first point is at e, it is nearer to the plane of the surface at the edge,
 
     (1 - S((d - e) / D)) (1 - S(d / L))        S(s) = 10 s^3 - 15 s^4 + 6 s^5
 
-of what this is higher; towards the edge where it comes back to the part alike.
+of what this is higher; towards the edge where it comes back to the part alike. Of that plane no more than a slope of
+``STEEPEST`` is followed.
 
 With slopes p = -n_x / n_z and q = -n_y / n_z of the normals about a place, over a distance e to each side,
 
@@ -39,6 +40,7 @@ REACH = 2.0  # median edges to each side over which curvature is taken
 FLAT = 1e-3  # [1/m] of a hollow that is none
 LEAST_STEP = 10 * UM  # that a path within its tolerance does not show
 LEAVING = 10 * MM  # behind an edge, over which the way bends
+STEEPEST = 2.0  # that it goes down or up there: behind a rounding that ends upright it would fall beside the part
 CREASE = 20 * DEG  # that a facet may differ from the mean of its neighbours
 
 
@@ -64,7 +66,7 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
 
     Raises:
         InputError: The mesh is nowhere under the pattern, is inside out there, has a sharp edge, a step or a hollow
-            sharper than the tool under it, or a higher face beside it, or the pattern needs too many points.
+            sharper than the tool under it, or is higher beside it, or the pattern needs too many points.
     """
     step = float(np.clip(mesh.edge_length() / PER_EDGE, FINEST, COARSEST))
     piece, t, first = _samples(pattern, step, source)
@@ -153,7 +155,8 @@ def _behind_edges(xy: Array, normal: Array, part: BoolArray, straight: Array) ->
     again = np.minimum.accumulate(np.where(part, rows, M)[::-1])[::-1][off]
     d, e = u[off] - u[edge], u[edge + 1] - u[edge]
     L = np.append(u, np.inf)[again] - u[edge]
-    plane = straight[edge] - ((xy[off] - xy[edge]) * normal[edge, :2]).sum(axis=1) / normal[edge, 2]
+    rise = -((xy[off] - xy[edge]) * normal[edge, :2]).sum(axis=1) / normal[edge, 2]
+    plane = straight[edge] + np.clip(rise, -STEEPEST * d, STEEPEST * d)
     added = np.zeros(M)
     added[off] = (1 - _eased((d - e) / LEAVING)) * (1 - _eased(d / np.maximum(L, d))) * (plane - straight[off])
     return added
@@ -231,7 +234,7 @@ def _refuse_what_stands_above(
     if above[first] > LEAST_STEP:
         x, y = xy[first] / MM
         raise InputError(
-            f"{source}: the path runs into the mesh at x {x:.1f}, y {y:.1f} mm, beside what it works: another face is "
+            f"{source}: the path runs into the mesh at x {x:.1f}, y {y:.1f} mm, beside what it works: the mesh is "
             f"{above[first] / MM:.3g} mm higher there; keep off it (path.lead_mm, [boundary], process.lift_mm)"
         )
 
@@ -275,14 +278,13 @@ def _sharpest_hollow(mesh: Mesh, xy: Array, source: str, tool_radius: float) -> 
 
 
 def _off_smooth(mesh: Mesh, facet: IntArray) -> float:
-    """About how far flat facets stand off a smooth surface through their corners: edge times turn over 8 [m]."""
+    """About how far facets stand off a smooth surface through their corners [m]: edge times turn along it over 8."""
     rows = np.unique(facet)
     corner, normal = mesh.facet[rows], mesh.normal[rows]
     worst = 0.0
     for a, b in ((0, 1), (1, 2), (2, 0)):
-        turn = row_norms(normal[:, a] - normal[:, b])
-        edge = row_norms(mesh.vertex[corner[:, a]] - mesh.vertex[corner[:, b]])
-        worst = max(worst, float((edge * turn).max() / 8))
+        edge = mesh.vertex[corner[:, a]] - mesh.vertex[corner[:, b]]
+        worst = max(worst, float(np.abs((edge * (normal[:, a] - normal[:, b])).sum(axis=1)).max() / 8))
     return worst
 
 

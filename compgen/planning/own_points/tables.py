@@ -34,6 +34,7 @@ CORNER = 25 * DEG  # of a curve, from where a turn is a corner
 STANDING_STEP = 10 * MM  # of points with the surface's normal on a line over it
 MOSTLY = 0.5  # share of the path that a part is under; less is a mistake as likely as a wish
 TOLERANCE_UM, TOLERANCE_MDEG = 10.0, 200.0
+PER_PIECE = 9  # places of a curve that are compared with the mesh
 
 
 class OwnPointsTable(Table):
@@ -260,7 +261,26 @@ def pattern_on_mesh(
                 f"{off:.2g} % of the path inside the edge is not over the mesh: no contact there",
             )
         )
+    notes += _cut_in(curve, mesh, shift[2], place * UM + laid.facets)
     return OnMesh(curve, tuple(notes))
+
+
+def _cut_in(curve: PiecewiseCurve, mesh: Mesh, above: float, allowed: float) -> list[Finding]:
+    """Where a curve is lower than it shall be ``above`` the mesh [m], by more than ``allowed`` [m]."""
+    K = len(curve.poly)
+    piece, t = np.repeat(np.arange(K), PER_PIECE), np.tile(np.linspace(0, 1, PER_PIECE), K)
+    xy = curve.derivatives(piece, t)[0]
+    over = mesh.over(xy)
+    depth = np.nan_to_num((over.height + above - curve.height(piece, t)[0]) * over.normal[:, 2])
+    worst = int(np.argmax(depth))
+    if depth[worst] <= allowed:
+        return []
+    x, y = xy[worst] / MM
+    message = (
+        f"the path cuts {depth[worst] / UM:.0f} um into the mesh at x {x:.1f}, y {y:.1f} mm, which bends there more "
+        "than points on it show; export it finer, or keep off that place (path.lead_mm, [boundary])"
+    )
+    return [Finding(Level.WARNING, Code.SURFACE_MESH, message)]
 
 
 def _size(mesh: Mesh, laid: Laid) -> str:
