@@ -171,6 +171,16 @@ def test_points_without_normals_stand_on_the_mesh(tmp_path):
     assert np.rad2deg(tilt.max()) == pytest.approx(np.rad2deg(np.arctan(0.04)) + 2, abs=0.1)
 
 
+@pytest.mark.parametrize(("lower", "level"), [(0, None), (3, Level.WARNING), (-3, Level.NOTE)])
+def test_points_that_are_not_on_their_mesh_are_named(tmp_path, lower, level):
+    """The tool went 3 mm into the part without a word: the mesh says only how it stands."""
+    rows = "".join(f"{x},0,{x * x / 2000 - lower}\n" for x in range(-40, 41, 2))
+    (tmp_path / "row.csv").write_text("x_mm,y_mm,z_mm\n" + rows)
+    job = mesh_job(tmp_path, grid_mesh(bowl, n=81), 'pattern = "points"\nfile = "row.csv"', "open = true")
+    levels = [f.level for f in job.input_findings if "mm from the mesh (below 0: in it)" in f.message]
+    assert levels == ([] if level is None else [level])
+
+
 def test_points_on_a_mesh_that_faces_down_are_told_so(tmp_path):
     (tmp_path / "row.csv").write_text("x_mm,y_mm,z_mm\n" + "".join(f"{x},0,0\n" for x in range(-40, 41, 5)))
     corners = grid_mesh(bowl, n=81)[:, ::-1]
