@@ -1,6 +1,7 @@
 """Triangle meshes: files, what is over a place, patterns laid onto them, and one line for what is refused."""
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -206,6 +207,15 @@ def test_behind_a_rounding_that_ends_upright_the_way_does_not_fall_beside_the_pa
     mesh, part = Mesh.of_corners(rounded_plate()), boundaries.rectangle(2 * half, 0.08, 0.0)
     laid = lay(patterns.raster(part, 0.02, 0.01, smooth=False), part, mesh, NO_SHIFT, "part.stl", 0.0)
     assert laid.points.position[:, 2].min() > -(5 + 8) * MM  # the rounding, and what the bend behind it needs
+
+
+def test_a_place_on_a_mesh_is_named_by_where_it_is():
+    """A tool that has no x axis there was refused at *line 26* of a binary file."""
+    mesh, part = Mesh.of_corners(rounded_plate()), boundaries.rectangle(0.11, 0.08, 0.0)
+    points = lay(patterns.raster(part, 0.02, 0.005, smooth=False), part, mesh, NO_SHIFT, "part.stl", 0.0).points
+    upright = replace(points, normal=np.tile([1.0, 0, 0], (len(points.position), 1)))
+    with pytest.raises(InputError, match=r"part\.stl: at x -60\.0, y -30\.0 mm: the normal points along the tool's x"):
+        place_points(upright, plane(NO_SHIFT), 0.0, 1.0)
 
 
 def test_long_strips_of_a_cylinder_stand_off_it_across_and_not_along():

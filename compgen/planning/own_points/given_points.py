@@ -41,7 +41,7 @@ class GivenPoints:
     """M points of a path in the frame of the part, in the order they are driven."""
 
     source: str  # the file, for messages
-    line: IntArray  # (M,) of the file
+    line: IntArray  # (M,) of the file; 0: it has none
     position: Array  # (M, 3) [m]
     normal: Array | None  # (M, 3) unit, out of the surface; the tool's z axis points against it
     rotation: Array | None  # (M, 3, 3) of the tool; None with ``normal``, or where the surface says it
@@ -53,8 +53,9 @@ class GivenPoints:
     read_as: tuple[str, ...] = ()  # how a file of another writer's form was understood
 
     def where(self, row: int) -> str:
-        """File and line of a point, for messages."""
-        return f"{self.source}: line {self.line[row]}"
+        """File and line of a point, or its place where the file has no lines, for messages."""
+        x, y = self.position[row, :2] / MM
+        return f"{self.source}: " + (f"line {self.line[row]}" if self.line[row] else f"at x {x:.1f}, y {y:.1f} mm")
 
     def divided(self, step: float) -> "GivenPoints":
         """With further points on lines and arcs, no further apart than a step [m]; of points without normals."""

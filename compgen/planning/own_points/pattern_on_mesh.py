@@ -101,7 +101,7 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     normal = np.column_stack([_run_on(over.normal[:, k], part, _way(xy)) for k in range(3)])
     points = GivenPoints(
         source=source,
-        line=rows + 1,
+        line=np.zeros(len(rows), dtype=np.int64),
         position=np.column_stack([xy, height + shift[2]]),
         normal=normal / row_norms(normal)[:, None],
         rotation=None,
