@@ -146,6 +146,16 @@ def test_a_pattern_on_a_mesh_is_driven_on_the_smooth_surface(tmp_path, path):
     assert np.abs(np.cross(normal, -actual.rotation[low][:, :, 2])).max() < np.deg2rad(0.3)
 
 
+FINE_TURNS = 'pattern = "raster"\nstepover_mm = 2\nturn = "smooth"\ndiameter_mm = 40\nx_mm = 0\ny_mm = 0\nz_mm = 0'
+
+
+@pytest.mark.parametrize("path", [SPIRAL.replace("turns = 3", "turns = 9"), FINE_TURNS])
+def test_a_smooth_pattern_on_a_coarse_mesh_stops_at_its_end_alone(tmp_path, path):
+    """Points 2 mm apart made corners of the turns between sweeps, and of a spiral's middle: it stopped on the part."""
+    job = mesh_job(tmp_path, grid_mesh(bowl, n=21), path, "open = true")
+    assert job.plan.path.pattern.stop.sum() == 1
+
+
 @pytest.mark.parametrize(("half", "cuts"), [(100, False), (119.5, True)])
 def test_a_path_that_cuts_into_a_mesh_between_its_points_is_named(tmp_path, half, cuts):
     """Points 2 mm apart on a rounding of 5 mm: only facets were named, though the path was further below them."""

@@ -1,11 +1,11 @@
 r"""A pattern laid onto a mesh: points of its curve, projected along z, with the mesh's normals.
 
-The pattern is sampled every ``step`` of its length; over (x, y) the point stands at the mesh's highest z plus the
-height that the pattern asks for, and the tool against the mesh's normal. Past the mesh, and over a face that the tool
-does not work, beyond a step or a sharp edge, it is off the part: height and normal run on evenly between the places
-before and after, and no such face may be higher. So that the way does not bend at the edge itself, and a smooth curve
-cut the corner there, it leaves the part along its surface: at a length d behind the edge, off the part over a length L
-whose first point is at e, it is nearer to the plane of the surface at the edge, by
+The pattern is sampled every ``step`` of its length, and every ``BEND``; over (x, y) the point stands at the mesh's
+highest z plus the height that the pattern asks for, and the tool against the mesh's normal. Past the mesh, and over a
+face that the tool does not work, beyond a step or a sharp edge, it is off the part: height and normal run on evenly
+between the places before and after, and no such face may be higher. So that the way does not bend at the edge itself,
+and a smooth curve cut the corner there, it leaves the part along its surface: at a length d behind the edge, off the
+part over a length L whose first point is at e, it is nearer to the plane of the surface at the edge, by
 
     (1 - S((d - e) / D)) (1 - S(d / L))        S(s) = 10 s^3 - 15 s^4 + 6 s^5
 
@@ -35,6 +35,7 @@ from compgen.planning.own_points.given_points import GivenPoints
 
 MOST_POINTS = 4_000_000
 FINEST, COARSEST = 0.1 * MM, 2 * MM  # between points
+BEND = 8 * DEG  # between points, that a bend of the pattern is no corner where the robot stops
 PER_EDGE = 3  # points over an edge of the mesh
 REACH = 2.0  # median edges to each side over which curvature is taken
 FLAT = 1e-3  # [1/m] of a hollow that is none
@@ -116,9 +117,11 @@ def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArra
     """Pieces and parameters, (M,) each, of points so far apart at most, and the first point of each piece, (K,)."""
     K = len(pattern.poly)
     middle = np.linspace(0, 1, 9)
-    speed = row_norms(pattern.derivatives(np.repeat(np.arange(K), 9), np.tile(middle, K))[1]).reshape(K, 9)
+    way = pattern.derivatives(np.repeat(np.arange(K), 9), np.tile(middle, K))[1]
+    speed, along = row_norms(way).reshape(K, 9), np.unwrap(np.arctan2(way[:, 1], way[:, 0]).reshape(K, 9))
+    turns = 8 * np.abs(np.diff(along)).max(axis=1) / BEND
     rise = np.abs(np.diff(pattern.height(np.repeat(np.arange(K), 2), np.tile([0.0, 1.0], K))[0].reshape(K, 2)))[:, 0]
-    count = np.maximum(2, np.ceil((speed.max(axis=1) + rise) / step).astype(np.int64)) + 1
+    count = np.maximum(2, np.ceil(np.maximum((speed.max(axis=1) + rise) / step, turns)).astype(np.int64)) + 1
     if count.sum() > MOST_POINTS:
         raise InputError(
             f"{source}: the path over it needs {count.sum():.2g} points, more than {MOST_POINTS:.0e}; raise "
