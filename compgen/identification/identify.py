@@ -142,13 +142,11 @@ def identify(
     check_scale(data)
     moved = np.asarray(np.ptp(data.theta, axis=0) > STILL)
     warm = bool((data.warm > 0).any())
-    if not nodes and facts is not None:
-        facts = replace(facts, nodes=(PLAIN_WARMTH,), growth=(np.zeros((6, 1)), np.zeros((6, 1))))
+    facts = facts if nodes or facts is None else _of_one_warmth(facts)
     states = warm_up_states(known) if warm and not temperatures else ()
     offered = nodes_to_offer(facts, states, data.modelled) if warm and facts is not None else ()
     sources = symbolic_sources(robot, known, moved, warm=warm, log=temperatures, facts=facts, offered=offered)
-    lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
-    sources = sources if lost_motion is None else with_lost_motion(sources, lost_motion)
+    sources, lost_motion = _with_measured_widths(sources, data)
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
     data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
@@ -162,12 +160,8 @@ def identify(
     identifiability = assess_identifiability(model, data, selected.fit)
     chosen = [source for source in sources if is_fitted(source, selected)]
     limits = assess_fit_limits(model, data, selected.fit, temperatures=temperatures)
-    measured, pendant = (
-        np.column_stack([q.min(axis=0), q.max(axis=0)]) for q in (data.theta, robot.to_pendant(data.theta))
-    )
-    here, anywhere = (
-        taught_sigma(model, selected.fit, nodes, r) for r in (measured, np.column_stack([robot.lower, robot.upper]))
-    )
+    measured, whole = _ranges(data.theta), np.column_stack([robot.lower, robot.upper])
+    here, anywhere = (taught_sigma(model, selected.fit, nodes, joints) for joints in (measured, whole))
     findings = [
         *verdict_findings(robot, model, data, candidates[0], selected, identifiability, moved),
         *known_here_only(here, anywhere),
@@ -179,7 +173,6 @@ def identify(
         *of_warmth,
         *(_unwritten_warmth(nodes) if states else ()),
     ]
-    identified = fitted_sources(known, sources, model, selected.fit, temperatures=temperatures)
     return Identification(
         robot=robot,
         model=model,
@@ -188,12 +181,30 @@ def identify(
         best=best,
         identifiability=identifiability,
         findings=tuple(findings),
-        known=identified,
-        box=pendant,
+        known=fitted_sources(known, sources, model, selected.fit, temperatures=temperatures),
+        box=_ranges(robot.to_pendant(data.theta)),
         taught_sigma=(here, anywhere),
         lost_motion=lost_motion,
         limits=limits,
     )
+
+
+def _of_one_warmth(facts: ArmFacts) -> ArmFacts:
+    """Of an arm whose file has no heat model: one node, whose rise moves no length."""
+    return replace(facts, nodes=(PLAIN_WARMTH,), growth=(np.zeros((6, 1)), np.zeros((6, 1))))
+
+
+def _with_measured_widths(
+    sources: list[SymbolicSource], data: Measurements
+) -> tuple[list[SymbolicSource], LostMotion | None]:
+    """The sources with what reversal runs say of lost motion, and that; as they are where there is no run."""
+    lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
+    return (sources if lost_motion is None else with_lost_motion(sources, lost_motion)), lost_motion
+
+
+def _ranges(joints: Array) -> Array:
+    """The least and the largest angle of each joint of rows (N, 6), (6, 2)."""
+    return np.column_stack([joints.min(axis=0), joints.max(axis=0)])
 
 
 def _left(
