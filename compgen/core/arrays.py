@@ -113,6 +113,11 @@ def row_norms(a: Array, rows: int = 8192) -> Array:
     return norms
 
 
+def lengths_along(place: Array) -> Array:
+    """Length of the way from the first place to each, along the chords between them, (M, k) to (M,)."""
+    return np.concatenate([[0.0], np.cumsum(row_norms(np.diff(place, axis=0)))])
+
+
 def step_lengths(a: Array, rows: int = 8192) -> Array:
     """Distance of each row from the next, (N, k) to (N - 1,)."""
     parts = [row_norms(np.diff(a[start : start + rows + 1], axis=0)) for start in range(0, len(a) - 1, rows)]

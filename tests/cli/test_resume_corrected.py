@@ -72,14 +72,14 @@ def test_pages_are_written_anew_for_the_air_that_was_found(job, tmp_path):
     """A room of 27 degC: two hours later the arm is nearer to 27 than to 20, by the nodes' law."""
     log = log_at_27_degC(tmp_path)
     assert run("resume", job, "--from-page", "2", "--log", log, *RESUME[2:]).returncode == 0
-    found = json.loads((job / "LONG.pages.json").read_bytes())["resumed"][0]
-    assert found["air_K"] == pytest.approx(7.0)
+    resumed = json.loads((job / "LONG.pages.json").read_bytes())["resumed"][0]
+    assert resumed["air_K"] == pytest.approx(7.0)
     result = run("resume", job, "--from-page", "3", "--late", "0s", *RESUME[2:], "--json")
     assert json.loads(result.stdout)["pages"][0]["before"]["max_um"] < 1
     result = run("resume", job, "--from-page", "3", "--late", "2h", *RESUME[2:], "--json")
     (page,) = json.loads(result.stdout)["pages"]
     heat, later = load_cell("m710ic50").heat, {}
-    now = dict(zip(heat.names, heat.outputs @ found["start_state"], strict=True))  # some seconds before
+    now = dict(zip(heat.names, heat.outputs @ resumed["start_state"], strict=True))  # some seconds before
     for name, node in naive_heat.NODES.items():
         steady = naive_heat.steady_rise(node, "idle", 0.0) + 7.0
         later[name] = steady + (now[name] - steady) * np.exp(-2.0 / node["tau_h"])

@@ -127,7 +127,7 @@ def called_motion(
     calls = {line: match[1].upper() for line, text in statements if (match := CALL_ALWAYS.match(text))}
     otherwise = {*(text for line, text in statements if line not in calls), *program.motions.options}
     drives = {name: drive_of(name) for name in sorted(known.moving)}
-    told = {name: _with_rest(its) for name, its in drives.items() if its is not None}
+    motions = {name: _with_rest(its) for name, its in drives.items() if its is not None}
     still = {name: drive_of(name) for name in sorted(known.motionless & set(calls.values()))}
     waits = {name: its.rest for name, its in still.items() if its is not None}
     uncounted = {name for name, its in drives.items() if its is None or not _is_told(its)}
@@ -140,13 +140,13 @@ def called_motion(
         pause[station] += waits.get(name, 0.0)
         if station == len(drive.pose) and name in drives:
             pause[station] = np.nan
-        if name not in told or station == len(drive.pose):
+        if name not in motions or station == len(drive.pose):
             continue
-        places += len(told[name].time)
+        places += len(motions[name].time)
         if places > MOST_PLACES:
             uncounted.add(name)
         else:
-            counted[station] = _behind(counted[station], told[name]) if station in counted else told[name]
+            counted[station] = _behind(counted[station], motions[name]) if station in counted else motions[name]
     return CalledMotion(counted, tuple(sorted(uncounted)), pause[:-1], float(pause[-1]))
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, rms, row_norms
+from compgen.core.arrays import Array, IntArray, lengths_along, rms, row_norms
 from compgen.core.pose import IDENTITY, Pose
 from compgen.error_model.uncertain_sources import Cause
 from compgen.job.job import Cell
@@ -171,7 +171,7 @@ def fly_draws(
     reached = np.flatnonzero(flight.fraction == 1)
     samples = reached[np.searchsorted(flight.station[reached], rows)]
     place, length = target.position[samples], result.length[judged]
-    arc = np.concatenate([[0.0], np.cumsum(row_norms(np.diff(place, axis=0)))])
+    arc = lengths_along(place)
     at, pieces = flight.station - 1 + flight.fraction, subdivisions_for(twin_of_cell(result.cell))
 
     def error(cell: Cell, start: Start, air: float = 0.0) -> Array:

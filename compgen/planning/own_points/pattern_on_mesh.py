@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, lengths_along, numbered, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM, UM
 from compgen.planning.boundaries import Boundary
@@ -97,9 +97,10 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     apart = ~(under[1:] & under[:-1]) | (turn > SHARP) | steps | (np.maximum(lean[1:], lean[:-1]) > CREASE)
     part = _part(on, over, height, apart)[rows]
     xy, height, over = xy[rows], height[rows], Over(over.height[rows], over.normal[rows], over.facet[rows])
-    height = height + _heights(over, part, xy)
+    u = lengths_along(xy)
+    height = height + _heights(over, part, xy, u)
     _refuse_what_stands_above(over, xy, height, part, np.delete(steps, twin - 1), source)
-    normal = np.column_stack([_run_on(over.normal[:, k], part, _way(xy)) for k in range(3)])
+    normal = np.column_stack([_run_on(over.normal[:, k], part, u) for k in range(3)])
     points = GivenPoints(
         source=source,
         line=np.zeros(len(rows), dtype=np.int64),
@@ -131,19 +132,14 @@ def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArra
     return piece, number / (count[piece] - 1), np.cumsum(count) - count
 
 
-def _way(xy: Array) -> Array:
-    """Length along places, (M,) [m]."""
-    return np.append(0.0, np.cumsum(row_norms(np.diff(xy, axis=0))))
-
-
 def _run_on(values: Array, part: BoolArray, u: Array) -> Array:
     """Values of the part, and straight between them along the way u, (M,)."""
     return np.interp(u, u[part], values[part])
 
 
-def _heights(over: Over, part: BoolArray, xy: Array) -> Array:
-    """Heights of the part, and beyond it between its edges, which the way leaves along its surface, (M,) [m]."""
-    straight = _run_on(over.height, part, _way(xy))
+def _heights(over: Over, part: BoolArray, xy: Array, u: Array) -> Array:
+    """Heights of the part, and beyond it between its edges, which the way u leaves along its surface, (M,) [m]."""
+    straight = _run_on(over.height, part, u)
     height = straight.copy()
     for order in (slice(None), slice(None, None, -1)):  # behind an edge that the way leaves, and one that it comes to
         height[order] += _behind_edges(xy[order], over.normal[order], part[order], straight[order])
@@ -152,7 +148,7 @@ def _heights(over: Over, part: BoolArray, xy: Array) -> Array:
 
 def _behind_edges(xy: Array, normal: Array, part: BoolArray, straight: Array) -> Array:
     """What is added to straight heights behind each edge that the way leaves, (M,) [m]."""
-    rows, u, M = np.arange(len(xy)), _way(xy), len(xy)
+    rows, u, M = np.arange(len(xy)), lengths_along(xy), len(xy)
     off = np.flatnonzero(~part & np.logical_or.accumulate(part))
     edge = np.maximum.accumulate(np.where(part, rows, 0))[off]
     again = np.minimum.accumulate(np.where(part, rows, M)[::-1])[::-1][off]

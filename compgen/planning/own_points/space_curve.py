@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, lengths_along, numbered, row_norms
 from compgen.planning.curves import CUBIC, DEGREE, SEGMENTS, PiecewiseCurve, join
 
 FIRST_KNOTS = 32  # points from knot to knot, to begin with
@@ -105,7 +105,7 @@ def space_curve(points: LocalPoints, tolerance: Tolerance) -> SpaceCurve:
 
 def corners(place: Array, tolerance: Tolerance) -> BoolArray:
     """Where the way turns more sharply than a corner, (M,): between the chords to points outside the noise."""
-    u = _way(place)
+    u = lengths_along(place)
     M, reach = len(u), 0.0 if tolerance.exact else WINDOW * tolerance.place
     inner = np.arange(1, M - 1)
     before = np.minimum(np.searchsorted(u, u[inner] - reach, side="right") - 1, inner - 1)
@@ -123,18 +123,13 @@ def corners(place: Array, tolerance: Tolerance) -> BoolArray:
     return sharp
 
 
-def _way(place: Array) -> Array:
-    """Length along the chords, (M,) [m]."""
-    return np.concatenate([[0.0], np.cumsum(row_norms(np.diff(place, axis=0)))])
-
-
 def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, Bulge]:
     """The pieces between two stops, and their bulge."""
     from scipy.interpolate import CubicHermiteSpline  # loaded by runs that need it
 
     given = points.place
     points, straight = _with_straights(points)
-    u = _way(points.place)
+    u = lengths_along(points.place)
     values = np.column_stack([points.place, points.tilt])
     # on the way to a point: what changes after point m changes at it
     edge = np.flatnonzero((np.diff(points.contact[1:]) != 0) | (np.diff(points.pace[1:]) != 0)) + 1
