@@ -12,6 +12,7 @@ MOST_DECIMALS = 12
 _FAILING = (Level.OUTSIDE, Level.REFUSED)
 _MICROMETRES = re.compile(r"(\d+(?:\.\d+)?) um(?![\w/])")
 _ENDING = 100  # characters kept of the end, where the mend stands
+_LAST_WORD, _FIRST_WORD = re.compile(r" \S{0,20}$"), re.compile(r"^\S{0,20} ")  # which a cut may go through
 
 # what findings are to their reader; the rest says how much something is worth, and is read by its micrometres
 # fmt: off
@@ -59,7 +60,8 @@ def one_line(message: str) -> str:
     if len(line) <= MOST_CHARACTERS:
         return line
     mark = " ... "
-    return f"{line[: MOST_CHARACTERS - _ENDING - len(mark)]}{mark}{line[-_ENDING:]}"
+    head, ending = line[: MOST_CHARACTERS - _ENDING - len(mark)], line[-_ENDING:]
+    return f"{_LAST_WORD.sub('', head)}{mark}{_FIRST_WORD.sub('', ending)}"
 
 
 def beyond_text(value: float, limit: float, decimals: int = 2) -> str:

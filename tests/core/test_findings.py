@@ -1,6 +1,7 @@
 """Messages: one printable line of at most 300 characters, cut in the middle so that place and mend stay."""
 
 import random
+import re
 
 import pytest
 
@@ -29,6 +30,12 @@ def test_a_long_one_loses_its_middle():
     assert line.startswith("paths/a.toml: xxx")
     assert " ... " in line
     assert line.endswith("; give less")
+
+
+def test_a_long_one_is_cut_between_words():
+    words = one_line(" ".join(f"word{k:04d}" for k in range(100))).split()
+    assert words.count("...") == 1
+    assert all(re.fullmatch(r"word\d{4}|\.\.\.", word) for word in words)
 
 
 def test_what_does_not_print_is_escaped():
