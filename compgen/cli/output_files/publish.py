@@ -286,7 +286,7 @@ def exchange(a: Path, b: Path) -> bool:
 
 def refusal(folder: Path, reason: str) -> InputError:
     """That a folder cannot take files, and the mend."""
-    return InputError(f"output folder {folder}: cannot be written: {reason}; give another with -o")
+    return InputError(f"output folder {folder}: cannot be written: {reason}; give another folder")
 
 
 @contextmanager

@@ -90,7 +90,10 @@ def _standing(points: GivenPoints, spin: float) -> Array:
         raise ValueError("points without normals")
     near = first_true(np.abs(normal @ np.array([np.cos(spin), np.sin(spin), 0.0])) > np.cos(ALONG_SPIN))
     if near is not None:
-        raise InputError(f"{points.where(near)}: the normal points along the tool's x; set tool.spin_deg 90 deg off")
+        raise InputError(
+            f"{points.where(near)}: the normal points along the tool's x; keep the path off it, or set tool.spin_deg "
+            "90 deg off"
+        )
     return standing_on(normal, spin)
 
 
