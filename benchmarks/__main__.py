@@ -10,17 +10,14 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from benchmarks import bands, cases, commands, heat, identification, peers, shares, text, whole  # noqa: E402
-from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
-from compgen import fanuc  # noqa: E402
-from compgen.core import evaluation  # noqa: E402
-from compgen.pipelines.planned import generate  # noqa: E402
-from compgen.pipelines.planned.job_results import Planned  # noqa: E402
+from benchmarks import bands, cases, commands, heat, identification, peers, shares, text, whole
+from benchmarks.measure import ROUNDS, load, machine, seconds
+from compgen import fanuc
+from compgen.core import evaluation
+from compgen.pipelines.planned import generate
+from compgen.pipelines.planned.job_results import Planned
 
 HERE = Path(__file__).parent
 SOME = 100_000  # waypoints that parts of a run are measured on
