@@ -138,7 +138,7 @@ def laid_raster(mesh, tool_radius=0.0, lift=0.02, half=0.06, one_way=False):
     sweeps = patterns.raster(edge, 0.02, 0.005, smooth=False)
     if one_way:
         sweeps = patterns.one_way_raster(edge, 0.02, 0.005, lift)
-    return lay(sweeps, edge, mesh, NO_SHIFT, "part.stl", tool_radius)
+    return lay(sweeps, edge, mesh, NO_SHIFT, "part.stl", 10 * UM, tool_radius)
 
 
 @pytest.mark.parametrize("one_way", [False, True])
@@ -185,34 +185,55 @@ def test_the_curve_keeps_to_the_surface_up_to_the_edge_of_the_mesh(height, n, le
     if turn == "one way":
         sweeps = patterns.one_way_raster(part, 0.02, lead, 0.02)
     mesh = Mesh.of_corners(grid_mesh(height, half=half, n=n))
-    points = lay(sweeps, part, mesh, NO_SHIFT, "part.stl", 0.0).points
-    local = place_points(points, plane(NO_SHIFT), 0.0, 1.0)
-    curve = space_curve(local, Tolerance(tolerance, 0.2 * DEG, 30 * DEG, exact=False)).curve
-    pieces = np.repeat(np.arange(len(curve.poly)), 100)
-    t = np.tile(np.linspace(0, 1, 100), len(curve.poly))
-    x, y = curve.derivatives(pieces, t)[0].T
-    above = curve.height(pieces, t)[0] - height(x, y)
+    x, y, z, working = along_the_curve(sweeps, part, mesh, tolerance)
+    above = z - height(x, y)
     beside = half - np.maximum(np.abs(x), np.abs(y))
-    at_edge, working = (beside > 0) & (beside < 2 * MM), curve.working[pieces]
+    at_edge = (beside > 0) & (beside < 2 * MM)
     assert at_edge.sum() > 100
     assert above[at_edge].min() > -1.2 * tolerance
     assert above[at_edge & (working if turn == "one way" else True)].max() < 1.2 * tolerance  # one way: lifted back
     # and off the part it goes down no further than the bend behind an edge needs
-    assert curve.height(pieces, t)[0].min() > height(x, y)[beside > 0].min() - 0.3 * 10 * MM
+    assert z.min() > height(x, y)[beside > 0].min() - 0.3 * 10 * MM
+
+
+def along_the_curve(sweeps, part, mesh, tolerance):
+    """x, y and z of a hundred places on each piece of a pattern's curve on a mesh, and where the tool touches."""
+    points = lay(sweeps, part, mesh, NO_SHIFT, "part.stl", tolerance, 0.0).points
+    local = place_points(points, plane(NO_SHIFT), 0.0, 1.0)
+    curve = space_curve(local, Tolerance(tolerance, 0.2 * DEG, 30 * DEG, exact=False)).curve
+    pieces, t = np.repeat(np.arange(len(curve.poly)), 100), np.tile(np.linspace(0, 1, 100), len(curve.poly))
+    return *curve.derivatives(pieces, t)[0].T, curve.height(pieces, t)[0], curve.working[pieces]
+
+
+@pytest.mark.parametrize(("radius_mm", "turn_deg", "strips"), [(5, 60, 16), (5, 45, 4), (20, 45, 4), (50, 30, 3)])
+def test_between_its_points_the_curve_keeps_to_a_mesh_that_bends(radius_mm, turn_deg, strips):
+    """Points were 2 mm apart wherever facets are long: the curve was 24 to 70 um below roundings, tolerance 10."""
+    tolerance, half, radius = 10 * UM, 60 * MM, radius_mm * MM
+    turn = np.linspace(0, turn_deg * DEG, strips + 1)
+    x = half + radius * (np.sin(turn) - np.sin(turn[-1]))
+    profile = np.concatenate([-x[::-1], x]), radius * (np.cos(np.concatenate([turn[::-1], turn])) - 1)
+    part = boundaries.rectangle(2 * half - 2 * MM, 0.08, 0.0)
+    sweeps = patterns.raster(part, 0.02, 1 * MM, smooth=False)
+    x, _, z, working = along_the_curve(sweeps, part, Mesh.of_corners(strip_mesh(*profile)), tolerance)
+    slope = (np.diff(profile[1]) / np.diff(profile[0]))[np.searchsorted(profile[0], x[working]) - 1]
+    off = (z - np.interp(x, *profile))[working] / np.hypot(1.0, slope)
+    assert np.abs(off).max() < 2 * tolerance
 
 
 @pytest.mark.parametrize("half", [0.0532, 0.0548, 0.0582])
 def test_behind_a_rounding_that_ends_upright_the_way_does_not_fall_beside_the_part(half):
     """Its plane at the last point falls by 80 deg: the tool went down to 150 mm beside a plate 25 mm thick."""
     mesh, part = Mesh.of_corners(rounded_plate()), boundaries.rectangle(2 * half, 0.08, 0.0)
-    laid = lay(patterns.raster(part, 0.02, 0.01, smooth=False), part, mesh, NO_SHIFT, "part.stl", 0.0)
+    laid = lay(patterns.raster(part, 0.02, 0.01, smooth=False), part, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
     assert laid.points.position[:, 2].min() > -(5 + 8) * MM  # the rounding, and what the bend behind it needs
 
 
 def test_a_place_on_a_mesh_is_named_by_where_it_is():
     """A tool that has no x axis there was refused at *line 26* of a binary file."""
     mesh, part = Mesh.of_corners(rounded_plate()), boundaries.rectangle(0.11, 0.08, 0.0)
-    points = lay(patterns.raster(part, 0.02, 0.005, smooth=False), part, mesh, NO_SHIFT, "part.stl", 0.0).points
+    points = lay(
+        patterns.raster(part, 0.02, 0.005, smooth=False), part, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0
+    ).points
     upright = replace(points, normal=np.tile([1.0, 0, 0], (len(points.position), 1)))
     with pytest.raises(InputError, match=r"part\.stl: at x -60\.0, y -30\.0 mm: the normal points along the tool's x"):
         place_points(upright, plane(NO_SHIFT), 0.0, 1.0)
@@ -222,7 +243,7 @@ def test_long_strips_of_a_cylinder_stand_off_it_across_and_not_along():
     """The note said 1,067 um of 41: an edge from end to end counted with a turn across it."""
     turn = np.linspace(-0.8, 0.8, 26)
     mesh, part = Mesh.of_corners(strip_mesh(0.08 * np.sin(turn), 0.08 * np.cos(turn))), boundaries.circle(0.08)
-    laid = lay(patterns.raster(part, 0.02, 0.005, smooth=False), part, mesh, NO_SHIFT, "part.stl", 0.0)
+    laid = lay(patterns.raster(part, 0.02, 0.005, smooth=False), part, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
     assert laid.facets == pytest.approx(0.08 * (1 - np.cos(0.032)), rel=0.01)
 
 
@@ -232,7 +253,7 @@ def test_a_way_between_sweeps_goes_through_no_side_of_a_face_that_is_worked():
     mesh = Mesh.of_corners(np.concatenate([grid_mesh(bump, half=0.06), block]))
     part = boundaries.rectangle(0.02, 0.1, 0.0)
     with pytest.raises(InputError, match=r"runs into the mesh at .* is 30\.\d mm higher there; keep off it"):
-        lay(patterns.one_way_raster(part, 0.04, 0.005, 0.02), part, mesh, NO_SHIFT, "part.stl", 0.0)
+        lay(patterns.one_way_raster(part, 0.04, 0.005, 0.02), part, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
 
 
 def test_a_sweep_one_way_has_no_piece_without_length():
@@ -247,7 +268,7 @@ def test_a_lower_face_beside_what_the_tool_works_is_no_way_down():
     top, table = grid_mesh(bump, half=0.05), grid_mesh(lambda x, y: 0 * x - 0.05)
     mesh = Mesh.of_corners(np.concatenate([top, table]))
     boundary = boundaries.circle(0.08)
-    laid = lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 0.0)
+    laid = lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
     position = laid.points.position
     assert np.abs(position[:, 0]).max() > 0.055
     assert position[:, 2].min() > bump(0.05, 0.03) - 0.2 * 10 * MM * 0.1  # slopes differ by 0.1 at most
@@ -259,8 +280,10 @@ def test_a_higher_face_beside_what_the_tool_works_is_refused_and_not_climbed():
     mesh = Mesh.of_corners(np.concatenate([grid_mesh(bump, half=0.05), block + np.array([0.072, 0, 0])]))
     boundary = boundaries.circle(0.08)
     with pytest.raises(InputError, match=r"runs into the mesh at x 58\.\d, y -19\.\d mm.* is 71\.\d mm higher there"):
-        lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 0.0)
-    short = lay(patterns.raster(boundary, 0.02, 0.005, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 0.0)
+        lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
+    short = lay(
+        patterns.raster(boundary, 0.02, 0.005, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0
+    )
     assert short.points.position[:, 2].max() < 0.0201
 
 

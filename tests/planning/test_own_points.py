@@ -204,6 +204,14 @@ def test_a_long_span_beside_short_ones_stays_straight():
     assert np.abs(on_line[:, 1]).max() < 4e-6
 
 
+@pytest.mark.parametrize("tolerance", [EXACT, NEAR])
+def test_a_span_four_times_as_long_as_both_neighbours_is_one_line(tolerance):
+    """Points were put onto it from both ends up to its middle, where two of them were one: the fit ended in a fault."""
+    x = np.array([0, 2903, 5806, 17418, 20321, 23224]) * 1e-6
+    position = np.column_stack([x, np.zeros((len(x), 2))])
+    assert space_curve(place_points(given(position), PLANE, SPIN, FEED), tolerance).bulge.size < 1e-12
+
+
 def test_contact_and_feed_hold_from_point_to_point():
     x = np.linspace(0, 0.3, 31)
     position = np.column_stack([x, 0.01 * np.sin(9 * x), 0 * x])

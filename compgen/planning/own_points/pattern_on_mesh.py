@@ -1,11 +1,12 @@
 r"""A pattern laid onto a mesh: points of its curve, projected along z, with the mesh's normals.
 
-The pattern is sampled every ``step`` of its length, and every ``BEND``; over (x, y) the point stands at the mesh's
-highest z plus the height that the pattern asks for, and the tool against the mesh's normal. Past the mesh, and over a
-face that the tool does not work, beyond a step or a sharp edge, it is off the part: height and normal run on evenly
-between the places before and after, and no such face may be higher. So that the way does not bend at the edge itself,
-and a smooth curve cut the corner there, it leaves the part along its surface: at a length d behind the edge, off the
-part over a length L whose first point is at e, it is nearer to the plane of the surface at the edge, by
+The pattern is sampled every ``step`` of its length, and every ``BEND``, finer where the mesh bends; over (x, y) the
+point stands at the mesh's highest z plus the height that the pattern asks for, and the tool against the mesh's normal.
+Past the mesh, and over a face that the tool does not work, beyond a step or a sharp edge, it is off the part: height
+and normal run on evenly between the places before and after, and no such face may be higher. So that the way does not
+bend at the edge itself, and a smooth curve cut the corner there, it leaves the part along its surface: at a length d
+behind the edge, off the part over a length L whose first point is at e, it is nearer to the plane of the surface at the
+edge, by
 
     (1 - S((d - e) / D)) (1 - S(d / L))        S(s) = 10 s^3 - 15 s^4 + 6 s^5
 
@@ -54,7 +55,15 @@ class Laid(NamedTuple):
     facets: float  # [m] by which flat facets stand off a smooth surface, about, at most
 
 
-def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, source: str, tool_radius: float) -> Laid:
+def lay(
+    pattern: PiecewiseCurve,
+    boundary: Boundary,
+    mesh: Mesh,
+    shift: Array,
+    source: str,
+    tolerance: float,
+    tool_radius: float,
+) -> Laid:
     """Points of a pattern on a mesh.
 
     Args:
@@ -63,6 +72,7 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
         mesh: In the frame of the part.
         shift: Of the pattern, (3,) [m].
         source: The mesh's file, for messages.
+        tolerance: By which a curve through the points may leave the mesh between them, about [m].
         tool_radius: Of the tool's working face [m]; 0: not to be looked at.
 
     Raises:
@@ -70,7 +80,10 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
             sharper than the tool under it, or is higher beside it, or the pattern needs too many points.
     """
     step = float(np.clip(mesh.edge_length() / PER_EDGE, FINEST, COARSEST))
-    piece, t, first = _samples(pattern, step, source)
+    piece, t = _samples(pattern, step, source)
+    coarse = pattern.derivatives(piece, t)[0] + shift[:2]
+    piece, t = _finer_where_it_bends(piece, t, coarse, mesh, tolerance, source)
+    first = np.flatnonzero(np.diff(piece, prepend=-1))
     place, height = pattern.derivatives(piece, t)[0], pattern.height(piece, t)[0]
     xy = place + shift[:2]
     over = mesh.over(xy)
@@ -114,8 +127,8 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     return Laid(points, float(on.sum() / touching.sum()), hollow, facets)
 
 
-def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArray, Array, IntArray]:
-    """Pieces and parameters, (M,) each, of points so far apart at most, and the first point of each piece, (K,)."""
+def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArray, Array]:
+    """Pieces and parameters of points so far apart at most, (M,) each."""
     K = len(pattern.poly)
     middle = np.linspace(0, 1, 9)
     way = pattern.derivatives(np.repeat(np.arange(K), 9), np.tile(middle, K))[1]
@@ -123,13 +136,41 @@ def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArra
     turns = 8 * np.abs(np.diff(along)).max(axis=1) / BEND
     rise = np.abs(np.diff(pattern.height(np.repeat(np.arange(K), 2), np.tile([0.0, 1.0], K))[0].reshape(K, 2)))[:, 0]
     count = np.maximum(2, np.ceil(np.maximum((speed.max(axis=1) + rise) / step, turns)).astype(np.int64)) + 1
+    piece, number = _numbered(count, source)
+    return piece, number / (count[piece] - 1)
+
+
+def _numbered(count: IntArray, source: str) -> tuple[IntArray, IntArray]:
+    """``numbered`` counts of points; raises InputError where they are too many."""
     if count.sum() > MOST_POINTS:
         raise InputError(
             f"{source}: the path over it needs {count.sum():.2g} points, more than {MOST_POINTS:.0e}; raise "
             "path.stepover_mm, or give a coarser mesh"
         )
-    piece, number = numbered(count)
-    return piece, number / (count[piece] - 1), np.cumsum(count) - count
+    return numbered(count)
+
+
+def _finer_where_it_bends(
+    piece: IntArray, t: Array, xy: Array, mesh: Mesh, tolerance: float, source: str
+) -> tuple[IntArray, Array]:
+    """The points, and others between those where the mesh bends more than a curve through them would show.
+
+    Between two points a distance s apart, at which it turns by a, an edge of the mesh stands off a curve by s a / 8
+    about; a distance is at most twice the one beside it, for a curve would run straight along a much longer one.
+    """
+    over, within = mesh.over(xy), np.diff(piece) == 0
+    under = over.facet >= 0
+    facing = np.where(under[:, None], mesh.facet_normals(over.facet), 0.0)
+    way = np.hypot(row_norms(np.diff(xy, axis=0)), np.nan_to_num(np.diff(over.height)))
+    turn = np.arccos(np.clip((facing[1:] * facing[:-1]).sum(axis=1), -1, 1)) * (under[1:] & under[:-1])
+    span = np.clip(8 * tolerance / np.maximum(turn, 1e-9), FINEST, np.where(within, np.maximum(way, FINEST), np.inf))
+    doublings, farther = np.log2(span), np.cumsum(within)
+    doublings = np.minimum.accumulate(doublings - farther) + farther
+    doublings = np.minimum.accumulate((doublings + farther)[::-1])[::-1] - farther
+    count = np.append(np.where(within, np.maximum(np.ceil(way / 2.0**doublings - 1e-9), 1), 1), 1).astype(np.int64)
+    before, number = _numbered(count, source)
+    ahead = np.minimum(before + 1, len(t) - 1)
+    return piece[before], t[before] + number / count[before] * (t[ahead] - t[before])
 
 
 def _run_on(values: Array, part: BoolArray, u: Array) -> Array:

@@ -213,8 +213,8 @@ def _with_straights(points: LocalPoints) -> tuple[LocalPoints, IntArray]:
 
 
 def _doubling(first: float) -> Array:
-    """Shares of a span: first, then twice as far each, below a half."""
-    return np.asarray(first * 2.0 ** np.arange(max(0, int(np.ceil(np.log2(0.5 / first))))))
+    """Shares of a span: first, then twice as far each, so far below a half that those of its other end stay apart."""
+    return np.asarray(first * 2.0 ** np.arange(max(0, int(np.ceil(np.log2(0.45 / first))))))
 
 
 def _interpolated_slopes(u: Array, values: Array) -> Array:

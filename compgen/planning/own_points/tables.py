@@ -264,8 +264,8 @@ def pattern_on_mesh(
         InputError: What ``lay`` refuses, or a tool tilted too far.
     """
     source = str(Path(where).parent / str(table.file))
-    laid = lay(pattern, boundary, mesh, shift, source, (table.tool_radius_mm or 0.0) * MM)
     place, tilt = table.tolerance_um or TOLERANCE_UM, table.tolerance_mdeg or TOLERANCE_MDEG
+    laid = lay(pattern, boundary, mesh, shift, source, place * UM, (table.tool_radius_mm or 0.0) * MM)
     local = place_points(laid.points, plane(np.zeros(3)), spin, 1.0)
     curve = space_curve(local, Tolerance(place * UM, tilt * MDEG, CORNER, exact=False)).curve
     notes = [Finding(Level.NOTE, Code.SURFACE_MESH, text) for text in (_size(mesh, laid), *_words(table, laid, place))]
