@@ -15,10 +15,16 @@ from synthetic import made_up, warming
 
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Level
+from compgen.error_model.posterior import numbers_of
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit
-from compgen.identification.identified_robot_file import sensorless_findings, sensorless_nodes, with_sensorless_nodes
+from compgen.identification.identified_robot_file import (
+    posterior_of,
+    sensorless_findings,
+    sensorless_nodes,
+    with_sensorless_nodes,
+)
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.robot_file import arm_of
@@ -103,6 +109,38 @@ def test_what_no_node_can_be_is_not_written(truth, warm, height, lag):
     assert "j3 has no sensor" in finding.message
     assert "the log does not show it" in finding.message
     assert with_sensorless_nodes(arm.text, nodes) == arm.text
+
+
+def test_what_is_known_of_a_nodes_numbers_is_how_they_move_with_what_was_fitted(truth, warm):
+    """By finite differences of the written numbers."""
+    arm, (data, _) = truth.arm, warm
+    model = build_model(
+        arm.robot, symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=True), 5, (), data.modelled
+    )
+    of_node = {t.field: k for k, t in enumerate(model.parameters) if t.source == "warm_up"}
+    everything = np.ones(len(model.parameters), bool)
+
+    def numbers(**fitted_values):
+        p = np.zeros(len(model.parameters))
+        p[[of_node[field] for field in fitted_values]] = list(fitted_values.values())
+        fitted: Any = SimpleNamespace(p=p, active=everything, sigma=model.prior, gamma=np.ones(len(p)))
+        text = with_sensorless_nodes(arm.text, sensorless_nodes(model, fitted, arm.nodes))
+        node = tomllib.loads(text)["thermal"]["node"][NODE]
+        return p, np.array([node["rise_K"], node["tau_h"] * 3600.0])
+
+    p, (rise, tau) = numbers(height=0.3, lag=-0.2)
+    per_height = (numbers(height=0.4, lag=-0.2)[1] - numbers(height=0.2, lag=-0.2)[1])[0] / 0.2
+    per_lag = (numbers(height=0.3, lag=-0.1)[1] - numbers(height=0.3, lag=-0.3)[1])[1] / 0.2
+    law = [np.where(np.arange(5) == NODE, value, 1.0) for value in (rise, tau)]
+    fit_: Any = SimpleNamespace(p=p, active=everything, posterior=SimpleNamespace(covariance=np.eye(len(p))))
+    identified: Any = SimpleNamespace(
+        selected=SimpleNamespace(fit=fit_), model=model, known=(), robot=arm.robot, lost_motion=None
+    )
+    posterior = posterior_of(identified, numbers_of((), *law), frozenset({NODE}))
+    assert [known.name for known in posterior.parameters] == ["thermal.node.rise_K[3]", "thermal.node.tau_h[3]"]
+    sigma = np.sqrt(np.diag(posterior.covariance))
+    expected = model.prior[[of_node["height"], of_node["lag"]]] * [per_height, per_lag]
+    assert_allclose(sigma, expected, rtol=0.01)
 
 
 def test_whatever_is_fitted_of_a_node_its_file_can_be_read_again(truth, warm):
