@@ -177,6 +177,39 @@ def test_points_of_an_instrument_are_read_alike_by_both_readers(tmp_path, text, 
     assert read.line[0] == len(text.format("").split("\n"))
 
 
+@pytest.mark.parametrize(
+    ("head", "row", "end", "code"),
+    [
+        ("X [ft],Y [ft],Z [ft]", "{:.7f},{:.7f},{:.7f}", "\n", "utf-8"),
+        ("Name,X [mm],Y [mm],Z [mm]", '"P, upper",{:.4f},{:.4f},{:.4f}', "\n", "utf-8"),
+        ("X [mm],Y [mm],Z [mm]", '"{:,.4f}","{:,.4f}","{:,.4f}"', "\n", "utf-8"),
+        ("X [mm];Y [mm];Z [mm]", "{:_.4f};{:_.4f};{:_.4f}", "\r\n", "utf-8"),
+        ("X [mm];Y [mm];Z [mm]", "{:_.4f};{:_.4f};{:_.4f}", "\n", "cp1252"),
+        ("X [mm];Y [mm];Z [mm]", "{:.4f};{:.4f};{:.4f}", "\r", "utf-8"),
+        ("X [mm]\tY [mm]\tZ [mm]", "{:.4f}\t{:.4f}\t{:.4f}", "\n", "utf-16-le"),
+        ("X Y Z", '"{:.4f}" {:.4f}   {:.4f}', "\n", "utf-8"),
+    ],
+)
+def test_quotes_thousands_and_line_ends_are_read_alike_by_both_readers(tmp_path, head, row, end, code):
+    values = np.random.default_rng(5).uniform(1000, 2000, (20, 3)).round(4)
+    size = 304.8 if "ft" in head else 1.0
+    rows = [row.format(*xyz).replace("_", "\N{NO-BREAK SPACE}") for xyz in values / size]
+    file, table = (
+        tmp_path / "given.txt",
+        PointsTable(pattern="points", file="given.txt", unit="mm" if head == "X Y Z" else None),
+    )
+    file.write_bytes(end.join([head, *rows]).encode(code))
+    read = read_own_file(file, "points", np.zeros(3), points_table(file, table), joined=False)
+    assert_allclose(read.corner, values / 1e3, atol=1e-7)
+    assert_allclose(read_points(file, table).position, read.corner, rtol=1e-12)
+
+
+def test_rows_without_a_filled_cell_are_none_to_both_readers(tmp_path):
+    file = read(tmp_path, "x_mm,y_mm,z_mm\n1,2,3\n,,\n , ,\n4,5,6\n", "points", joined=False)
+    assert file.line.tolist() == [2, 5]
+    assert_allclose(read_points(tmp_path / "own.txt").position, file.corner)
+
+
 def test_points_that_the_first_reader_takes_for_others_are_seen(tmp_path):
     file = tmp_path / "given.txt"
     file.write_text("Name;X;Y;Z\nP1;1,5;2,5;3,5\nP2;2,5;2,5;3,5\n")

@@ -6,6 +6,7 @@ What this reader does not know is refused: a result that only one of them has re
 """
 
 import csv
+import re
 from codecs import BOM_UTF8
 from collections.abc import Iterator, Sequence
 from math import acos, atan2, ceil, cos, hypot, pi, sin, sqrt
@@ -21,8 +22,8 @@ from compgen.core.units import MM
 from compgen.job.own_file import OwnFile
 
 SAG = 1e-4  # mm
-SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": None}
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "um": 0.001}
+SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": " "}
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "ft": 304.8, "um": 0.001}
 MOTION_G, COUNTING_G, DWELL_G = (0.0, 1.0, 2.0, 3.0), (90.0, 91.0), 4.0
 QUIET_G = {17.0, 21.0, 40.0, 43.0, 49.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 61.0, 64.0, 80.0, 91.1, 94.0, 98.0, 99.0}
 ENDS, TEXTS = ("FINI", "END"), ("PPRINT", "PARTNO", "REMARK")
@@ -82,23 +83,37 @@ def read_own_file(
 
 def _recorded(source: Path, lines: Sequence[int] | IntArray, how: Recorded, corners: _Corners) -> None:
     """Places by the layout that is said of a file; cells are parted and numbers are read anew."""
+    rows = dict[int, Sequence[object]]()
     if how.parted in SEPARATORS:
-        data = source.read_bytes()
-        text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1").replace("\r\n", "\n")
-        rows: Sequence[Sequence[object]] = [line.split(SEPARATORS[how.parted]) for line in text.split("\n")]
+        text = (f"{line.strip(' ')}\n" for line in re.split("\r\n|\r|\n", _decoded(source.read_bytes())))
+        reader = csv.reader(text, delimiter=SEPARATORS[how.parted], skipinitialspace=True)
+        for row in reader:
+            rows[reader.line_num] = row
     else:
         sheet = CalamineWorkbook.from_path(source).get_sheet_by_name(how.parted.removeprefix("sheet ").strip("'"))
-        rows = sheet.to_python(skip_empty_area=False)
+        rows = dict(enumerate(sheet.to_python(skip_empty_area=False), 1))
     thousands = "," if how.sign == "." else "."
     for n in lines:
-        cells = [(str(rows[n - 1][k]), unit) for k, unit in (how.columns[f"{axis}_mm"] for axis in "xyz")]
-        plain = (cell.strip(' "').replace(thousands, "").replace(",", ".") for cell, _ in cells)
+        cells = [(str(rows[n][k]), unit) for k, unit in (how.columns[f"{axis}_mm"] for axis in "xyz")]
+        plain = (re.sub(r"[^0-9eE.,+-]", "", cell.replace(thousands, "")).replace(",", ".") for cell, _ in cells)
         x, y, z = (float(cell) * MILLIMETRES[unit] for cell, (_, unit) in zip(plain, cells, strict=True))
         corners.add(int(n), (x, y, z))
 
 
+def _decoded(data: bytes) -> str:
+    """Text in two bytes a sign, in UTF-8, or else in Latin letters, of which no place has any."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return data.decode("utf-16")
+    if data[1:2] == b"\0":
+        return data.decode("utf-16-le")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
 def _csv(lines: list[str], corners: _Corners) -> None:
-    text = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    text = [(n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,") and not line.lstrip().startswith("#")]
     rows = csv.reader(line for _, line in text)
     heads = [cell.strip() for cell in next(rows)]
     x, y, z = (heads.index(f"{axis}_mm") for axis in "xyz")
