@@ -69,8 +69,25 @@ def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offset
     assert_allclose(normal, np.array([[0, 0.6, 0.8], [0, 0, 1]]))
     with pytest.raises(InputError, match="Nx, Ny, Nz may say how the tool stands"):
         read_points(written(tmp_path, text))
+    for names in ("Normal.X,Normal.Y,Normal.Z", "Vec I,Vec J,Vec K", "Norm_X,Norm_Y,Norm_Z", "Quat X,Quat Y,Quat Z"):
+        with pytest.raises(InputError, match=f"{names.split(',')[0]}, .* may say how the tool stands"):
+            read_points(written(tmp_path, text.replace("Nx,Ny,Nz", names)))
     offsets = "X [mm],Y [mm],Z [mm],dX [mm],dY [mm],dZ [mm]\n1,2,3,9,9,9\n2,2,3,9,9,9\n"
     assert read_points(written(tmp_path, offsets)).normal is None
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [
+        ("feed [m/min]", "1.8"),
+        ("Feed [in/min]", "70.8661417"),
+        ("feed_in_min", "70.8661417"),
+        ("FEED (ipm)", "70.8661417"),
+    ],
+)
+def test_feeds_are_read_in_the_units_of_machines(tmp_path, name, cell):
+    text = f"X [mm],Y [mm],Z [mm],{name}\n1,2,3,{cell}\n2,2,3,{cell}\n"
+    assert_allclose(read_points(written(tmp_path, text)).feed, 0.03, rtol=1e-8)
 
 
 @pytest.mark.parametrize("first", ["1", "P1"])

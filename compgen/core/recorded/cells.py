@@ -26,6 +26,8 @@ _UNITS = {
     "mm_s": ("speed", MM, 0.0, "mm/s mm/sec"),
     "m_s": ("speed", 1.0, 0.0, "m/s m/sec"),
     "mm_min": ("speed", MM / MINUTE, 0.0, "mm/min"),
+    "m_min": ("speed", 1 / MINUTE, 0.0, "m/min"),
+    "in_min": ("speed", INCH / MINUTE, 0.0, "in/min inch/min inches/min ipm"),
 }
 _SPELT = {spelling: unit for unit, (*_, spellings) in _UNITS.items() for spelling in spellings.split()}
 _MARKED = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")  # TC 03 [degC], 101 (C)

@@ -1,5 +1,6 @@
 """A path's points from CSV: ``x_mm, y_mm, z_mm`` and how the tool stands, in the frame of the part."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,11 @@ NORMAL = ("i", "j", "k")
 ANGLES = ("w_deg", "p_deg", "r_deg")
 OTHERS = ("feed_mm_s", "contact", "stop")
 KNOWN = (*PLACE, *NORMAL, *ANGLES, *OTHERS)
-#: what others call columns of how a tool stands: quaternions, angles, normals
-STANDS = {
-    *("qw", "qx", "qy", "qz", "q0", "q1", "q2", "q3", "q4", "a", "b", "c", "w", "p", "r", "i", "j", "k", "u", "v"),
-    *("rx", "ry", "rz", "roll", "pitch", "yaw", "nx", "ny", "nz", "normal x", "normal y", "normal z"),
-}
+#: what others call columns of how a tool stands: angles, normals, quaternions
+STANDS = re.compile(
+    r"[abcwpruvijk]|roll|pitch|yaw|r[xyz]|n[xyz]|q[wxyz0-3]|"
+    r"(?:q|norm\w*|vec\w*|vek\w*|dir\w*|quat\w*)[ .:]+[wxyzijk0-3]"
+)
 UNIT = 0.01  # that a normal's length may differ from one
 LARGEST = 1e4  # mm
 
@@ -56,7 +57,7 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
         if not table.has(column):
             raise InputError(f"{source}: column {column}: missing; give {', '.join(given[0])} together, or none")
     left_out = table.recorded.left_out if table.recorded and not given else ()
-    stands = [name for name in left_out if name_and_unit(name)[0] in STANDS]
+    stands = [name for name in left_out if STANDS.fullmatch(name_and_unit(name)[0])]
     if len(stands) > 2:
         raise InputError(
             f"{source}: columns {', '.join(stands)} may say how the tool stands, and are not read; give i, j, k or "
