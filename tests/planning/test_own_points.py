@@ -71,6 +71,17 @@ def test_the_path_passes_every_point_and_the_tool_stands_against_its_normal(tole
     assert angle.max() < 5e-4
 
 
+@pytest.mark.parametrize("tolerance", [NEAR, EXACT])
+def test_a_tool_that_turns_evenly_between_waypoints_keeps_to_its_tolerance(tolerance):
+    x = np.linspace(0, 0.15, 61)
+    lean = 0.1 * np.sin(x / 3e-3)
+    normal = np.column_stack([np.sin(lean), 0 * x, np.cos(lean)])
+    tool = planned(given(np.column_stack([x, 0 * x, 0 * x]), normal), tolerance)
+    work = np.flatnonzero(tool.exact.curve.working[tool.piece])
+    axis, middle, end = (tool.at(work, np.full(len(work), u))[0].rotation[:, :, 2] for u in (0.0, 0.5, 1.0))
+    assert np.linalg.norm((axis + end) / 2 - middle, axis=1).max() < 1.2 * tolerance.tilt
+
+
 def test_few_pieces_do_for_many_rounded_points():
     position, normal = bowl(20_000)
     pieces = len(space_curve(place_points(given(position, normal), PLANE, SPIN, FEED), NEAR).curve.poly)

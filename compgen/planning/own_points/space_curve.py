@@ -141,7 +141,7 @@ def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, Bul
     curve = CubicHermiteSpline(knots, v[:, :3], slope[:, :3])
     given_row = np.cumsum(np.isin(np.arange(len(u)), straight, invert=True)) - 1  # the given point at or before each
     bulge = _bulge(curve, u, points.place, _explained(given), given_row[:-1])
-    return _pieces(knots, v, slope, points.contact[owner], points.pace[owner]), bulge
+    return _pieces(knots, v, slope, points.contact[owner], points.pace[owner], tolerance.tilt), bulge
 
 
 def _bulge(curve: Callable[..., Array], u: Array, place: Array, explained: Array, given_row: IntArray) -> Bulge:
@@ -326,8 +326,13 @@ def _moved(u: Array, behind: Array) -> Array:
     return np.asarray(u - step)
 
 
-def _pieces(knots: Array, v: Array, slope: Array, contact: BoolArray, pace: Array) -> PiecewiseCurve:
-    """Pieces from values and slopes at K + 1 knots: the cubic of each, with t from 0 to 1."""
+def _pieces(
+    knots: Array, v: Array, slope: Array, contact: BoolArray, pace: Array, tilt_tolerance: float
+) -> PiecewiseCurve:
+    """Pieces from values and slopes at K + 1 knots: the cubic of each, with t from 0 to 1.
+
+    They have so many waypoints that the tool, which turns evenly from one to the next, keeps to its tolerance [rad].
+    """
     h = np.diff(knots)[:, None]
     p0, p1, m0, m1 = v[:-1], v[1:], h * slope[:-1], h * slope[1:]
     cubic = np.stack([p0, m0, 3 * (p1 - p0) - 2 * m0 - m1, 2 * (p0 - p1) + m0 + m1], axis=1)
@@ -336,7 +341,9 @@ def _pieces(knots: Array, v: Array, slope: Array, contact: BoolArray, pace: Arra
     poly[:, : CUBIC + 1] = cubic[:, :, :2]
     stop = np.zeros(K, dtype=bool)
     stop[-1] = True
-    least = np.full(K, -(-SEGMENTS // K))
+    bend = np.maximum(row_norms(2 * cubic[:, 2, 3:]), row_norms(2 * cubic[:, 2, 3:] + 6 * cubic[:, 3, 3:]))
+    turning = np.ceil(np.sqrt(bend / (4 * tilt_tolerance)))  # a Gibbs vector is half the angle
+    least = np.maximum(turning.astype(np.int64), -(-SEGMENTS // K))
     return PiecewiseCurve(
         poly=poly,
         polar=np.zeros((K, 4)),
