@@ -2,8 +2,9 @@
 
 Greedy, as with an opening window: from each kept waypoint the line goes on to the farthest waypoint of its piece from
 which it still leaves the true path by no more than the tolerance, what the correction between them differs from a
-straight change included; by half of its sag where lines leave the path to both sides (``ToolPath.balance``). (Douglas
-and Peucker 1973 ask the same of lines between kept points, but divide from the ends.) Ends of pieces and stops stay.
+straight change included; by half of its sag where lines leave the path to both sides (``ToolPath.balance``); and the
+tool, which turns evenly along a line, no more than ``AXES`` from how it stands on the path. (Douglas and Peucker 1973
+ask the same of lines between kept points, but divide from the ends.) Ends of pieces and stops stay.
 Lines of whole interpolation periods add up to such. Where the end of a piece would be nearer than the controller can
 follow at feed, the waypoint before moves back half way. All pieces are walked at once.
 """
@@ -11,7 +12,10 @@ follow at feed, the waypoint before moves back half way. All pieces are walked a
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, bisected, norm
+from compgen.core.units import MDEG
 from compgen.planning.toolpath import SIDES, ToolPath
+
+AXES = 10 * MDEG  # of the tool's x and z from an even turn between two waypoints
 
 
 def simplify(path: ToolPath, correction: Array, tolerance: float, shortest: float) -> IntArray:
@@ -81,6 +85,23 @@ def _is_within(path: ToolPath, correction: Array, first: IntArray, last: IntArra
     span = np.column_stack([path.span[first, 0], path.span[last - 1, 1]])
     chord = path.exact.chord(path.piece[first], span)
     middle = (first + last) // 2
-    fraction = ((path.arc[middle] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
+    fraction = _fraction(path, first, middle, last)
     bend = norm(correction[middle] - (1 - fraction) * correction[first] - fraction * correction[last])
-    return np.asarray(chord / (SIDES if path.balance.any() else 1.0) + bend <= tolerance)
+    near = chord / (SIDES if path.balance.any() else 1.0) + bend <= tolerance
+    for row in ((3 * first + last) // 4, middle):  # a turn that swings has none in the middle
+        near &= _turned(path, first, row, last) <= AXES
+    return np.asarray(near)
+
+
+def _fraction(path: ToolPath, first: IntArray, row: IntArray, last: IntArray) -> Array:
+    """Share of the way from first to last at which a row is, (M, 1)."""
+    return np.asarray((path.arc[row] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
+
+
+def _turned(path: ToolPath, first: IntArray, row: IntArray, last: IntArray) -> Array:
+    """Largest angle of the tool's x and z axes at a row from an even turn between first and last, (M,) [rad]."""
+    axes, fraction = path.target.rotation[:, :, ::2], _fraction(path, first, row, last)[..., None]
+    here = axes[row]
+    gap = here - (1 - fraction) * axes[first] - fraction * axes[last]
+    gap -= (gap * here).sum(axis=1, keepdims=True) * here  # along the axis a chord is shorter than its arc
+    return np.asarray(np.sqrt((gap**2).sum(axis=1)).max(axis=1))

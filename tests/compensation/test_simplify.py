@@ -8,6 +8,7 @@ from compgen.compensation import simplify
 from compgen.core.units import MM, UM
 from compgen.planning import curves, surfaces
 from compgen.planning.boundaries import unbounded
+from compgen.planning.own_points.space_curve import LocalPoints, Tolerance, space_curve
 
 
 def test_simplification_keeps_the_fewest_that_stay_within_the_tolerance():
@@ -38,3 +39,17 @@ def test_simplification_keeps_the_fewest_that_stay_within_the_tolerance():
     assert len(shared.arc) == len(rows)
     assert_allclose(np.diff(shared.arc)[-2:], (lengths[-1] + lengths[-2]) / 2, atol=0.2 * MM)
     assert shared.exact.chord(shared.piece, shared.span).max() <= 1.5 * UM
+
+
+def test_a_tool_that_turns_keeps_its_waypoints():
+    x = np.linspace(0, 0.15, 61)
+    tilt = np.column_stack([0 * x, 0.05 * np.sin(x / 3e-3), 0 * x])  # half of an angle
+    yes, no = np.ones(61, dtype=bool), np.zeros(61, dtype=bool)
+    points = LocalPoints(np.column_stack([1.2 + x, 0 * x, 0 * x]), tilt, yes, no, np.ones(61))
+    tolerance = Tolerance(place=2 * UM, tilt=2e-4, corner=0.5, exact=False)
+    path = laid(space_curve(points, tolerance).curve, surfaces.plane(np.zeros(3)), unbounded(), chord=1.5 * UM)
+    thin = path.subset(simplify.simplify(path, np.zeros((len(path.arc), 3)), 2 * UM, 0.0))
+    assert len(thin.arc) < len(path.arc)
+    segments = np.arange(len(thin.piece))
+    start, middle, end = (thin.at(segments, np.full(len(segments), u))[0].rotation[:, :, 2] for u in (0.0, 0.5, 1.0))
+    assert np.linalg.norm((start + end) / 2 - middle, axis=1).max() < 4e-4  # 23 mdeg
