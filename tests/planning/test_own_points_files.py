@@ -76,16 +76,9 @@ def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offset
     assert read_points(written(tmp_path, offsets)).normal is None
 
 
-@pytest.mark.parametrize(
-    ("name", "cell"),
-    [
-        ("feed [m/min]", "1.8"),
-        ("Feed [in/min]", "70.8661417"),
-        ("feed_in_min", "70.8661417"),
-        ("FEED (ipm)", "70.8661417"),
-    ],
-)
-def test_feeds_are_read_in_the_units_of_machines(tmp_path, name, cell):
+@pytest.mark.parametrize("name", ["feed [m/min]", "Feed [in/min]", "feed_in_min", "FEED (ipm)"])
+def test_feeds_are_read_in_the_units_of_machines(tmp_path, name):
+    cell = 1.8 if "[m/" in name else 1800 / 25.4
     text = f"X [mm],Y [mm],Z [mm],{name}\n1,2,3,{cell}\n2,2,3,{cell}\n"
     assert_allclose(read_points(written(tmp_path, text)).feed, 0.03, rtol=1e-8)
 
@@ -364,6 +357,12 @@ def test_goto_behind_the_end_is_not_driven_and_said(tmp_path, end):
 def test_godlta_counts_from_where_the_tool_stood(tmp_path):
     points = read_apt(written(tmp_path, "FROM/10,20,30\nGODLTA/1,2,-3\nGOTO/0,0,0\n"))
     assert_allclose(points.position * 1e3, [[11, 22, 27], [0, 0, 0]])
+
+
+def test_the_axis_of_where_the_machine_stood_holds_until_another_one(tmp_path):
+    points = read_apt(written(tmp_path, "FROM/0,0,9,0.6,0,0.8\nGOTO/0,0,0\nGOTO/1,0,0,0,0,1\n"))
+    assert_allclose(points.normal, [[0.6, 0, 0.8], [0, 0, 1]])
+    assert read_apt(written(tmp_path, "FROM/0,0,9,0,0,1\nGOTO/0,0,0\nGOTO/1,0,0\n")).normal is None
 
 
 def test_a_machine_that_stands_elsewhere_in_mid_file_is_refused(tmp_path):

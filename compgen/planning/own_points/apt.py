@@ -25,6 +25,7 @@ from compgen.planning.own_points.given_points import (
 )
 
 UNIT = 0.01  # that an axis' length may differ from one
+UPRIGHT = [0.0, 0.0, 1.0]  # where FROM says so, points without an axis may still stand on a surface
 #: moves, or turns of the points, that are not read
 REFUSED = {
     "CIRCLE": "circles are not read; let the CAM system write linear moves",
@@ -109,8 +110,10 @@ class _Reader:
         elif word == "FROM":  # where the machine stood, not where the tool goes
             if self.rows.rows:
                 raise InputError(f"{where}: FROM after a point: nobody drives there; write GOTO, or remove it")
-            numbers = [_number(where, a) for a in arguments[:3]]
-            self.place = (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else self.place
+            numbers = [_number(where, a) for a in arguments[: 6 if len(arguments) >= 6 else 3]]
+            self.place = (numbers[0], numbers[1], numbers[2]) if len(numbers) >= 3 else self.place
+            if numbers[3:] and numbers[3:] != UPRIGHT:
+                self.axis = _axis(where, numbers[3:], has_axes=True)
         elif word in ("GOTO", "GODLTA"):
             self._move(line, where, word, [_number(where, a) for a in arguments])
         else:
