@@ -327,3 +327,13 @@ def test_a_mesh_that_is_inside_out_is_refused(tmp_path, path):
     closed = np.concatenate([top[:, ::-1], top - [0, 0, 0.05]])
     with pytest.raises(InputError, match="inside out"):
         mesh_job(tmp_path, closed, path, SKIN)
+
+
+def test_own_points_that_are_too_many_for_the_controller_are_told_what_makes_them_fewer(tmp_path):
+    """A point of its own is a waypoint whatever the chord: "raise process.chord_um" alone changed nothing."""
+    exact = job_of(tmp_path, circle(300), extra='through = "points"\n')
+    many = load_job(exact.plan.source, None, ("robot.controller.max_lines=250", "process.chord_um=20"))
+    finding = next(f for f in generate(many, quiet)[1].findings if f.code == "controller.size")
+    assert "take path.through = 'tolerance', or raise process.chord_um" in finding.message
+    few = load_job(exact.plan.source, None, (*many.overrides, "path.through=tolerance"))
+    assert not [f for f in generate(few, quiet)[1].findings if f.code == "controller.size"]

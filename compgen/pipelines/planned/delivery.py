@@ -143,10 +143,13 @@ def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list
         return [Finding(level, Code.CONTROLLER_SIZE, f"{message}; {pages}{loads}{stopped}")]
     if not over:
         return []
+    fewer = "raise process.chord_um"
+    if job.own_file is not None:  # each of its points, or corners of lines, is a waypoint otherwise
+        fewer = f"take path.through = 'tolerance', or {fewer}"
     if stops is None:
-        remedy = "raise process.chord_um, or leave --no-pages out"
+        remedy = f"{fewer}, or leave --no-pages out"
         return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, f"{message}: it cannot be loaded; {remedy}")]
-    remedy = "allow stops on the part with process.page_stops = 'anywhere', or raise process.chord_um"
+    remedy = f"allow stops on the part with process.page_stops = 'anywhere', or {fewer}"
     message = f"{message}, and it cannot be parted: {stops.obstacle}; {remedy}"
     return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)]
 
