@@ -60,7 +60,7 @@ class Code(StrEnum):
         "Make path.stepover_mm smaller, or compare it and the part's sizes with the drawing.", WARNING)
     PATH_HOLES = ("path.holes", "planning", "The tool runs on over holes of the part, at its height.",
         "Where it may not, give your own points with other heights there.", NOTE)
-    SURFACE_MESH = ("surface.mesh", "planning", "Says how the path lies on the mesh, and what of it has no contact.",
+    SURFACE_MESH = ("surface.mesh", "planning", "Says how the path lies on the mesh or conic, and what has no contact.",
         "Look at the place on the page; move the path or take a mesh that reaches further.", WARNING, NOTE)
     SOURCES_MAP = ("sources.map", "error_model", "The program leaves the space in which the error map was measured.",
         "Measure lines that reach further, or move the path.", WARNING)

@@ -191,6 +191,16 @@ def test_points_that_are_not_on_their_mesh_are_named(tmp_path, lower, level):
     assert levels == ([] if level is None else [level])
 
 
+@pytest.mark.parametrize("through", ["tolerance", "lines"])
+@pytest.mark.parametrize(("lower", "level"), [(0, None), (3, Level.WARNING), (-3, Level.NOTE)])
+def test_points_that_are_not_on_their_conic_are_named(tmp_path, lower, level, through):
+    rows = [(x, 0, x * x / 2000 - lower) for x in range(-40, 41, 2)]
+    conic = '[surface]\nkind = "conic"\nradius_of_curvature_m = 1\nconic_constant = -1\noff_axis_m = 0\n'
+    job = job_of(tmp_path, rows, extra=f'through = "{through}"\n[frame]\nx_mm = 1100\n{conic}')
+    levels = [f.level for f in job.input_findings if "mm from the conic (below 0: in it)" in f.message]
+    assert levels == ([] if level is None else [level])
+
+
 def test_points_on_a_mesh_that_faces_down_are_told_so(tmp_path):
     (tmp_path / "row.csv").write_text("x_mm,y_mm,z_mm\n" + "".join(f"{x},0,0\n" for x in range(-40, 41, 5)))
     corners = grid_mesh(bowl, n=81)[:, ::-1]

@@ -34,7 +34,7 @@ CORNER = 25 * DEG  # of a curve, from where a turn is a corner
 STANDING_STEP = 10 * MM  # of points with the surface's normal on a line over it
 MOSTLY = 0.5  # share of the path that a part is under; less is a mistake as likely as a wish
 TOLERANCE_UM, TOLERANCE_MDEG = 10.0, 200.0
-OFF_MESH = 0.1 * MM  # of points that are to lie on it
+OFF_SURFACE = 0.1 * MM  # of points that are to lie on it
 PER_PIECE = 9  # places of a curve that are compared with the mesh
 
 
@@ -133,9 +133,14 @@ def own_points_path(
         points = points.divided(STANDING_STEP)
     if mesh is not None and free:
         points = stand_on_mesh(points, mesh, surface.origin)
-        notes += _off_mesh(points, mesh, surface.origin)
-    elif lines and free and surface.A.any():  # a line is one in the part's frame, over whatever surface
-        points, surface = stand_on_surface(points, surface), plane(surface.origin)
+        over = mesh.over(points.position[:, :2] + surface.origin[:2])
+        off = (points.position[:, 2] + surface.origin[2] - over.height) * over.normal[:, 2]
+        notes += _off_surface(points, off, "mesh", "unit, height and frame of both files")
+    elif free and surface.A.any():
+        off = surface.local(points.position + surface.origin)[:, 2]
+        notes += _off_surface(points, off, "conic", "unit, height and frame with [surface]")
+        if lines:  # a line is one in the part's frame, over whatever surface
+            points, surface = stand_on_surface(points, surface), plane(surface.origin)
     local = place_points(points, surface, spin, feed)
     corner = CORNER if table.corner_deg is None else table.corner_deg * DEG
     tolerance = Tolerance(table.tolerance_um * UM, table.tolerance_mdeg * MDEG, corner, through(table) == "points")
@@ -147,20 +152,16 @@ def own_points_path(
     return PlacedPath(path.curve, surface, (*notes, *_of_curve(path, points, local, table)), not free)
 
 
-def _off_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> tuple[Finding, ...]:
-    """How far points on the part are from the mesh that only says how the tool stands on them."""
-    place = points.position[points.contact] + shift
-    if not len(place):
-        return ()
-    over = mesh.over(place[:, :2])
-    off = (place[:, 2] - over.height) * over.normal[:, 2]
-    if np.abs(off).max() <= OFF_MESH:
+def _off_surface(points: GivenPoints, off: Array, kind: str, what: str) -> tuple[Finding, ...]:
+    """How far (M,) [m] points on the part are from a surface that only says how the tool stands on them."""
+    off = off[points.contact]
+    if np.abs(off).max(initial=0.0) <= OFF_SURFACE:
         return ()
     message = (
-        f"on the part the points of {points.source} are {off.min() / MM:.2f} to {off.max() / MM:.2f} mm from the mesh "
-        "(below 0: in it), and the tool goes where they are: compare unit, height and frame of both files"
+        f"on the part the points of {points.source} are {off.min() / MM:.2f} to {off.max() / MM:.2f} mm from the "
+        f"{kind} (below 0: in it), and the tool goes where they are: compare {what}"
     )
-    return (Finding(Level.WARNING if off.min() < -OFF_MESH else Level.NOTE, Code.SURFACE_MESH, message),)
+    return (Finding(Level.WARNING if off.min() < -OFF_SURFACE else Level.NOTE, Code.SURFACE_MESH, message),)
 
 
 def through(table: OwnPoints) -> str:
