@@ -144,6 +144,16 @@ def test_the_order_counts(tmp_path):
     assert distance.off > 0.05
 
 
+@pytest.mark.parametrize("radius", [0.3, 0.5, 1.0, 2.0])
+def test_laps_of_a_small_circle_are_told_apart(tmp_path, radius):
+    file = read(tmp_path, f"G0 X0 Y0 Z10\nG1 Z0\n{f'G2 I{radius} J0{chr(10)}' * 30}G0 Z10\n")
+    turn = np.linspace(0, 60 * np.pi, 6001)
+    circles = np.column_stack([radius * (1 - np.cos(turn)), radius * np.sin(turn), 0 * turn])
+    down = np.column_stack([np.zeros((101, 2)), np.linspace(10, 0, 101)])
+    flown = np.concatenate([down[:-1], circles, down[-2::-1]]) + np.random.default_rng(6).normal(0, 2e-4, (6201, 3))
+    assert max(distance_from_file(file, flown / 1e3)[::2]) < 3e-6
+
+
 def test_of_a_curve_only_the_places_count(tmp_path):
     file = read(tmp_path, "x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n100,100,0\n", "points", joined=False)
     t = np.linspace(0, np.pi / 2, 400)

@@ -21,6 +21,7 @@ from compgen.job.own_file import OwnFile
 GROUPS = 5000  # of a file at most
 GROUP = 10 * MM  # of its way at least
 SLACK = 3 * MM  # of the flown way beyond its group
+DRIFT = 0.01  # share of a difference in length that counts as a distance
 LEAST, MOST = 0.5, 1.5  # times the length of a group in the file that the flown way to its end is
 CELLS = 4_000_000  # distances at a time
 
@@ -75,7 +76,11 @@ def _groups(corner: Array, place: Array) -> Iterator[_Group]:
         length = way[last] - way[first]
         since, upto = np.searchsorted(flown, flown[begin] + [LEAST * length, MOST * length + SLACK]).tolist()
         since = min(since, len(place) - 1)
-        end = len(place) - 1 if last == len(corner) - 1 else since + _nearest(place[since : upto + 1], corner[last])
+        if last == len(corner) - 1:
+            end = len(place) - 1
+        else:  # of laps of a small circle, which all are as near, the one that has come as far
+            drift = np.abs(flown[since : upto + 1] - flown[begin] - length)
+            end = since + int(np.argmin(row_norms(place[since : upto + 1] - corner[last]) + DRIFT * drift))
         yield _Group(
             slice(first, last + 1),
             _with_neighbours(way, first, last),
