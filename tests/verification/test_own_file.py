@@ -152,6 +152,11 @@ def test_laps_of_a_small_circle_are_told_apart(tmp_path, radius):
     down = np.column_stack([np.zeros((101, 2)), np.linspace(10, 0, 101)])
     flown = np.concatenate([down[:-1], circles, down[-2::-1]]) + np.random.default_rng(6).normal(0, 2e-4, (6201, 3))
     assert max(distance_from_file(file, flown / 1e3)[::2]) < 3e-6
+    inside = (0.12 / radius) * (np.array([radius, 0, 0]) - flown) * [1, 1, 0]  # as far as a rounding may lead
+    assert (
+        max(distance_from_file(file, (flown + inside * (1 + np.sin(np.arange(6201) / 37))[:, None] / 2) / 1e3)[::2])
+        < 2e-4
+    )
 
 
 def test_of_a_curve_only_the_places_count(tmp_path):

@@ -21,7 +21,7 @@ from compgen.job.own_file import OwnFile
 GROUPS = 5000  # of a file at most
 GROUP = 10 * MM  # of its way at least
 SLACK = 3 * MM  # of the flown way beyond its group
-DRIFT = 0.01  # share of a difference in length that counts as a distance
+DRIFT = 0.1  # share of a difference in length that counts as a distance
 LEAST, MOST = 0.5, 1.5  # times the length of a group in the file that the flown way to its end is
 CELLS = 4_000_000  # distances at a time
 
