@@ -13,8 +13,9 @@ a width W, dt = (e - t) ds / W. Before the first waypoint nothing is known and b
 widths of motion (``unknown_share`` says how much is still unknown).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -130,24 +131,12 @@ def play_operator(step: Array, start: Array | float = 0.0) -> Array:
 
     Two such steps, one after the other, are one shift with two bounds again: composed in stretches as below.
     """
-    steps, k = step.shape
-    size = max(1, int(np.sqrt(steps)))
-    count = -(-steps // size)
-    shift = np.zeros((count * size, k))
-    shift[:steps] = step
-    shift = np.swapaxes(shift.reshape(count, size, k), 0, 1).copy()
+    shift = _in_stretches(step, 0.0)
     low, high = np.full_like(shift, -1.0), np.full_like(shift, 1.0)
-    for n in range(1, size):
+    for n in range(1, len(shift)):
         low[n], high[n] = (np.clip(bound[n - 1] + shift[n], -1, 1) for bound in (low, high))
         shift[n] += shift[n - 1]
-    begin = np.empty((count + 1, k))
-    begin[0] = start
-    for n in range(count):
-        begin[n + 1] = np.clip(begin[n] + shift[-1, n], low[-1, n], high[-1, n])
-    x = np.empty((steps + 1, k))
-    x[0] = start
-    x[1:] = np.swapaxes(np.clip(begin[:-1] + shift, low, high), 0, 1).reshape(-1, k)[:steps]
-    return x
+    return _states(lambda x, at: np.clip(x + shift[at], low[at], high[at]), start, len(step), shift.shape)
 
 
 def first_order_lag(goal: Array, keep: Array, start: Array | float = 0.0) -> Array:
@@ -156,20 +145,38 @@ def first_order_lag(goal: Array, keep: Array, start: Array | float = 0.0) -> Arr
     Each step is an affine map. The steps are cut into about sqrt(N) stretches of equal length: all stretches are
     composed side by side, then the state at the end of each is handed to the next.
     """
-    steps, k = goal.shape
-    size = max(1, int(np.sqrt(steps)))
-    count = -(-steps // size)
-    factor, offset = np.ones((count * size, k)), np.zeros((count * size, k))
-    factor[:steps], offset[:steps] = keep, (1 - keep) * goal
-    factor, offset = (np.swapaxes(m.reshape(count, size, k), 0, 1).copy() for m in (factor, offset))
-    for n in range(1, size):
+    factor, offset = _in_stretches(np.broadcast_to(keep, goal.shape), 1.0), _in_stretches((1 - keep) * goal, 0.0)
+    for n in range(1, len(factor)):
         offset[n] += factor[n] * offset[n - 1]
         factor[n] *= factor[n - 1]
+    return _states(lambda x, at: offset[at] + factor[at] * x, start, len(goal), factor.shape)
+
+
+def _in_stretches(rows: Array, pad: float) -> Array:
+    """Rows (N, k) in about sqrt(N) stretches, side by side: (in the stretch, stretch, k); the last is filled up."""
+    steps, k = rows.shape
+    size = max(1, int(np.sqrt(steps)))
+    count = -(-steps // size)
+    padded = np.full((count * size, k), pad)
+    padded[:steps] = rows
+    return np.swapaxes(padded.reshape(count, size, k), 0, 1).copy()
+
+
+def _states(composed: Callable[[Array, Any], Array], start: Array | float, steps: int, shape: tuple[int, ...]) -> Array:
+    """x at the start and after each of ``steps`` steps, (steps + 1, k).
+
+    Args:
+        composed: x after the steps of its stretch up to ``at``, of the x that the stretch begins with.
+        start: x_0.
+        steps: N.
+        shape: Of ``_in_stretches``.
+    """
+    _, count, k = shape
     begin = np.empty((count + 1, k))
     begin[0] = start
     for n in range(count):
-        begin[n + 1] = offset[-1, n] + factor[-1, n] * begin[n]
+        begin[n + 1] = composed(begin[n], (-1, n))
     x = np.empty((steps + 1, k))
     x[0] = start
-    x[1:] = np.swapaxes(offset + factor * begin[:-1], 0, 1).reshape(-1, k)[:steps]
+    x[1:] = np.swapaxes(composed(begin[:-1], ...), 0, 1).reshape(-1, k)[:steps]
     return x

@@ -10,6 +10,7 @@ each is x_{m+1} = k_m x_m + (1 - k_m) goal_m with k_m = exp(-|step| / width). No
 first sample: both begin at zero.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,21 +51,11 @@ def recurrence(keep: Array, gain: Array, start: Array) -> Array:
     The steps are parted into about as many stretches as a stretch has steps. All are walked side by side, each from
     zero; then each gets what it begins with, faded by the product of its ``keep``.
     """
-    steps, width = gain.shape
-    size = max(1, int(np.sqrt(steps)))
-    count = -(-steps // size)
-    factor, offset = np.ones((count * size, width)), np.zeros((count * size, width))
-    factor[:steps], offset[:steps] = keep, gain
-    factor, offset = factor.reshape(count, size, width), offset.reshape(count, size, width)
-    for n in range(1, size):
+    factor, offset = _stretches(np.broadcast_to(keep, gain.shape), 1.0), _stretches(gain, 0.0)
+    for n in range(1, factor.shape[1]):
         offset[:, n] += factor[:, n] * offset[:, n - 1]
         factor[:, n] *= factor[:, n - 1]
-    states = np.empty((count, size, width))
-    begin = start
-    for k in range(count):
-        states[k] = factor[k] * begin + offset[k]
-        begin = states[k, -1]
-    return np.vstack([start, states.reshape(-1, width)[:steps]])
+    return _one_after_the_other(lambda begin, k: factor[k] * begin + offset[k], start, factor.shape)[: len(gain) + 1]
 
 
 def _between_stops(step: Array, start: Array) -> Array:
@@ -73,21 +64,34 @@ def _between_stops(step: Array, start: Array) -> Array:
     Stretches are walked side by side by two pointers, from either stop, and by one without stops; a pointer that begins
     in between is where the free one has taken it, unless that is beyond the two.
     """
-    steps, width = step.shape
-    size = max(1, int(np.sqrt(steps)))
-    count = -(-steps // size)
-    pushes = np.zeros((count * size, width))
-    pushes[:steps] = step
-    pushes = pushes.reshape(count, size, width)
+    pushes = _stretches(step, 0.0)
     lower, upper, free = (np.empty_like(pushes) for _ in range(3))
-    pointers = [np.full((count, width), place) for place in (-1.0, 1.0, 0.0)]
-    for n in range(size):
+    pointers = [np.full_like(pushes[:, 0], place) for place in (-1.0, 1.0, 0.0)]
+    for n in range(pushes.shape[1]):
         pointers = [pointer + pushes[:, n] for pointer in pointers]
         pointers[:2] = [np.minimum(np.maximum(pointer, -1.0), 1.0) for pointer in pointers[:2]]
         lower[:, n], upper[:, n], free[:, n] = pointers
-    states = np.empty((count, size, width))
-    begin = start
-    for k in range(count):
-        states[k] = np.minimum(np.maximum(begin + free[k], lower[k]), upper[k])
+
+    def walked(begin: Array, k: int) -> Array:
+        return np.asarray(np.minimum(np.maximum(begin + free[k], lower[k]), upper[k]))
+
+    return _one_after_the_other(walked, start, pushes.shape)[: len(step) + 1]
+
+
+def _stretches(rows: Array, fill: float) -> Array:
+    """Rows (M, k) parted into about as many stretches as a stretch has rows, (stretch, row, k), the last filled up."""
+    steps, width = rows.shape
+    size = max(1, int(np.sqrt(steps)))
+    count = -(-steps // size)
+    filled = np.full((count * size, width), fill)
+    filled[:steps] = rows
+    return filled.reshape(count, size, width)
+
+
+def _one_after_the_other(walked: Callable[[Array, int], Array], start: Array, shape: tuple[int, ...]) -> Array:
+    """States of all stretches, each ``walked`` from where the one before has ended, behind ``start`` (k,)."""
+    states, begin = np.empty(shape), start
+    for k in range(len(states)):
+        states[k] = walked(begin, k)
         begin = states[k, -1]
-    return np.vstack([start, states.reshape(-1, width)[:steps]])
+    return np.vstack([start, states.reshape(-1, shape[-1])])
