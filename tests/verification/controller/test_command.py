@@ -10,7 +10,13 @@ from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.circular_motion import sweeps
-from compgen.verification.twin.controller.command import WrittenPath, command_clock, run_law, sample_command
+from compgen.verification.twin.controller.command import (
+    WrittenPath,
+    command_clock,
+    corner_wait,
+    run_law,
+    sample_command,
+)
 
 PERIOD = 0.008
 
@@ -112,10 +118,7 @@ def test_a_stop_waits_until_the_smoothing_has_come_to_rest_and_nothing_more(robo
 def test_cnt_waits_as_in_logs_of_the_maker_s_motion_code(robot, means, n, waited_ms):
     """Corners of an M-900iA/350 at 1000 mm/s, on the maker's virtual controller; CNT0 and CNT100 by the formula."""
     smoothing = replace(robot, motion=ControllerMotion(moving_averages=means))
-    kept = np.array([1.0, n / 100, 1.0])
-    clock = command_clock(smoothing, path_of(CORNER, 0.0), kept=kept)
-    assert clock.leave[1] - clock.arrive[1] == pytest.approx(waited_ms / 1000)
-    assert clock.end == pytest.approx(2.0 + waited_ms / 1000 + sum(means))
+    assert corner_wait(smoothing, np.array([n / 100]), np.zeros(1)) == pytest.approx(waited_ms / 1000)
 
 
 @pytest.mark.parametrize("n", [10, 25, 50, 75, 90])
@@ -123,9 +126,7 @@ def test_cnt_n_never_falls_below_n_percent_on_a_straight_way(robot, n):
     """Two jumps of speed, the second a wait after the first, through two means of plain numpy."""
     one = round(0.296 / PERIOD)
     smoothing = replace(robot, motion=ControllerMotion(moving_averages=(0.296, 0.296)))
-    straight = program([[1, 0, 0], [1, 0.4, 0], [1, 0.8, 0]], 0.2, [True, False, True])
-    clock = command_clock(smoothing, path_of(straight, 0.0), kept=np.array([1.0, n / 100, 1.0]))
-    waited = round((clock.leave[1] - clock.arrive[1]) / PERIOD)
+    waited = round(float(corner_wait(smoothing, np.array([n / 100]), np.zeros(1))[0]) / PERIOD)
     speed = np.ones(600)
     speed[250 : 250 + waited] = 0.0
     for _ in range(2):

@@ -104,7 +104,6 @@ class CommandClock:
     at_speed: Array  # (R,) [s] of its statements alone: C
     first: Array  # (R,) [s] of all statements before it
     arrive: Array  # (N,) [s] at each position, had there been neither ramps nor stops
-    leave: Array  # (N,) [s] after what CNT n < 100 waits there
     end: float  # [s] of the last run
 
     def on_samples(self, step: float) -> "CommandClock":
@@ -122,41 +121,36 @@ class CommandClock:
         done = self.first[run] + run_law(time - self.begin[run], self.duration[run], self.at_speed[run])
         first, last = (int(n) for n in np.searchsorted(self.arrive, done[[0, -1]]))
         first, last = max(first - 1, 0), min(last + 2, len(self.arrive))
-        knots = np.column_stack([self.arrive[first:last], self.leave[first:last]]).ravel()
-        return np.asarray(np.interp(done, knots, np.repeat(np.arange(first, last, dtype=float), 2)))
+        return np.asarray(np.interp(done, self.arrive[first:last], np.arange(first, last, dtype=float)))
 
 
-def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, kept: Array | None = None) -> CommandClock:
+def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0) -> CommandClock:
     """When the controller commands what of a program.
 
     Args:
         robot: Its interpolation period and its motion.
         path: The program.
         override: Share of all written speeds that the operator has set.
-        kept: n / 100 of CNT n at each position, (N,); default 1.
     """
     program, length, period = path.program, path.sweep.length, robot.controller.period
     smoothed = robot.motion is not None and robot.motion.is_smooth
     statement = statement_times(
         length, program.speed * override, period, rounds_up=robot.controller.rounds_up_to_period, via=program.via
     )
-    kept = np.ones(len(length) + 1) if kept is None else kept
-    wait = np.where(program.fine, 0.0 if robot.motion is None else robot.motion.settling, 0.0)
-    inner = np.where(program.fine, 0.0, corner_wait(robot, kept))
+    wait = 0.0 if robot.motion is None else robot.motion.settling
     stops = np.flatnonzero(program.fine)
     exact = np.add.reduceat(statement_times(length, program.speed, period, rounds_up=False), stops[:-1])
     ramps = 0.0 if smoothed else np.maximum(np.diff(path.time[stops]) - exact, 0.0) / override
-    arrive = np.concatenate([[0.0], np.cumsum(statement + inner[:-1])])
+    arrive = np.concatenate([[0.0], np.cumsum(statement)])
     at_speed = np.diff(arrive[stops])
     duration = at_speed + ramps
-    begin = np.concatenate([[0.0], np.cumsum(duration + wait[stops[1:]])])
+    begin = np.concatenate([[0.0], np.cumsum(duration + wait)])
     return CommandClock(
         begin=begin[:-1],
         duration=duration,
         at_speed=at_speed,
         first=arrive[stops[:-1]],
         arrive=arrive,
-        leave=arrive + inner,
         end=float(begin[-1]),
     )
 
@@ -175,16 +169,16 @@ def first_of_runs(time: Array, program: Program) -> Array:
     return np.asarray(time[first] + np.where(program.via[first + 1], time[np.minimum(first + 1, len(time) - 1)], 0.0))
 
 
-def corner_wait(robot: Robot, kept: Array, spread: Array | None = None) -> Array:
+def corner_wait(robot: Robot, kept: Array, spread: Array) -> Array:
     """How long the next motion waits at CNT n when the one before is over, of n / 100 (K,), (K,) [s].
 
-    That one's means count, of how far the arm is spread on it (K,) [m2]; default as the motion's.
+    That one's means count, of how far the arm is spread on it (K,) [m2].
     """
     if robot.motion is None or not robot.motion.is_smooth:
         return np.zeros(len(kept))
     period = robot.controller.period
     motion = robot.motion
-    longer = 0.0 if spread is None else motion.reach * (spread - motion.reach_at) * sum(motion.moving_averages)
+    longer = motion.reach * (spread - motion.reach_at) * sum(motion.moving_averages)
     periods = (motion.settling - motion.lag + longer) / period
     return np.asarray(period * np.floor((periods - 1) * (1 - np.sqrt(kept)) + SAME_PERIOD))
 
