@@ -76,13 +76,10 @@ class Pose:
 
     def __eq__(self, other: object) -> bool:
         """Whether the numbers are the same, to the bit: a pose may name what was built for it."""
-        return isinstance(other, Pose) and self._bytes() == other._bytes()
+        return isinstance(other, Pose) and self.content == other.content
 
     def __hash__(self) -> int:
-        return hash(self._bytes())
-
-    def _bytes(self) -> tuple[bytes, bytes]:
-        return self.position.tobytes(), self.rotation.tobytes()
+        return hash(self.content)
 
     __iter__ = None  # a pose is not a pair, and a million are not walked one by one
     __array_ufunc__ = None  # an array has no @ with a pose: ``act``
