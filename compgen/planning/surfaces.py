@@ -34,17 +34,14 @@ class Quadric:
         """Origin, A row by row and b, (1, 15), as ``lift_expr`` and ``curve_derivatives_expr`` take them."""
         return np.concatenate([self.origin, self.A.ravel(), self.b])[None]
 
-    def height(self, xy: Array) -> Array:
-        """z over local (x, y), (M, 2) to (M,) [m].
+    def lift(self, xy: Array, height: Array) -> tuple[Array, Array]:
+        """Base position at a height above the surface at local (x, y), and the normal there, (M, 3) [m] and (M, 3).
 
         Raises:
             InputError: The surface does not extend to a point.
         """
-        return self._lift(xy, np.zeros(len(xy)))[2][:, 0]
-
-    def lift(self, xy: Array, height: Array) -> tuple[Array, Array]:
-        """Base position at a height above the surface, and the normal there, (M, 3) [m] and (M, 3)."""
-        position, normal, _ = self._lift(xy, height)
+        position, normal, extent = evaluate(_build_lift(), self.coefficients(), xy, height[:, None])
+        check_extent(extent)
         return position, normal
 
     def local(self, point: Array) -> Array:
@@ -62,11 +59,6 @@ class Quadric:
             height = height + along
             xy = xy + (gap - along[:, None] * normal)[:, :2]
         return np.column_stack([xy, height]).reshape(np.shape(point))
-
-    def _lift(self, xy: Array, height: Array) -> tuple[Array, Array, Array]:
-        position, normal, z, extent = evaluate(_build_lift(), self.coefficients(), xy, height[:, None])
-        check_extent(extent)
-        return position, normal, z
 
 
 def check_extent(extent: Array) -> None:
@@ -112,9 +104,10 @@ def curve_derivatives_expr(
 
 @lru_cache(maxsize=1)
 def _build_lift() -> Any:
-    """(surface (15), xy (2), height) -> position (3), normal (3), local z, extent."""
+    """(surface (15), xy (2), height) -> position (3), normal (3), extent."""
     surface, xy, height = ca.SX.sym("surface", 15), ca.SX.sym("xy", 2), ca.SX.sym("h")
-    return ca.Function("lift", [surface, xy, height], [*lift_expr(surface, xy, height)])
+    position, normal, _, extent = lift_expr(surface, xy, height)
+    return ca.Function("lift", [surface, xy, height], [position, normal, extent])
 
 
 def plane(origin: Array) -> Quadric:

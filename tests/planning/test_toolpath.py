@@ -1,6 +1,6 @@
 """Waypoints against the true path: chords, spacing, arc length, stops, contact and tool axes."""
 
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -54,15 +54,20 @@ def local(tool, surface):
     return tool.target.position - SURFACES[surface].origin
 
 
+def height_over(surface, xy):
+    """z of the surface over local (x, y) [m]."""
+    return SURFACES[surface].lift(xy, np.zeros(len(xy)))[0][:, 2] - SURFACES[surface].origin[2]
+
+
 def height_above(tool, surface):
     """Signed distance of waypoints from the surface, first order [m]."""
     p = local(tool, surface)
-    h = p[:, 2] - SURFACES[surface].height(p[:, :2])
+    h = p[:, 2] - height_over(surface, p[:, :2])
     return h / np.sqrt(1 + (slopes(surface, p[:, :2]) ** 2).sum(axis=1))
 
 
 def slopes(surface, xy, d=1e-5):
-    f = SURFACES[surface].height
+    f = partial(height_over, surface)
     return np.column_stack([(f(xy + e) - f(xy - e)) / (2 * d) for e in ([d, 0], [0, d])])
 
 
