@@ -16,6 +16,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered, owns, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
+from compgen.core.polygons import plane_cross
 from compgen.core.units import DEG, MM
 
 SHARP = 40 * DEG  # that facets turn by at an edge which parts two faces
@@ -209,8 +210,7 @@ def _faces_at_corners(facet: IntArray, unit: Array) -> IntArray:
 
 def _area(a: Array, b: Array, c: Array) -> Array:
     """Twice the signed area of triangles in the plane, (M,)."""
-    u, v = b - a, c - a
-    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    return plane_cross(b - a, c - a)
 
 
 def refuse_facing_down(mesh: Mesh, xy: Array, over: Over, rows: IntArray, where: Callable[[int], str]) -> None:

@@ -134,7 +134,7 @@ def class_arm(axes: Axes) -> ClassArm:
         return replace(arm, zero=_plain(arm.zero - arm.sign * bend))
     wrist = _wrist(axes)
     shoulder, elbow = (_on_plane(p[i], w[i], wrist) for i in (1, 2))
-    foot = p[3] + w[3] * (w[3] @ (elbow - p[3]))
+    foot = _on_plane(p[3], w[3], elbow)
     origin = np.array([p[0, 0], p[0, 1], shoulder[2]])
     a1, a2, a3 = (float(np.linalg.norm(v)) for v in (shoulder - origin, elbow - shoulder, elbow - foot))
     d4, d6 = float(np.linalg.norm(wrist - foot)), float(np.linalg.norm(flange.position - wrist))

@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.evaluation import map_rows
 from compgen.robot.inverse_kinematics import Posture
-from compgen.robot.joint_path import legal_turns
+from compgen.robot.joint_path import legal_turns, wrist_centre
 from compgen.robot.robot import Robot
 
 TOLERANCE = 1e-8  # rad: so near below 180 deg an angle counts as 180
@@ -79,12 +79,9 @@ def _front_up_flip(robot: Robot, theta: Array) -> tuple[BoolArray, BoolArray, Bo
     """Each (N,)."""
 
     def bits(theta: Array) -> Any:
-        a, d = robot.a, robot.d
-        beta = -theta[:, 1]
-        forearm = beta + theta[:, 2] - np.pi / 2
-        wrist = a[0] + a[1] * np.cos(beta) - d[3] * np.cos(forearm) - a[2] * np.sin(forearm)
-        up = np.cos(theta[:, 2] + np.arctan2(a[2], -d[3])) > 0
-        return np.column_stack([wrist > 0, up, theta[:, 4] - robot.pendant_zero[4] > 0])
+        up = np.cos(theta[:, 2] + np.arctan2(robot.a[2], -robot.d[3])) > 0
+        front = wrist_centre(robot, theta)[:, 0] > 0
+        return np.column_stack([front, up, theta[:, 4] - robot.pendant_zero[4] > 0])
 
     columns: Any = map_rows(bits, theta)
     front, up, flip = columns.T
