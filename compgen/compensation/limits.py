@@ -137,9 +137,9 @@ def enforce_limits(
     settings: Settings,
     correction: Array,
     violating: BoolArray,
-    progress: Callable[[float], None] = lambda share: None,
-    window: int = WINDOW,
-    max_window: int = MAX_WINDOW,
+    progress: Callable[[float], None],
+    window: int,
+    max_window: int,
 ) -> tuple[Array, ActiveLimits, Status]:
     """The best legal correction, solved again around the waypoints that break a limit.
 

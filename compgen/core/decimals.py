@@ -136,13 +136,13 @@ _ONE = np.where((_TWO >= _ZERO) & (_TWO < _ZERO + 10), _TWO - _ZERO, 0).astype(n
 _PAIR = 10 * _ONE[:, 0] + _ONE[:, 1] + _NEGATIVE * (_TWO == _MINUS).any(axis=1)  # as they lie in memory
 
 
-def fits_fixed(units: Array | IntArray, decimals: int = DECIMALS) -> bool:
+def fits_fixed(units: Array | IntArray, decimals: int) -> bool:
     """Whether every number has room: five characters before the point, its sign among them; none is NaN."""
     limit = _LIMIT * 10**decimals
     return units.size == 0 or bool(units.max() < limit and units.min() > -limit // 10)
 
 
-def fixed_columns(units: IntArray, decimals: int = DECIMALS) -> list[Column]:
+def fixed_columns(units: IntArray, decimals: int) -> list[Column]:
     """k columns of ``%9.3f`` (or ``%10.4f``, ``%11.5f``, ``%12.6f``) from units of the last digit, (k, N)."""
     size = np.abs(units)
     more = 10 ** (decimals - DECIMALS)
@@ -159,7 +159,7 @@ def fixed_columns(units: IntArray, decimals: int = DECIMALS) -> list[Column]:
     return [Column(WHOLE + 1 + decimals, tuple((at, word[k]) for at, word in words)) for k in range(len(units))]
 
 
-def parse_fixed(text: Bytes, places: list[int], decimals: int = DECIMALS) -> IntArray:
+def parse_fixed(text: Bytes, places: list[int], decimals: int) -> IntArray:
     """Units of the last digit of k such columns of a table of text (N, width), (k, N).
 
     What is no number is read as a wrong one: check by writing.

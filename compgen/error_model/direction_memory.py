@@ -126,7 +126,7 @@ def command_directions(
     return state
 
 
-def play_operator(step: Array, start: Array | float = 0.0) -> Array:
+def play_operator(step: Array, start: Array | float) -> Array:
     """x_0 = start, x_{n+1} = min(max(x_n + step_n, -1), 1), for all n at once, (N - 1, k) to (N, k).
 
     Two such steps, one after the other, are one shift with two bounds again: composed in stretches as below.
@@ -139,7 +139,7 @@ def play_operator(step: Array, start: Array | float = 0.0) -> Array:
     return _states(lambda x, at: np.clip(x + shift[at], low[at], high[at]), start, len(step), shift.shape)
 
 
-def first_order_lag(goal: Array, keep: Array, start: Array | float = 0.0) -> Array:
+def first_order_lag(goal: Array, keep: Array, start: Array | float) -> Array:
     """x_0 = start, x_{n+1} = goal_n + keep_n (x_n - goal_n), for all n at once, (N - 1, k) to (N, k).
 
     Each step is an affine map. The steps are cut into about sqrt(N) stretches of equal length: all stretches are

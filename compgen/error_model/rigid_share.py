@@ -44,7 +44,7 @@ class RigidShare:
         """
         return np.asarray(column - self._design(place, None) @ motion)
 
-    def left_of_field(self, along: Array, between: Array, place: Array, rotation: Array | None = None) -> Array:
+    def left_of_field(self, along: Array, between: Array, place: Array, rotation: Array | None) -> Array:
         r"""Variance of one coordinate of a smooth field of unit variance, less what the frame took up of it, (M,).
 
         The field z(p) moves each coordinate by itself, with E[z(p) z(q)] = k(p, q):

@@ -43,7 +43,7 @@ def load_state(source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
     return check_state(state, source, cell, age)
 
 
-def check_state(state: AnchoredState, source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
+def check_state(state: AnchoredState, source: str, cell: Cell, age: float) -> AnchoredState:
     """``load_state`` for a state that is at hand."""
     if state.verdict not in ACCEPTED:
         raise InputError(

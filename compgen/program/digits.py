@@ -87,7 +87,7 @@ def _cosine_and_sine(units: IntArray, decimals: int) -> tuple[Array, Array]:
     return np.cos(angle).take(size), np.where(units < 0, -sine, sine)
 
 
-def resolution(decimals: int = DECIMALS) -> tuple[float, float]:
+def resolution(decimals: int) -> tuple[float, float]:
     """Between two numbers of a position that the text can say: coordinates [m] and angles [rad]."""
     return MM / 10**decimals, DEG / 10**decimals
 

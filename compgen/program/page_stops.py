@@ -79,7 +79,7 @@ def place_page_stops(
     nodes: int,
     *,
     on_the_part: bool,
-    payload: bool = False,
+    payload: bool,
     growth: float = 1.0,
 ) -> PageStops | None:
     """The stops of a path whose program is more than one file holds; None for any other.

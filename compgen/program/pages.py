@@ -151,7 +151,7 @@ def gap_between(before: Program, after: Program) -> float:
     return float(np.abs(after.position[0] - before.position[-1]).max())
 
 
-def require_meeting(before: Program, after: Program, step: float = 0.0) -> None:
+def require_meeting(before: Program, after: Program, step: float) -> None:
     """Raises JoinError when a page does not start where the one before stopped, or no farther than a step [m]."""
     gap = gap_between(before, after)
     turn = float(np.abs(after.rotation[0] - before.rotation[-1]).max())

@@ -19,7 +19,7 @@ from compgen.report.curves import figure_in_rows, size_row
 from compgen.report.figure import COOL, GREY, WARM, Figure
 from compgen.report.inputs import SHORT, Inputs, job_inputs
 from compgen.report.key_words import parameter_words
-from compgen.report.page import PLAIN, PageOptions, fixed, page
+from compgen.report.page import PageOptions, fixed, page
 
 SHOWN = 8  # hypotheses
 AS_LIKELY, EXCLUDED = 3.0, 1000.0  # times less likely than the likeliest
@@ -120,7 +120,7 @@ def _listed(values: Any, digits: int = 2) -> list[float]:
     return [round(float(v), digits) + 0.0 for v in np.ravel(values)]
 
 
-def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
+def anchor_html(anchored: Anchored, options: PageOptions) -> bytes:
     """One page, the same bytes for the same inputs."""
     data = anchor_record(anchored)
     is_anchored = data["verdict"] == "anchored"

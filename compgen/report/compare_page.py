@@ -59,7 +59,7 @@ def comparison_files(
     }
 
 
-def comparison_html(comparison: Comparison, max_um: float | None = None, options: PageOptions = PLAIN) -> bytes:
+def comparison_html(comparison: Comparison, max_um: float | None, options: PageOptions) -> bytes:
     """One page; ``max_um`` is the largest error allowed of B [um], drawn as a limit."""
     kind, judged = "predicted", ""
     if max_um is not None and comparison.final_error is not None:

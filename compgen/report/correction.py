@@ -160,7 +160,7 @@ def _statistics(result: Correction, error: PoseErrors) -> dict[str, dict[str, fl
     return statistics
 
 
-def correction_html(result: Correction, options: PageOptions = PLAIN, *, with_program: bool = True) -> bytes:
+def correction_html(result: Correction, options: PageOptions, *, with_program: bool) -> bytes:
     """One page, the same bytes for the same inputs; it says of a program that it is not written, where it is not."""
     data = correction_summary(result)
     made, band, bound = data["provenance"], data["band"], data["bounds"].get("max_um")

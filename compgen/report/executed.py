@@ -12,7 +12,7 @@ from compgen.report.curves import curves_in_words
 from compgen.report.figure import COOL, GREY, WARM, Figure, axis, figure, rows_to_draw, trace
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import Inputs
-from compgen.report.page import PLAIN, PageOptions, fixed, page
+from compgen.report.page import PageOptions, fixed, page
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 
@@ -154,9 +154,7 @@ def executed_csv(run: ExecutedRun) -> bytes:
     return (head + "".join(lines)).encode("ascii")
 
 
-def executed_html(
-    run: ExecutedRun, summary: dict[str, Any], inputs: Inputs | None = None, options: PageOptions = PLAIN
-) -> bytes:
+def executed_html(run: ExecutedRun, summary: dict[str, Any], inputs: Inputs, options: PageOptions) -> bytes:
     """One page, the same bytes for the same inputs."""
     bound = summary["bounds"].get("max_um")
     is_judged = bound is not None or not run.inside

@@ -129,7 +129,7 @@ def vertical_line(x: float, colour: str) -> dict[str, Any]:
     return {"type": "line", "line": {**DASHED, "color": colour}, **place}
 
 
-def limit_label(text: str, y: float, axis_number: str = "") -> dict[str, Any]:
+def limit_label(text: str, y: float, axis_number: str) -> dict[str, Any]:
     """The words of a limit, at the right end of its line; ``axis_number`` is the number of the plot's axes, from 2."""
     place = {"xref": f"x{axis_number} domain", "x": 1, "yref": f"y{axis_number}", "y": y}
     font = {"color": LIMIT, "size": 11, "shadow": HALO}

@@ -209,9 +209,7 @@ def _finite_or_none(value: float) -> float | None:
     return round(value, 3) if np.isfinite(value) else None
 
 
-def identification_html(
-    identification: Identification, inputs: Inputs | None = None, options: PageOptions = PLAIN
-) -> bytes:
+def identification_html(identification: Identification, inputs: Inputs, options: PageOptions = PLAIN) -> bytes:
     """One page: the verdict, the ladder, residuals before and after, parameters, correlations."""
     data = identification_summary(identification)
     ranked, pairs = sorted(data["parameters"], key=lambda p: -p["moves_um"]), _alike(identification)

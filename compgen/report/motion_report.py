@@ -15,7 +15,7 @@ from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.curves import sentence
 from compgen.report.figure import COOL, GREY, LIMIT, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.inputs import Inputs
-from compgen.report.page import PLAIN, PageOptions, fixed, page
+from compgen.report.page import PageOptions, fixed, page
 from compgen.robot.motion import MotionVerdict
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
@@ -122,7 +122,7 @@ def motion_sentences(summary: dict[str, Any]) -> list[str]:
     ]
 
 
-def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: PageOptions = PLAIN) -> bytes:
+def motion_html(summary: dict[str, Any], inputs: Inputs, options: PageOptions) -> bytes:
     """One page, the same bytes for the same inputs."""
     kind, held_out, *_ = motion_sentences(summary)
     return page(

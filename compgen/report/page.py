@@ -46,7 +46,7 @@ def page(
     template: str,
     title: str,
     *,
-    inputs: Inputs | None = None,
+    inputs: Inputs,
     remark: str = "",
     options: PageOptions = PLAIN,
     **shown: Any,
@@ -61,8 +61,7 @@ def page(
         options: Date and script.
         shown: What else the template shows: text is escaped, Markup is HTML.
     """
-    made = Inputs() if inputs is None else inputs
-    return fragment(template, title=title, inputs=made, remark=remark, options=options, **shown).encode()
+    return fragment(template, title=title, inputs=inputs, remark=remark, options=options, **shown).encode()
 
 
 def fragment(template: str, **shown: Any) -> Markup:
@@ -82,13 +81,9 @@ def templates() -> Environment:
     )
     made.filters |= {"in_reading_order": in_reading_order, "largest_unknown": largest_unknown}
     made.filters |= {"fixed": fixed, "units": with_units, "words": in_words, "rounded": rounded}
-    made.globals |= {"div": div, "library": _library, "marks": MARKS, "style": style, "version": __version__}
+    made.globals |= {"div": div, "library": library_text, "marks": MARKS, "style": style, "version": __version__}
     made.globals |= {"statistics_head": statistics_head, "error_rows": error_rows}
     return made
-
-
-def _library() -> Markup:
-    return Markup(library_text())
 
 
 def fixed(value: float, digits: int = 2) -> str:

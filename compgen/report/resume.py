@@ -21,7 +21,7 @@ from compgen.report.curves import Row, course, figure_in_rows
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace
 from compgen.report.inputs import Inputs, correction_inputs, job_inputs, made_from, time_words
 from compgen.report.job_page import KINDS, REMARK, VERDICTS
-from compgen.report.page import PLAIN, PageOptions, fixed, page
+from compgen.report.page import PageOptions, fixed, page
 from compgen.report.provenance import provenance
 from compgen.verification.deviation import statistics
 
@@ -127,7 +127,7 @@ def program_summary(resumed: ResumedProgram) -> dict[str, Any]:
     }
 
 
-def resume_html(resumed: Resumed, options: PageOptions = PLAIN) -> bytes:
+def resume_html(resumed: Resumed, options: PageOptions) -> bytes:
     """The page of a resumed job, the same bytes for the same inputs."""
     data = resume_summary(resumed)
     late, thermal = data.get("late_s"), data["thermal"]
@@ -158,7 +158,7 @@ def resume_html(resumed: Resumed, options: PageOptions = PLAIN) -> bytes:
     )
 
 
-def program_html(resumed: ResumedProgram, options: PageOptions = PLAIN) -> bytes:
+def program_html(resumed: ResumedProgram, options: PageOptions) -> bytes:
     """The page of a resumed program that existed, the same bytes for the same inputs."""
     data, made = program_summary(resumed), provenance(resumed.correction)
     inputs = correction_inputs(resumed.correction, made["planned_sha256"], made["corrected_sha256"])

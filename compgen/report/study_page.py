@@ -50,14 +50,14 @@ def study_html(title: str, outcome: StudyOutcome, *, options: PageOptions = PLAI
         live: The part of the page that lives, as HTML.
     """
     study, rows, answers, base = outcome.study, outcome.rows, outcome.answers, outcome.base
-    sentences, inputs = [answer.sentence for answer in answers], None if base is None else job_inputs(base)
+    sentences, inputs = [answer.sentence for answer in answers], Inputs() if base is None else job_inputs(base)
     shown: dict[str, Any] = {"grid": None, "figures": []}
     if study is not None and study.scenarios:
         sentences.insert(0, headline(study, rows))
         grid = grid_of(study.keys, rows)
         figures = list(_figures(grid, study, _limit(study, base, outcome.max_um)))
         shown = {"grid": grid, "figures": figures, **_scenarios(study, grid, rows)}
-        inputs = (inputs or Inputs()).with_rows(("varied", _varied(grid)))
+        inputs = inputs.with_rows(("varied", _varied(grid)))
     return page(
         "study.html",
         title,

@@ -148,7 +148,7 @@ def study_json(
     rows: list[Row],
     sentences: list[str],
     base: Job | None,
-    live: dict[str, Any] | None = None,
+    live: dict[str, Any] | None,
 ) -> bytes:
     """Study, answers and scenarios as JSON; without a study, where only questions are asked, no scenarios."""
     data = {

@@ -13,7 +13,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.report.inputs import SHORT, duties_words, job_inputs
+from compgen.report.inputs import SHORT, Inputs, duties_words, job_inputs
 from compgen.report.job_page import job_html
 from compgen.report.page import PageOptions, in_words, page, style, templates
 from compgen.thermal import Duty
@@ -129,7 +129,7 @@ def test_a_date_is_on_the_page_where_it_is_asked_for_and_all_else_the_same():
 
 
 def test_a_page_without_figures_carries_no_script():
-    assert b"<script" not in page("page.html", "t", body=Markup("<p>b</p>"))
+    assert b"<script" not in page("page.html", "t", inputs=Inputs(), body=Markup("<p>b</p>"))
 
 
 def test_the_inputs_of_a_job_say_tool_frame_feed_and_history():

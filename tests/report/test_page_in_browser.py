@@ -8,6 +8,7 @@ from browser import BEYOND, CUT
 from every_page import COMMANDS
 from markupsafe import Markup
 
+from compgen.report.inputs import Inputs
 from compgen.report.page import PageOptions, page
 
 #: tables that are wider than their box, and of those whose rows are blocks each cell with the heading that it shows
@@ -79,7 +80,9 @@ def test_a_page_prints_white_in_the_dark(dark_screen):
 
 
 def test_a_page_that_does_not_find_its_script_says_so_in_place_of_each_figure(browser, tmp_path):
-    (tmp_path / "page.html").write_bytes(page("page.html", "t", body=FIGURE, options=PageOptions(script=f"../{NAME}")))
+    (tmp_path / "page.html").write_bytes(
+        page("page.html", "t", inputs=Inputs(), body=FIGURE, options=PageOptions(script=f"../{NAME}"))
+    )
     browser.open(tmp_path / "page.html")
     words = browser.run("return document.getElementById('key').innerText")
     assert NAME in words

@@ -29,7 +29,7 @@ UNIT = 0.01  # that a normal's length may differ from one
 LARGEST = 1e4  # mm
 
 
-def points_table(source: str | Path, dialect: DialectTable = PLAIN) -> CsvTable | None:
+def points_table(source: str | Path, dialect: DialectTable) -> CsvTable | None:
     """A path's points in a file of another writer's form; None for one of compgen's own."""
     return read_recorded(source, PLACE, KNOWN, dialect, "[path]")
 

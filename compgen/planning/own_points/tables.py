@@ -101,7 +101,7 @@ class PlacedPath(NamedTuple):
 
 
 def own_points_path(
-    table: OwnPoints, surface: Quadric, spin: float, feed: float, where: str, mesh: Mesh | None = None
+    table: OwnPoints, surface: Quadric, spin: float, feed: float, where: str, mesh: Mesh | None
 ) -> PlacedPath:
     """The path along the points, lines or arcs of a table's file.
 

@@ -227,7 +227,7 @@ def correct(
             before=history,
             options=replace(options, air=air, reference=reference),
             progress=report_progress,
-            find_program=programs_beside(Path(file)) if file is not None else _no_program,
+            find_program=programs_beside(Path(file)) if file is not None else lambda name: None,
             registers=read_registers(register_file),
         )
     corrected = CorrectedProgram(file or f"{result.name}.LS", result, correction_summary(result))
@@ -260,8 +260,3 @@ def bytes_of(program: object) -> bytes | None:
     if isinstance(program, CorrectedProgram):
         return program.text
     return program if isinstance(program, bytes) else None
-
-
-def _no_program(name: str) -> bytes | None:
-    """Nothing lies beside a program that has no file."""
-    return None

@@ -226,7 +226,7 @@ class PreparedProgram:
         """The program with given rises at its positions, (N, K) [K], what the air does among them."""
         return replace(self, rise=rise, air=still_air())
 
-    def reheated(self, twin: Twin, duties: Sequence[Duty], air: Ambient | None = None) -> "PreparedProgram":
+    def reheated(self, twin: Twin, duties: Sequence[Duty], air: Ambient | None) -> "PreparedProgram":
         """The program prepared for an arm that differs in its heat and what was before only."""
         return replace(self, twin=twin, **_thermal_fields(twin, self.motion(), self.chords.rows, duties, air))
 

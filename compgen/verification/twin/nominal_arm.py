@@ -59,7 +59,7 @@ def _flange_rotation(robot: Robot) -> Array:
 
 
 @kept_with("robot")
-def build_segment_sample(robot: Robot, posture: Posture, tool: Pose, *, arcs: bool = False) -> Any:
+def build_segment_sample(robot: Robot, posture: Posture, tool: Pose, *, arcs: bool) -> Any:
     """One sample of a straight line, as the controller commands it and as the real arm executes it.
 
     With ``arcs`` of a line or an arc: in place of the end's position stands its sweep, straight (3), angle (1), along
