@@ -95,7 +95,7 @@ class Rows:
 
     def value(self, x: Array) -> Array:
         """G at a point."""
-        return np.asarray(self.g + np.einsum("nei,ni->ne", self.jacobian, x - self.x))
+        return self.g + times(self.jacobian, x - self.x)
 
     def about(self, x: Array) -> Derivative:
         """The same everywhere."""
@@ -107,10 +107,10 @@ class _RowsDerivative:
     jacobian: Array  # (N, E, 6)
 
     def times(self, dx: Array) -> Array:
-        return np.asarray(np.einsum("nei,ni->ne", self.jacobian, dx))
+        return times(self.jacobian, dx)
 
     def add_transposed(self, y: Array, gradient: Array) -> None:
-        gradient += np.einsum("nei,ne->ni", self.jacobian, y)
+        gradient += transposed_times(self.jacobian, y)
 
     def add_hessian(self, ratio: Array, lam: Array, block: Array, coupling: Array) -> None:
         A = self.jacobian

@@ -63,19 +63,18 @@ def _farthest_rows(path: ToolPath, correction: Array, tolerance: float, last: In
     S = len(last)
     first = np.arange(S)
     low, high = first + 1, last.copy()  # low is always within: a planned segment
-    step = np.ones(S, dtype=np.int64)
     # doubling steps until one is too far, then bisection between it and the last that is not
 
     def within(rows: IntArray, end: IntArray) -> BoolArray:
         return _is_within(path, correction, rows, end, tolerance)
 
-    rows = np.flatnonzero(low < high)
+    rows, step = np.flatnonzero(low < high), 2
     while len(rows):
-        candidate = np.minimum(first[rows] + 2 * step[rows], last[rows])
+        candidate = np.minimum(first[rows] + step, last[rows])
         good = within(rows, candidate)
         low[rows[good]] = candidate[good]
         high[rows[~good]] = candidate[~good] - 1
-        step[rows] *= 2
+        step *= 2
         rows = rows[good & (candidate < last[rows])]
     return bisected(low, high, within)
 

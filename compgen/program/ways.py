@@ -70,14 +70,17 @@ def circular_ways(driven: DrivenProgram) -> BoolArray:
 
 def swept_angles(driven: DrivenProgram, via: IntArray) -> Array:
     """How far arcs sweep by the vias at some stations, (n,) [rad]; NaN where three places make no circle."""
-    stations = driven.origin[via], via, via + 1
-    return arcs_through(*(driven.at.tcp.position[driven.pose[s]] for s in stations)).angle[:, 1]
+    return arcs_through(*_places_of_arcs(driven, via)).angle[:, 1]
 
 
 def arcs_in_line(driven: DrivenProgram, via: IntArray) -> BoolArray:
     """Whether the three places of arcs by the vias at some stations lie in one line, as far as digits tell, (n,)."""
-    stations = driven.origin[via], via, via + 1
-    return np.asarray(~(arc_heights(*(driven.at.tcp.position[driven.pose[s]] for s in stations)) > IN_LINE))
+    return np.asarray(~(arc_heights(*_places_of_arcs(driven, via)) > IN_LINE))
+
+
+def _places_of_arcs(driven: DrivenProgram, via: IntArray) -> list[Array]:
+    """Where arcs by the vias at some stations start, their vias and where they end, (n, 3) each [m]."""
+    return [driven.at.tcp.position[driven.pose[s]] for s in (driven.origin[via], via, via + 1)]
 
 
 def known_arcs(driven: DrivenProgram) -> BoolArray:
@@ -174,19 +177,18 @@ def interpolate_poses(driven: DrivenProgram, station: IntArray, fraction: Array)
     position = places[end] - (1 - fraction)[:, None] * (places[end] - places[start])
     on_arc = np.flatnonzero((fraction < 1) & ~driven.line[station] & ~driven.joint[station])
     if len(on_arc):
-        position[on_arc] = _on_arcs(places, driven, station[on_arc], fraction[on_arc])
+        position[on_arc] = _on_arcs(driven, station[on_arc], fraction[on_arc])
     rotation = axes[end]
     way = np.flatnonzero(fraction < 1)
     rotation[way] = interpolate_rotation(axes[start[way]], axes[end[way]], fraction[way])
     return Pose(frozen(position), frozen(rotation))
 
 
-def _on_arcs(places: Array, driven: DrivenProgram, station: IntArray, fraction: Array) -> Array:
+def _on_arcs(driven: DrivenProgram, station: IntArray, fraction: Array) -> Array:
     """Places (M, 3) [m] on arcs, at fractions (M,) of the way to the via or from there to the end, stations (M,)."""
     second = ~driven.via[station]
     via = station - second
-    arcs = arcs_through(*(places[driven.pose[s]] for s in (driven.origin[via], via, via + 1)))
-    return arcs.on_halves(np.arange(len(via)), second, fraction)
+    return arcs_through(*_places_of_arcs(driven, via)).on_halves(np.arange(len(via)), second, fraction)
 
 
 def commanded_joints(robot: Robot, driven: DrivenProgram, station: IntArray, fraction: Array, tcp: Pose) -> Array:

@@ -14,6 +14,7 @@ for turns far below a degree.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import Any, ClassVar, get_args
 
 import casadi as ca
@@ -144,10 +145,7 @@ class ThermalBend(DeclaredSource):
 
     def only(self, terms: BoolArray) -> "ThermalBend":
         """Some of the terms."""
-        words: dict[str, Any] = {
-            name: tuple(w for w, keep in zip(getattr(self, name), terms.tolist(), strict=True) if keep)
-            for name in ("link", "plane", "node_name")
-        }
+        words: dict[str, Any] = {n: tuple(compress(getattr(self, n), terms)) for n in ("link", "plane", "node_name")}
         return replace(
             self, **words, **{name: getattr(self, name)[terms] for name in ("rate", "row", "axis", "lever", "node")}
         )

@@ -11,6 +11,7 @@ kelvin: 6.4 um/K for a column of 565 mm.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import Any, ClassVar, cast
 
 import casadi as ca
@@ -107,10 +108,7 @@ class ThermalShift(DeclaredSource):
 
     def only(self, terms: BoolArray) -> "ThermalShift":
         """Some of the terms."""
-        words: dict[str, Any] = {
-            name: tuple(w for w, keep in zip(getattr(self, name), terms.tolist(), strict=True) if keep)
-            for name in ("of", "node_name")
-        }
+        words: dict[str, Any] = {n: tuple(compress(getattr(self, n), terms)) for n in ("of", "node_name")}
         return replace(self, **words, **{name: getattr(self, name)[terms] for name in ("rate", "row", "axis", "node")})
 
     def distort(self, chain: Chain, state: State) -> Chain:

@@ -18,7 +18,6 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
-from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns, has_posture
 from compgen.thermal import Ambient, Duty, JointMotion, initial_state, still_air
 from compgen.verification.twin.circular_motion import Chords, Sweeps, as_chords, sweeps
@@ -331,7 +330,8 @@ def _joints_of_chords(twin: Twin, chords: Chords) -> Array:
     theta = apply_turns(robot, theta, program.turns)
     if not has_posture(robot, theta, program.posture).all():
         raise TwinError("the joints of a position contradict its CONFIG letters")
-    if _limit_excess(robot, theta) > 1e-6:
+    lowest, highest = column_extremes(theta)
+    if max((robot.lower - lowest).max(), (highest - robot.upper).max()) > 1e-6:
         excess = np.maximum(robot.lower - theta, theta - robot.upper)
         row, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
         raise TwinError(
@@ -343,12 +343,6 @@ def _joints_of_chords(twin: Twin, chords: Chords) -> Array:
         n = number(int(np.argmax(step.max(axis=1))))
         raise TwinError(f"P[{n}] to P[{n + 1}]: a joint turns by over 90 deg within one line")
     return theta
-
-
-def _limit_excess(robot: Robot, theta: Array) -> float:
-    """How far any joint is beyond its limits, at most [rad]; below zero inside."""
-    lowest, highest = column_extremes(theta)
-    return float(max((robot.lower - lowest).max(), (highest - robot.upper).max()))
 
 
 def _in_order(count: int, work: Callable[[int, int], Execution]) -> Iterator[Execution]:
