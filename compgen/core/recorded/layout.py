@@ -114,15 +114,7 @@ class Layout(NamedTuple):
 def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> Layout:
     """Where the header and the readings are."""
     rows, begin = sheet.rows, sheet.begin
-    wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
-    heads = [
-        n
-        for n in range(begin + 1)
-        if wanted <= {p for c in _with_above(rows, n) for p in (plain_name(c), name_and_unit(c)[0])}
-    ]
-    head = heads[-1] if wanted and heads else begin - 1
-    while head > 0 and not wanted and _says_more(rows[head][1], rows[head - 1][1]):
-        head -= 1
+    head = _header_row(rows, begin, dialect)
     first = max(begin, head + 1)
     body = rows[first:]
     at = kinds(body[0][1]).find("t")  # the time's column
@@ -159,6 +151,20 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
         body=body,
         summed=[str(n) for n, cells in behind if "0" in kinds(cells)],
     )
+
+
+def _header_row(rows: Sequence[Row], begin: int, dialect: DialectTable) -> int:
+    """The last that has all names of the dialect, else of those above the readings the one that says most; -1: none."""
+    wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
+    heads = [
+        n
+        for n in range(begin + 1)
+        if wanted <= {p for c in _with_above(rows, n) for p in (plain_name(c), name_and_unit(c)[0])}
+    ]
+    head = heads[-1] if wanted and heads else begin - 1
+    while head > 0 and not wanted and _says_more(rows[head][1], rows[head - 1][1]):
+        head -= 1
+    return head
 
 
 def _with_above(rows: Sequence[Row], n: int) -> list[str]:

@@ -230,22 +230,9 @@ def _table(layout: Layout, assigned: Mapping[str, tuple[int, str]], times: Seque
     for column in numeric:
         given, wanted = assigned[column][1], name_and_unit(column)[1]
         cells[column] = [in_unit(number_text(cell, sign) or "", given, wanted) for cell in cells[column]]
-    lines = [line for line, _ in layout.body]
     if times:
-        parts = [layout.column(k) for k in times]
-        for row in range(1, len(lines) if len(parts) > 1 else 0):
-            parts[0][row] = parts[0][row] or parts[0][row - 1]  # a date that is written once
-        moments = [" ".join(part).strip() for part in zip(*parts, strict=True)]
-        mend = partial(layout.mend, otherwise="write 2026-11-22")
-        seconds = seconds_of(moments, layout.dialect.dates, lambda row: layout.where(times[0], lines[row]), mend)
-        cells[TIME] = list(map(repr, seconds))
-        kind = time_of(moments[0])[0]
-        if "d" not in kind and not _DAYS.isdisjoint(map(plain_name, layout.names)):
-            raise InputError(
-                f"{layout.where(times[0], lines[0])}: '{moments[0]}' is of a day that is not read; write {_MOMENT}"
-            )
-        clock = " in hours and minutes" if moments[0].count(":") == 1 else ""
-        words += f", {_WORDS[kind.strip('z')]}{clock} with{'' if 'z' in kind else 'out'} a zone"
+        cells[TIME], of_clock = _seconds(layout, times)
+        words += of_clock
     used = {*times, *(k for k, _ in assigned.values())}
     left = tuple(name for k, name in enumerate(layout.names) if k not in used and any(layout.column(k)))
     check_last_rows(layout, used)
@@ -260,9 +247,26 @@ def _table(layout: Layout, assigned: Mapping[str, tuple[int, str]], times: Seque
         source=layout.place,
         header=tuple(cells),
         columns=tuple(map(tuple, cells.values())),
-        line=lines,
+        line=[line for line, _ in layout.body],
         recorded=Recorded(words, left, layout.parted, sign, assigned),
     )
+
+
+def _seconds(layout: Layout, times: Sequence[int]) -> tuple[list[str], str]:
+    """The cells of ``TIME``, of the columns that hold dates and clock times, and how these were read."""
+    parts, lines = [layout.column(k) for k in times], [line for line, _ in layout.body]
+    for row in range(1, len(lines) if len(parts) > 1 else 0):
+        parts[0][row] = parts[0][row] or parts[0][row - 1]  # a date that is written once
+    moments = [" ".join(part).strip() for part in zip(*parts, strict=True)]
+    mend = partial(layout.mend, otherwise="write 2026-11-22")
+    seconds = seconds_of(moments, layout.dialect.dates, lambda row: layout.where(times[0], lines[row]), mend)
+    kind = time_of(moments[0])[0]
+    if "d" not in kind and not _DAYS.isdisjoint(map(plain_name, layout.names)):
+        raise InputError(
+            f"{layout.where(times[0], lines[0])}: '{moments[0]}' is of a day that is not read; write {_MOMENT}"
+        )
+    clock = " in hours and minutes" if moments[0].count(":") == 1 else ""
+    return list(map(repr, seconds)), f", {_WORDS[kind.strip('z')]}{clock} with{'' if 'z' in kind else 'out'} a zone"
 
 
 def _decimal(layout: Layout, columns: Sequence[int]) -> str:

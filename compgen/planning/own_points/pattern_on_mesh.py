@@ -100,19 +100,13 @@ def lay(
     _refuse_creases(xy, np.where(contact, turn, 0.0), np.where(on, lean, 0.0), source)
     _refuse_steps(over, xy, steps & contact, source)
     hollow, facets = _sharpest_hollow(mesh, xy[on], source, tool_radius), _off_smooth(mesh, over.facet[on])
-    contact = np.append(on[0], contact)
-    stop = np.zeros(len(t), dtype=bool)
-    stop[np.append(first[1:] - 1, len(t) - 1)] = pattern.stop
-    # where a piece begins the point stands twice: the second is kept, and takes what the way to the first says
-    twin = first[1:]
-    contact[twin], stop[twin] = contact[twin - 1], stop[twin - 1]
-    rows = np.delete(np.arange(len(t)), twin - 1)
+    rows, contact, stop = _once_each(first, np.append(on[0], contact), pattern.stop)
     apart = ~(under[1:] & under[:-1]) | (turn > SHARP) | steps | (np.maximum(lean[1:], lean[:-1]) > CREASE)
     part = _part(on, over, height, apart)[rows]
     xy, height, over = xy[rows], height[rows], Over(over.height[rows], over.normal[rows], over.facet[rows])
     u = lengths_along(xy)
     height = height + _heights(over, part, xy, u)
-    _refuse_what_stands_above(over, xy, height, part, np.delete(steps, twin - 1), source)
+    _refuse_what_stands_above(over, xy, height, part, np.delete(steps, first[1:] - 1), source)
     normal = np.column_stack([_run_on(over.normal[:, k], part, u) for k in range(3)])
     points = GivenPoints(
         source=source,
@@ -121,8 +115,8 @@ def lay(
         normal=normal / row_norms(normal)[:, None],
         rotation=None,
         feed=np.full(len(rows), np.nan),
-        contact=contact[rows],
-        stop=stop[rows],
+        contact=contact,
+        stop=stop,
     )
     return Laid(points, float(on.sum() / touching.sum()), hollow, facets)
 
@@ -171,6 +165,23 @@ def _finer_where_it_bends(
     before, number = _numbered(count, source)
     ahead = np.minimum(before + 1, len(t) - 1)
     return piece[before], t[before] + number / count[before] * (t[ahead] - t[before])
+
+
+def _once_each(first: IntArray, contact: BoolArray, stops: BoolArray) -> tuple[IntArray, BoolArray, BoolArray]:
+    """Which samples are kept, and contact and stop at each.
+
+    Where a piece begins the point stands twice: the second is kept, and takes what the way to the first says.
+
+    Args:
+        first: The first sample of each piece, (K,).
+        contact: On the way to each sample, (M,).
+        stops: At the end of each piece, (K,).
+    """
+    twin, stop = first[1:], np.zeros(len(contact), dtype=bool)
+    stop[np.append(twin - 1, len(stop) - 1)] = stops
+    contact[twin], stop[twin] = contact[twin - 1], stop[twin - 1]
+    rows = np.delete(np.arange(len(stop)), twin - 1)
+    return rows, contact[rows], stop[rows]
 
 
 def _run_on(values: Array, part: BoolArray, u: Array) -> Array:

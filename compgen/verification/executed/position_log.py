@@ -5,6 +5,7 @@ log's own: it may begin anywhere and run a little fast. Rows may be missing; a r
 equal rows behind a missing one the second has the right time, and the first is left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,23 +75,8 @@ def read_position_log(source: str | Path, *, third_on_link2: bool = False) -> Po
     clock, columns = _clock(table), _columns(table)
     values = np.column_stack([table.numbers(name, gaps=True) for name in (clock, *columns)])
     values[:, 0] *= CLOCKS[clock]
-    filled = ~np.isnan(values)
-    for k, name in enumerate((clock, *columns)):
-        if not filled[:, k].any():
-            raise InputError(f"{source}: column {name}: has no number at all; log it, or leave the column out")
-    is_gap = ~filled[:, 1:].any(axis=1)
-    partial = ~filled.all(axis=1) & ~(is_gap & filled[:, 0])
-    if partial.any():
-        m = int(np.argmax(partial))
-        name = (clock, *columns)[int(np.argmin(filled[m]))]
-        raise InputError(
-            f"{table.location(m, name)}: empty or nan; fill it in, or leave all of the row's positions empty"
-        )
-    rows = np.flatnonzero(~is_gap)
-    if len(rows) < LEAST_ROWS:
-        raise InputError(
-            f"{source}: {len(rows)} rows with a position; a run needs {LEAST_ROWS} at least: log one every 2 to 100 ms"
-        )
+    rows = _rows_with_position(table, (clock, *columns), values)
+    gaps = len(values) - len(rows)
     _check_clock(table, clock, rows, values[rows, 0])
     rows = rows[~_held(values[rows, 0], values[rows, 1:])]
     time, kept = _once_each(values[rows, 0], values[rows, 1:])
@@ -109,8 +95,27 @@ def read_position_log(source: str | Path, *, third_on_link2: bool = False) -> Po
         time=frozen(time),
         columns=columns,
         numbers=frozen(numbers * units),
-        gaps=int(is_gap.sum()),
+        gaps=gaps,
     )
+
+
+def _rows_with_position(table: CsvTable, names: Sequence[str], values: Array) -> IntArray:
+    """Rows of clock and position (M, 1 + k) that have a position; the others have none of its numbers."""
+    filled = ~np.isnan(values)
+    for k, name in enumerate(names):
+        if not filled[:, k].any():
+            raise InputError(f"{table.source}: column {name}: has no number at all; log it, or leave the column out")
+    is_gap = ~filled[:, 1:].any(axis=1)
+    partial = ~filled.all(axis=1) & ~(is_gap & filled[:, 0])
+    if partial.any():
+        m = int(np.argmax(partial))
+        location = table.location(m, names[int(np.argmin(filled[m]))])
+        raise InputError(f"{location}: empty or nan; fill it in, or leave all of the row's positions empty")
+    rows = np.flatnonzero(~is_gap)
+    if len(rows) < LEAST_ROWS:
+        few = f"{len(rows)} rows with a position; a run needs {LEAST_ROWS} at least"
+        raise InputError(f"{table.source}: {few}: log one every 2 to 100 ms")
+    return rows
 
 
 def _held(time: Array, numbers: Array) -> BoolArray:
