@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, bisected, dot, norm, numbered
+from compgen.core.arrays import Array, BoolArray, IntArray, bisected, cumulated, dot, norm, numbered
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, MM
 
@@ -284,7 +284,7 @@ def _cut(
         last: Last row of each, (R,).
         least: Dense segments that a statement has at least, (R,).
     """
-    total = np.concatenate([[0.0], np.cumsum(density * np.diff(path.arc))])
+    total = cumulated(density * np.diff(path.arc))
     amount = total[last] - total[begin]
     count = np.clip(np.ceil(amount - 1e-6), 1, np.maximum((last - begin) // least, 1)).astype(np.int64)
     run, step = numbered(count)

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from compgen.core.arrays import Array, BoolArray, frozen, owns, row_norms
+from compgen.core.arrays import Array, BoolArray, cumulated, frozen, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
@@ -125,7 +125,7 @@ def _shift(robot: Robot, motion: ControllerMotion, path: Commanded) -> Array:
     """c at the waypoints, of what is smoothed, (N, C)."""
     rows = _rows(motion, path)
     taken = np.diff(path.arc) / path.speed
-    clock = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(taken) if path.by_lines else taken)])
+    clock = cumulated(robot.controller.line_time(taken) if path.by_lines else taken)
     corner, shift, inner = _corners(path), np.zeros_like(rows), np.zeros_like(rows)
     if path.by_lines:
         gap, times = np.diff(path.arc), (*motion.moving_averages, *motion.after_long, *motion.first_orders)

@@ -113,9 +113,14 @@ def row_norms(a: Array, rows: int = 8192) -> Array:
     return norms
 
 
+def cumulated(steps: Array) -> Array:
+    """What steps, row by row, have come to before the first and behind each, M in all to (M + 1,) from 0."""
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
 def lengths_along(place: Array) -> Array:
     """Length of the way from the first place to each, along the chords between them, (M, k) to (M,)."""
-    return np.concatenate([[0.0], np.cumsum(row_norms(np.diff(place, axis=0)))])
+    return cumulated(row_norms(np.diff(place, axis=0)))
 
 
 def step_lengths(a: Array, rows: int = 8192) -> Array:

@@ -39,8 +39,7 @@ def load_state(source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
     Raises:
         InputError: Wrong, of another robot file or heat model, older than its window, or with no verdict to go by.
     """
-    state = read_state(source)
-    return check_state(state, source, cell, age)
+    return check_state(read_state(source), source, cell, age)
 
 
 def check_state(state: AnchoredState, source: str, cell: Cell, age: float) -> AnchoredState:

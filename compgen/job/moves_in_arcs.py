@@ -6,7 +6,7 @@ import numpy as np
 
 from compgen.compensation.arc_fit import DensePath, FittedMoves, fit_moves
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, frozen
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, frozen
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.core.units import MDEG
@@ -57,7 +57,7 @@ def with_changes_of_speed(ends: BoolArray, arc: Array, speed: Array, least: floa
     level = np.floor(np.log(speed / speed.max()) / np.log(SPEED_STEP) + 1e-6)
     for _ in range(WIDER):  # once corrected, a slow stretch may begin a waypoint sooner
         level = np.minimum(level, np.minimum(np.append(level[1:], level[-1]), np.append(level[0], level[:-1])))
-    time = np.concatenate([[0.0], np.cumsum(np.diff(arc) / speed)])
+    time = cumulated(np.diff(arc) / speed)
     more = np.array(ends)
     given = np.flatnonzero(ends)
     changes = np.flatnonzero(level[1:] != level[:-1]) + 1

@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.robot.robot import Robot
 
@@ -146,7 +146,7 @@ def _select_knots(arc: Array, theta: Array, stop: BoolArray) -> IntArray:
         return np.arange(N)
     ends = np.flatnonzero(stop)
     density = np.maximum(np.sqrt(joint_bend(arc, theta, ends) / (8 * MAX_CHORD)), 1 / MAX_KNOT_SPACING)
-    count = np.concatenate([[0.0], np.cumsum(density * np.diff(arc))])
+    count = cumulated(density * np.diff(arc))
     knots_passed = np.floor(count[1:] - np.repeat(count[ends[:-1]], np.diff(ends)))  # each run from its own start
     keep = stop.copy()
     keep[1:-1] |= knots_passed[1:] > knots_passed[:-1]
@@ -164,12 +164,12 @@ def joint_bend(arc: Array, theta: Array, ends: IntArray) -> Array:
     bend[1:-1] = evaluate(_build_bend(), *triple)[0][:, 0]
     # a stop's corner is no bend, and single waypoints' noise is not one either: take the mean of a few
     bend[ends] = 0.0
-    cumulated = np.concatenate([[0.0], np.cumsum(bend)])
+    total = cumulated(bend)
     width = 2 * AVERAGED + 1
-    bend[AVERAGED:-AVERAGED] = (cumulated[width:] - cumulated[:-width]) / width
+    bend[AVERAGED:-AVERAGED] = (total[width:] - total[:-width]) / width
     for k in range(AVERAGED):
-        bend[k] = cumulated[k + AVERAGED + 1] / (k + AVERAGED + 1)
-        bend[-1 - k] = (cumulated[-1] - cumulated[-2 - k - AVERAGED]) / (k + AVERAGED + 1)
+        bend[k] = total[k + AVERAGED + 1] / (k + AVERAGED + 1)
+        bend[-1 - k] = (total[-1] - total[-2 - k - AVERAGED]) / (k + AVERAGED + 1)
     return np.maximum(bend[1:], bend[:-1])
 
 

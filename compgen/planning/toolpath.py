@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, numbered, owns, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, frozen, numbered, owns, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.planning import curves
@@ -164,7 +164,7 @@ def relaid(path: ToolPath, limits: Sequence[SegmentLimits], layout: LayoutSettin
     cells = _cells(path.exact, layout)
     kept = np.flatnonzero(_kept(cells))
     limit, stretch = cells.limit[kept], cells.stretch[kept]
-    at = np.concatenate([[0.0], np.cumsum(cells.length[kept])])
+    at = cumulated(cells.length[kept])
     for wishes in limits:
         first = np.clip(np.searchsorted(wishes.arc, at[:-1], side="right") - 1, 0, len(wishes.spacing) - 1)
         last = np.clip(np.searchsorted(wishes.arc, at[1:]), first + 1, len(wishes.spacing))
@@ -247,7 +247,7 @@ def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray, *, ba
     point_piece = np.concatenate([[piece[0]], piece])
     target, on_part = exact.pose(point_piece, np.concatenate([[0.0], span[:, 1]]))
     length, slope = exact.length_and_slope(piece, span)
-    arc = np.concatenate([[0.0], np.cumsum(length)])
+    arc = cumulated(length)
     working = exact.curve.working[point_piece]
     working[:-1] |= exact.curve.working[piece]  # a work piece's first point is in contact
     via = np.zeros(len(arc), dtype=bool)
@@ -317,7 +317,7 @@ def _spans(
     """
     K, C = cells.shape
     ends = np.cumsum(layout.per_chain)
-    edge = np.concatenate([[0.0], np.cumsum(cells)])
+    edge = cumulated(cells)
     start = edge[first * C]
     chain = np.repeat(np.arange(len(first)), layout.per_chain)
     way = np.cumsum(layout.length)

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, numbered
+from compgen.core.arrays import Array, IntArray, cumulated, numbered
 
 STRETCH = 5e-4  # e: of warm links, at 40 K; another error's own is added where it is known
 WORD_STEP = 0.005  # relative: a share of the feed is written so exactly at least
@@ -84,8 +84,8 @@ def lay_out(cells: Cells, loosest: Array, pace: Array, first: IntArray, periods:
         whole, single = (np.where(n > 0, (k * unit - rounding) / stretch, 0.0) for k in (n, 1))
     owner = np.searchsorted(first * C, begin, side="right") - 1
     way = _Way(
-        np.concatenate([[0.0], np.cumsum(cells.length)]),
-        np.concatenate([[0.0], np.cumsum(cells.length / np.minimum(cells.limit, shortest))]),
+        cumulated(cells.length),
+        cumulated(cells.length / np.minimum(cells.limit, shortest)),
         np.append(begin[1:], changes.size),
     )
     stretches = _Stretches(n=n, whole=whole, single=single, unit=unit, widest=stretch, owner=owner)

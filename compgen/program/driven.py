@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated
 from compgen.core.pose import Pose
 from compgen.robot.inverse_kinematics import BranchSolution, solve_tools
 from compgen.robot.robot import Robot
@@ -81,7 +81,7 @@ class DrivenProgram:
             driven = np.insert(driven, way, np.concatenate([[0.0, *m.driven, 0.0] for m in motions]))
             places = [np.vstack([m.theta, stand]) for m, stand in zip(motions, stands, strict=True)]
             theta = np.insert(theta, way + 1, np.concatenate(places), axis=0)
-        return JointMotion(np.concatenate([[0.0], np.cumsum(step)]), theta, driven)
+        return JointMotion(cumulated(step), theta, driven)
 
     @property
     def reached(self) -> IntArray:

@@ -178,24 +178,23 @@ def manifest_json(
         head: What the program was made from, in plain types.
         page_facts: For each page what else is known of it: when it starts, how warm the robot is.
     """
-    pages = []
-    for k, (page, facts) in enumerate(zip(paged.pages, page_facts or [{}] * len(paged.pages), strict=True), 1):
-        pages.append(
-            {
-                "order": k,
-                "load": page.load,
-                "name": page.name,
-                "file": f"{page.name}.LS",
-                "sha256": sha256(page.data).hexdigest(),
-                "bytes": len(page.data),
-                "lines": page.size.lines,
-                "positions": page.size.positions,
-                "memory_kB": round(page.size.memory / KB, 3),
-                "motions": [page.motions[0] + 1, page.motions[1]],
-                **facts,
-                "relies_on_the_page_before": list(page.notes),
-            }
-        )
+    pages = [
+        {
+            "order": k,
+            "load": page.load,
+            "name": page.name,
+            "file": f"{page.name}.LS",
+            "sha256": sha256(page.data).hexdigest(),
+            "bytes": len(page.data),
+            "lines": page.size.lines,
+            "positions": page.size.positions,
+            "memory_kB": round(page.size.memory / KB, 3),
+            "motions": [page.motions[0] + 1, page.motions[1]],
+            **facts,
+            "relies_on_the_page_before": list(page.notes),
+        }
+        for k, (page, facts) in enumerate(zip(paged.pages, page_facts or [{}] * len(paged.pages), strict=True), 1)
+    ]
     memory = [sum(p.size.memory for p in paged.pages if p.load == n) for n in range(1, paged.load_count + 1)]
     data = {
         "schema": SCHEMA,

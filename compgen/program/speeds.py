@@ -11,7 +11,7 @@ the largest w: error diffusion along the path. A speed that a unit says exactly 
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, cumulated
 from compgen.core.evaluation import map_rows
 from compgen.core.exceptions import InputError
 from compgen.core.units import INCH, MINUTE, MM
@@ -93,7 +93,7 @@ def feed_errors(wanted: Array, written: Array, length: Array) -> tuple[float, fl
     """Largest relative difference of a written speed from the wanted, and of the elapsed time anywhere [s]."""
     if not len(wanted):
         return 0.0, 0.0
-    late = np.concatenate([[0.0], np.cumsum(length / written - length / wanted)])
+    late = cumulated(length / written - length / wanted)
     return float(np.abs(written / wanted - 1).max()), float(late.max() - late.min())
 
 

@@ -9,7 +9,7 @@ from html import escape, unescape
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes, dot, numbered, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes, cumulated, dot, numbered, row_norms
 from compgen.report.view import View, middle_tick, ticks
 
 Pixels = Callable[[Array], Array]  # places (N, 3) to their pixels (N, 2)
@@ -105,10 +105,10 @@ def _colour_bar(titles: Sequence[str], largest: float, colours: Sequence[str]) -
         f'<text x="{WIDTH / 2:g}" y="{13 + 15 * k}" text-anchor="middle" font-size="12">{escape(title)}</text>'
         for k, title in enumerate(titles)
     ]
-    for k, colour in enumerate(colours):
-        parts.append(
-            f'<rect x="{BAR_LEFT + k * step:.1f}" y="36" width="{step + 0.5:.1f}" height="10" fill="{colour}"/>'
-        )
+    parts += [
+        f'<rect x="{BAR_LEFT + k * step:.1f}" y="36" width="{step + 0.5:.1f}" height="10" fill="{colour}"/>'
+        for k, colour in enumerate(colours)
+    ]
     for value in ticks(0.0, largest, 5):
         x = BAR_LEFT + (BAR_WIDTH * value / largest if largest > 0 else 0.0)
         parts.append(f'<path d="M{x:.1f} 46v4" stroke="currentColor"/>')
@@ -173,7 +173,7 @@ def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> Iterator[str]
     """Lines of one colour each: that of the largest value on the piece."""
     drawn: BoolArray = np.isfinite(flat[:, 0])
     step = np.where(drawn[1:] & drawn[:-1], np.linalg.norm(np.diff(flat, axis=0), axis=1), 0.0)
-    way = np.concatenate([[0.0], np.cumsum(step)])
+    way = cumulated(step)
     piece = np.minimum((PIECES * way / max(way[-1], 1e-9)).astype(int), PIECES - 1)
     highest = np.zeros(PIECES, dtype=int)
     np.maximum.at(highest, piece[drawn], level[drawn])

@@ -11,8 +11,10 @@ from compgen.core.arrays import (
     BoolArray,
     IntArray,
     column_extremes,
+    cumulated,
     dot,
     frozen,
+    lengths_along,
     own,
     row_norms,
     step_lengths,
@@ -101,6 +103,12 @@ def test_unit_keeps_the_direction_and_takes_the_length():
     assert_allclose(np.linalg.norm(unit(a), axis=1), 1, rtol=1e-15)
     assert_allclose(unit(a) * np.linalg.norm(a, axis=1)[:, None], a, rtol=1e-14)
     assert_allclose(unit(np.array([[3.0, 0, 4]])), [[0.6, 0, 0.8]], rtol=1e-15)
+
+
+def test_steps_add_up_from_nothing_on():
+    assert np.array_equal(cumulated(np.array([2.0, 0.5, -1.0])), [0.0, 2.0, 2.5, 1.5])
+    assert np.array_equal(cumulated(np.zeros(0)), [0.0])
+    assert np.array_equal(lengths_along(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])), [0.0, 5.0, 6.0])
 
 
 @pytest.mark.parametrize(("count", "width"), [(1, 3), (7, 6), (8, 1), (20, 3), (21, 3)])

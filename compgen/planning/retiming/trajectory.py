@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, frozen, owns
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.units import MM
 from compgen.planning import joint_curve
@@ -109,9 +109,9 @@ def retime(
     speed = _programmed_speeds(arc, time, blocks, partition)
     if lines:
         word = _in_one_period(speed, arc, feeds, blocks, partition, robot.controller)
-        speed, time = word, _summed(np.where(word > speed, length / word, np.diff(time)))  # the text's are by words
+        speed, time = word, cumulated(np.where(word > speed, length / word, np.diff(time)))  # the text's are by words
     if robot.controller.rounds_up_to_period:
-        time = _summed(robot.controller.line_time(np.diff(time)))
+        time = cumulated(robot.controller.line_time(np.diff(time)))
     progress(1.0)
     return Trajectory(
         time=frozen(time),
@@ -120,11 +120,6 @@ def retime(
         phases=phases,
         utilisation=utilisation,
     )
-
-
-def _summed(taken: Array) -> Array:
-    """Times (N,) [s] at waypoints of segments that take (N - 1,) [s]."""
-    return np.concatenate([[0.0], np.cumsum(taken)])
 
 
 def _check_motion(robot: Robot, length: Array) -> None:

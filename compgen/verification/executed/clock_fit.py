@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, norm, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, norm, owns
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.overrides import timed_log
 from compgen.verification.executed.rates import SAME_RATE, Stretch, Windows, window_rates
@@ -139,7 +139,7 @@ class _Steady:
 def _planned_runs(course: ProgramCourse, edges: Array) -> tuple[Array, Array]:
     """Of runs between edges (R + 1,) [m]: time at written speeds, and with ramps, without waits, (R,) [s]."""
     clock = course.counted_clock() if course.counted else course.cruise
-    waited = np.append(0.0, np.cumsum(course.wait))[np.searchsorted(course.arc, edges - NODE)]
+    waited = cumulated(course.wait)[np.searchsorted(course.arc, edges - NODE)]
     return np.diff(course.at(clock, edges)), np.diff(course.at(course.planned, edges)) - np.diff(waited)
 
 
@@ -242,7 +242,7 @@ def _assessed(
     turns = _refined(time[rows], c[rows], stretches)
     rates, nominal = (np.array([getattr(s, name) for s in stretches]) for name in ("rate", "override"))
     knots = np.concatenate([[time[0]], turns, [time[-1]]])
-    fitted = np.interp(time[rows], knots, np.concatenate([[0.0], np.cumsum(rates * np.diff(knots))]))
+    fitted = np.interp(time[rows], knots, cumulated(rates * np.diff(knots)))
     begins = np.flatnonzero(np.append(True, np.diff(steady.run[rows]) != 0))
     ends = np.append(begins[1:], len(rows)) - 1
     which = np.repeat(np.arange(len(begins)), ends - begins + 1)
@@ -282,7 +282,7 @@ class _Between:
         course, arc = steady.course, steady.arc
         self.steady, self.a, self.held = steady, a, held
         self.first, self.last = np.searchsorted(course.arc, arc[a]), np.searchsorted(course.arc, arc[b])
-        cost, wait = (np.append(0.0, np.cumsum(each)) for each in (stop_costs(course), course.wait))
+        cost, wait = (cumulated(each) for each in (stop_costs(course), course.wait))
         self.ramps = (cost[self.last] - cost[self.first]) / override  # [s] by the plan
         self.waits = wait[self.last] - wait[self.first]  # [s] by the program
         self.is_hold = np.searchsorted(held, arc[b]) - np.searchsorted(held, arc[a]) > 0

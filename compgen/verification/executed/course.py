@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths, unit
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, owns, step_lengths, unit
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.robot.joint_path import arm_spread
@@ -123,7 +123,7 @@ class ProgramCourse:
 
 def clock_of(duration: Array) -> Array:
     """A clock of ways that take durations (N - 1,) [s], (N,) [s]."""
-    return np.concatenate([[0.0], np.cumsum(duration)])
+    return cumulated(duration)
 
 
 def divided(position: Array, via: BoolArray) -> tuple[Array, Array]:
@@ -176,4 +176,4 @@ def tangents_of(position: Array) -> Array:
 
 def arc_lengths_of(position: Array) -> Array:
     """Arc length at each node, (N,) [m]."""
-    return np.concatenate([[0.0], np.cumsum(step_lengths(position))])
+    return cumulated(step_lengths(position))

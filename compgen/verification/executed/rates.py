@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated
 
 WINDOW = 0.25  # [s] least
 WINDOW_ROWS = 8
@@ -112,7 +112,7 @@ def badness(stretches: tuple[Stretch, ...], spread: float) -> float:
 def _change_points(values: Array, penalty: float) -> list[int]:
     """Edges of stretches of equal values: least squares with a price on each edge, the best of all."""
     n = len(values)
-    total, squares = np.append(0.0, np.cumsum(values)), np.append(0.0, np.cumsum(values**2))
+    total, squares = cumulated(values), cumulated(values**2)
     best, before = np.full(n + 1, -penalty), np.zeros(n + 1, dtype=np.int64)
     for k in range(1, n + 1):
         j = np.arange(k)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, owns, step_lengths
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, lengths_along, owns, step_lengths
 from compgen.verification.executed.course import ProgramCourse
 
 GATE = 5e-3  # [m] off the course, and yet on it: corrections are clamped at 3 mm
@@ -86,7 +86,7 @@ def travelled_way(position: Array, noise: float) -> Array:
     kept, last = [0], position[rows[0]]
     steps = step_lengths(position[rows])
     if (steps > MOVED * noise).all():
-        return np.asarray(np.interp(np.arange(len(position)), rows, np.concatenate([[0.0], np.cumsum(steps)])))
+        return np.asarray(np.interp(np.arange(len(position)), rows, cumulated(steps)))
     least = (MOVED * noise) ** 2
     places = position[rows].tolist()
     x, y, z = last.tolist()
@@ -94,7 +94,7 @@ def travelled_way(position: Array, noise: float) -> Array:
         if (a - x) ** 2 + (b - y) ** 2 + (c - z) ** 2 > least:
             kept.append(k)
             x, y, z = a, b, c
-    way = np.concatenate([[0.0], np.cumsum(step_lengths(position[rows[kept]]))])
+    way = lengths_along(position[rows[kept]])
     return np.asarray(np.interp(np.arange(len(position)), rows[kept], way))
 
 

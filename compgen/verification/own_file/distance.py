@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, row_norms
+from compgen.core.arrays import Array, lengths_along, row_norms
 from compgen.core.units import MM
 from compgen.job.own_file import OwnFile
 
@@ -68,7 +68,7 @@ class _Group(NamedTuple):
 
 
 def _groups(corner: Array, place: Array) -> Iterator[_Group]:
-    way, flown = (np.concatenate([[0.0], np.cumsum(row_norms(np.diff(p, axis=0)))]) for p in (corner, place))
+    way, flown = (lengths_along(p) for p in (corner, place))
     size = max(GROUP, way[-1] / GROUPS)
     first = begin = 0
     while first < len(corner) - 1:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, column_extremes, frozen, owns
+from compgen.core.arrays import Array, IntArray, column_extremes, cumulated, frozen, owns
 from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
@@ -198,7 +198,7 @@ class PreparedProgram:
         taken = whole if controller.rounds_up_to_period else duration
         factor = np.diff(self.timing.time) / taken
         timing = self.timing._replace(
-            time=np.concatenate([[0.0], np.cumsum(taken)]),
+            time=cumulated(taken),
             unrounded=self.timing.unrounded / share,
             rounded_up=float(whole.sum()),
             driven=self.timing.driven * factor,

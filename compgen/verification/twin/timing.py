@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arcs import statement_starts
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated
 from compgen.program.program import Program
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Controller, Robot
@@ -117,10 +117,10 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
     whole = statement_times(robot.controller, driven.duration, program.via, rounds_up=True)
     taken = whole if robot.controller.rounds_up_to_period else driven.duration
     return ProgramTiming(
-        time=np.concatenate([[0.0], np.cumsum(taken)]),
+        time=cumulated(taken),
         driven=way / taken,
         highest=driven.highest * (driven.duration / taken),
-        unrounded=np.concatenate([[0.0], np.cumsum(driven.duration)]),
+        unrounded=cumulated(driven.duration),
         at_word=driven.at_word,
         rounded_up=float(whole.sum()),
     )
@@ -162,7 +162,7 @@ class _Passed(NamedTuple):
         other = passed() if segments.any() else self
         took = np.where(segments, np.diff(other.time), np.diff(self.time))
         pairs = ((other.rate, self.rate), (other.held, self.held))
-        return _Passed(np.append(0.0, np.cumsum(took)), *(np.where(segments, *pair) for pair in pairs))
+        return _Passed(cumulated(took), *(np.where(segments, *pair) for pair in pairs))
 
 
 def _passed(settling: Settling, taken: Array, fine: BoolArray) -> _Passed:
@@ -176,8 +176,8 @@ def _passed(settling: Settling, taken: Array, fine: BoolArray) -> _Passed:
     stops = np.flatnonzero(fine)
     run = np.cumsum(fine)[:-1] - 1
     commanded = np.add.reduceat(taken, stops[:-1])
-    begin = np.concatenate([[0.0], np.cumsum(commanded + settling.time)])[run]
-    first = np.concatenate([[0.0], np.cumsum(commanded)])[run]
+    begin = cumulated(commanded + settling.time)[run]
+    first = cumulated(commanded)[run]
     share = np.where(fine[1:], commanded[run], np.minimum(np.cumsum(taken) - first, commanded[run]))
     after = settling.passed(share, commanded[run])
     before = np.where(fine[:-1], 0.0, np.append(0.0, after[:-1]))
@@ -270,7 +270,7 @@ def _speeds(lines: _Lines, a_up: Array, a_down: Array) -> tuple[Array, Array, Ar
 
 def _rising(limit: Array, step: Array) -> Array:
     """The largest values within limits (N,) that rise from one to the next by no more than steps (N - 1,)."""
-    sum_of_steps = np.concatenate([[0.0], np.cumsum(step)])
+    sum_of_steps = cumulated(step)
     return np.asarray(np.clip(np.minimum.accumulate(limit - sum_of_steps) + sum_of_steps, 0.0, limit))
 
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, owns, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.program.program import Program
@@ -44,7 +44,7 @@ class WrittenPath:
 
     def arcs(self) -> Array:
         """Length of the path at each position, (N,) [m]."""
-        return np.concatenate([[0.0], np.cumsum(self.sweep.length)])
+        return cumulated(self.sweep.length)
 
     def places(self, segment: IntArray, fraction: Array) -> Array:
         """Places (M, 3) [m] at fractions (M,) of segments (M,)."""
@@ -109,7 +109,7 @@ class CommandClock:
     def on_samples(self, step: float) -> "CommandClock":
         """With every run begun on a sample [s], up to a step later: then the stop before it is seen at rest."""
         gaps = step * np.ceil(np.diff(self.begin) / step - SAME_PERIOD)
-        begin = np.concatenate([[0.0], np.cumsum(gaps)])
+        begin = cumulated(gaps)
         return replace(self, begin=begin, end=float(begin[-1] + self.end - self.begin[-1]))
 
     def position_numbers(self, time: Array) -> Array:
@@ -134,17 +134,15 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0) -> Com
     """
     program, length, period = path.program, path.sweep.length, robot.controller.period
     smoothed = robot.motion is not None and robot.motion.is_smooth
-    statement = statement_times(
-        length, program.speed * override, period, rounds_up=robot.controller.rounds_up_to_period, via=program.via
-    )
+    statement = _statements(robot, path, override)
     wait = 0.0 if robot.motion is None else robot.motion.settling
     stops = np.flatnonzero(program.fine)
     exact = np.add.reduceat(statement_times(length, program.speed, period, rounds_up=False), stops[:-1])
     ramps = 0.0 if smoothed else np.maximum(np.diff(path.time[stops]) - exact, 0.0) / override
-    arrive = np.concatenate([[0.0], np.cumsum(statement)])
+    arrive = cumulated(statement)
     at_speed = np.diff(arrive[stops])
     duration = at_speed + ramps
-    begin = np.concatenate([[0.0], np.cumsum(duration + wait)])
+    begin = cumulated(duration + wait)
     return CommandClock(
         begin=begin[:-1],
         duration=duration,
@@ -157,10 +155,19 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0) -> Com
 
 def first_statements(robot: Robot, path: WrittenPath, override: float = 1.0) -> Array:
     """How long the statement takes that each run from a stop to the next begins with, (R,) [s]."""
-    speed, via, controller = path.program.speed * override, path.program.via, robot.controller
-    rounds_up = controller.rounds_up_to_period
-    time = statement_times(path.sweep.length, speed, controller.period, rounds_up=rounds_up, via=via)
-    return first_of_runs(time, path.program)
+    return first_of_runs(_statements(robot, path, override), path.program)
+
+
+def _statements(robot: Robot, path: WrittenPath, override: float) -> Array:
+    """How long each segment takes at an override, (N - 1,) [s]."""
+    program, controller = path.program, robot.controller
+    return statement_times(
+        path.sweep.length,
+        program.speed * override,
+        controller.period,
+        rounds_up=controller.rounds_up_to_period,
+        via=program.via,
+    )
 
 
 def first_of_runs(time: Array, program: Program) -> Array:
