@@ -61,10 +61,8 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
             size = beyond_text(value / factor, bound / factor, 3)
             message = f"{size} {unit} after correction is above bounds.{key} = {bound / factor:g}"
             message += f"; worst {extent.where:.3f} m along the path"
-            if level is Level.OUTSIDE:
-                message += f"; {rounded_up(value / factor):g} can be kept"
-            if level is Level.NOTE:
-                message += ", off the part, where no bound is judged"
+            can_be_kept = f"; {rounded_up(value / factor):g} can be kept"
+            message += can_be_kept if level is Level.OUTSIDE else ", off the part, where no bound is judged"
             findings.append(Finding(level, code, message))
     if bounds == Bounds():
         message = "[bounds] of the path file gives none: nothing says whether this is good enough; give bounds.max_um"

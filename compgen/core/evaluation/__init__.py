@@ -11,7 +11,6 @@ import ctypes
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -114,14 +113,9 @@ def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ..
         instructions = instructions_of(function)
         parallel_for(N, lambda start, stop: run(instructions, rows, outputs, start, stop))
         return tuple(outputs)
-    buffers, arguments = _arguments(rows, outputs)
-    parallel_for(N, partial(_call, compiled, arguments, (buffers, outputs)))
+    _buffers, pointers = _arguments(rows, outputs)  # a compiled function gets pointers only, into what is kept here
+    parallel_for(N, lambda start, stop: compiled(start, stop, *pointers))
     return tuple(outputs)
-
-
-def _call(compiled: Any, arguments: tuple[Any, ...], buffers: Any, start: int, stop: int) -> None:
-    """Call a compiled function, which gets pointers only: ``buffers`` keeps alive what they point to."""
-    compiled(start, stop, *arguments)
 
 
 def _compiled(function: Any) -> Any:
