@@ -52,15 +52,6 @@ class LocalProgram:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Endpoint:
-    """Where the iteration ended, and how."""
-
-    x: Array  # (N, 6) [um]
-    status: Status
-    iterations: int
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class _Iterate:
     x: Array  # (N, 6)
     s: Values
@@ -93,7 +84,7 @@ def solve(
     start: Array,
     free: BoolArray,
     progress: Callable[[float], None] = lambda share: None,
-) -> Endpoint:
+) -> tuple[Array, Status]:
     """The optimum of the free waypoints (N,), the others as they are.
 
     Args:
@@ -102,6 +93,9 @@ def solve(
         start: (N, 6) [um].
         free: (N,).
         progress: Called with the share done, a guess.
+
+    Returns:
+        Where the iteration ended, (N, 6) [um], and how.
     """
     local = linearise(start)
     at = _first_iterate(local)
@@ -111,7 +105,7 @@ def solve(
         try:
             system = _assemble_system(local, smoothness, free, at)
         except (LinAlgError, ValueError):
-            return Endpoint(start, Status.FAILED, iteration + 1)
+            return start, Status.FAILED
         mu = _inner_product(at.s, at.lam) / count
         step = _newton_step(system, _choose_target(system, mu, count))
         primal, dual = _step_length(at.s, step.ds), _step_length(at.lam, step.dlam)
@@ -124,10 +118,10 @@ def solve(
         primal_residual = max(float(np.abs(r).max(initial=0.0)) for r in at.r)
         progress(min(0.99, (iteration + 1) / 30))
         if max(float(k.max(initial=0.0)) for k in lam) > MAX_MULTIPLIER or not np.isfinite(last_step):
-            return Endpoint(start, Status.FAILED, iteration + 1)
+            return start, Status.FAILED
         if last_step < TOLERANCE and primal_residual < TOLERANCE and mu < 2 * FINAL_MU and not relinearise:
             break
-    return Endpoint(at.x, Status.CONVERGED if last_step < 10 * TOLERANCE else Status.UNSETTLED, iteration + 1)
+    return at.x, Status.CONVERGED if last_step < 10 * TOLERANCE else Status.UNSETTLED
 
 
 def _first_iterate(local: LocalProgram) -> _Iterate:

@@ -289,6 +289,6 @@ def solve_stretch(
             )
         return LocalProgram(x, transposed_times(E, weight * e), hessian, constraints)
 
-    end = interior_point.solve(linearise, smoothness, start / unit, free, progress)
-    solved = free & (end.status is not Status.FAILED)
-    return Optimum(np.where(solved[:, None], end.x * unit, start), end.status, end.iterations)
+    end, status = interior_point.solve(linearise, smoothness, start / unit, free, progress)
+    solved = free & (status is not Status.FAILED)
+    return Optimum(np.where(solved[:, None], end * unit, start), status)
