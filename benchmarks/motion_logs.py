@@ -290,7 +290,7 @@ def flown(run: LoggedRun, time: Array, means: Sequence[ControllerMotion]) -> Arr
     lines = np.diff(run.places, axis=0)
     speed, kept = (float(re.search(word, run.words[0])[1]) for word in (r"(\d+)mm/sec", r"CNT(\d+)"))  # type: ignore[index]
     takes = step * np.ceil(np.linalg.norm(lines, axis=1) / speed / step - 1e-6)
-    waits = corner_wait(replace(robot, motion=means[0]), np.array([kept / 100, 1.0]))
+    waits = corner_wait(replace(robot, motion=means[0]), np.array([kept / 100, 1.0]), np.full(2, means[0].reach_at))
     begins = takes[0] * np.array([0, 1]) + waits[0] * np.array([0, 1])
     gone = sum(
         smooth(np.clip((time - begin) / take, 0, 1)[:, None] * line, step, motion)

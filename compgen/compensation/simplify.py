@@ -87,7 +87,7 @@ def _is_within(path: ToolPath, correction: Array, first: IntArray, last: IntArra
     fraction = _fraction(path, first, middle, last)
     bend = norm(correction[middle] - (1 - fraction) * correction[first] - fraction * correction[last])
     near = chord / (SIDES if path.balance.any() else 1.0) + bend <= tolerance
-    for row in ((3 * first + last) // 4, middle):  # a turn that swings has none in the middle
+    for row in ((3 * first + last + 3) // 4, middle, (first + 3 * last) // 4):  # one that swings has none in the middle
         near &= _turned(path, first, row, last) <= AXES
     return np.asarray(near)
 

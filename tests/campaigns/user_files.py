@@ -88,6 +88,7 @@ def stl(rng, folder):
             Mesh.of_corners(corners),
             np.zeros(3),
             "part.stl",
+            1e-5,
             0.0,
         )
         points = laid.points.position[laid.points.contact] / MM

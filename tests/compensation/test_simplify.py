@@ -52,4 +52,5 @@ def test_a_tool_that_turns_keeps_its_waypoints():
     assert len(thin.arc) < len(path.arc)
     segments = np.arange(len(thin.piece))
     start, middle, end = (thin.at(segments, np.full(len(segments), u))[0].rotation[:, :, 2] for u in (0.0, 0.5, 1.0))
-    assert np.linalg.norm((start + end) / 2 - middle, axis=1).max() < 4e-4  # 23 mdeg
+    half_way = (start + end) / np.linalg.norm(start + end, axis=1)[:, None]
+    assert np.linalg.norm(half_way - middle, axis=1).max() < 2e-4  # 11 mdeg
