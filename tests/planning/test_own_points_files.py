@@ -362,7 +362,7 @@ def test_godlta_counts_from_where_the_tool_stood(tmp_path):
 def test_the_axis_of_where_the_machine_stood_holds_until_another_one(tmp_path):
     points = read_apt(written(tmp_path, "FROM/0,0,9,0.6,0,0.8\nGOTO/0,0,0\nGOTO/1,0,0,0,0,1\n"))
     assert points.normal is not None
-    assert_allclose(points.normal, [[0.6, 0, 0.8], [0, 0, 1]])
+    assert_allclose(points.normal, np.array([[0.6, 0.0, 0.8], [0.0, 0.0, 1.0]]))
     assert read_apt(written(tmp_path, "FROM/0,0,9,0,0,1\nGOTO/0,0,0\nGOTO/1,0,0\n")).normal is None
 
 
