@@ -103,9 +103,9 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     place = int(first.plan.drive.reached[at])
     known = _known_at(place, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
-    air, heat = as_written.air if begun.air is None else begun.air, begun.cell.heat
+    air, heat = old.options.air if begun.air is None else begun.air, begun.cell.heat
     passed = heat.rate * known.motion().time[place]
-    by_air = heat.ambient * (air - as_written.air) * -np.expm1(-passed)
+    by_air = heat.ambient * (air - old.options.air) * -np.expm1(-passed)
     started = as_written.start + _grown_back(begun.state - known.state - by_air, passed)
     rest = replace(job, options=replace(job.options, air=air, judged_from=at))
     new = _corrected(rest, _beginning(begun.cell, started), (), progress)
@@ -138,8 +138,7 @@ class _AsWritten(NamedTuple):
 
     cell: Cell
     start: Array  # (S,) thermal state when the program began
-    air: float  # [K] above the reference, since then
-    correction: Correction
+    correction: Correction  # its options say how warm the air was since then
 
 
 def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress: Progress) -> _AsWritten:
@@ -147,21 +146,21 @@ def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress
     cell, heat, air = job.cell, job.cell.heat, job.options.air
     if not earlier:
         duties = with_losses(heat, job.before, first.plan.drive.joint_motion())
-        return _AsWritten(cell, state_after(heat, duties, air=still_air(air)), air, first)
+        return _AsWritten(cell, state_after(heat, duties, air=still_air(air)), first)
     where, start = job.written.manifest_file, np.array(earlier[-1]["start_state"])
     if len(start) != len(heat.rate):
         raise InputError(f"{where}: resumed: start_state is of another thermal model; {ANEW}")
     if anchored := next((entry["state_toml"] for entry in reversed(earlier) if entry.get("state_toml")), ""):
         cell = with_state_text(job.plain, anchored, f"{where}: resumed.state_toml")
-    air = float(earlier[-1].get("air_K", air))
-    in_air = replace(job, options=replace(job.options, air=air))
+    in_air = replace(job, options=replace(job.options, air=float(earlier[-1].get("air_K", air))))
     again = _corrected(_unjudged(in_air), _beginning(cell, start), (), progress)
-    return _AsWritten(cell, start, air, again)
+    return _AsWritten(cell, start, again)
 
 
 def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
     """The robot at a place of the motion by the day so far."""
-    heat, start, air = written.cell.heat, written.start, still_air(written.air)
+    heat, start, options = written.cell.heat, written.start, written.correction.options
+    air = still_air(options.air)
     (standing,) = with_losses(heat, [STANDING], motion)
     return Known(
         cell=written.cell,
@@ -172,9 +171,9 @@ def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion,
         air=air,
         standing=standing,
         motion=lambda: motion,
-        logged=lambda: Logged(AmbientTable(reference_degC=written.correction.options.reference), None),
+        logged=lambda: Logged(AmbientTable(reference_degC=options.reference), None),
         earlier=tuple(earlier),
-        measured_air=written.air,
+        measured_air=options.air,
     )
 
 
