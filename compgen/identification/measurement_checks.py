@@ -246,10 +246,16 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
     def distance_of(pendant: Array) -> Array:
         return _distances(model, rows, robot.to_theta(pendant), 1.0, frames)
 
-    better = better_reading(robot.to_pendant(rows.theta), distance_of, has_coupling=bool(robot.pendant_map[2, 1]))
-    _check_mirrored(model, rows, frames, better)
+    as_given = _mean(_distances(model, rows, rows.theta, 1.0, frames))
+    if as_given <= SUSPECT:
+        return
+    pendant, has_coupling = robot.to_pendant(rows.theta), bool(robot.pendant_map[2, 1])
+    better = better_reading(pendant, distance_of, as_given, has_coupling=has_coupling)
+    limit = as_given / BETTER if better is None else better[1]
+    if frames is None and int(rows.kind[0]) != DISTANCE:
+        _check_mirrored(model, rows, as_given, min(limit, 2 * SUSPECT))
     if better is not None:
-        words, as_given, explained = better
+        words, explained = better
         raise InputError(
             f"{rows.file()}: the nominal arm misses the {_MEASURED[int(rows.kind[0])].words} by "
             f"{as_given / MM:.0f} mm, and by {explained / MM:.1f} "
@@ -257,15 +263,10 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
         )
 
 
-def _check_mirrored(
-    model: ArmModel, rows: Measurements, frames: InstrumentFrames | None, better: tuple[str, float, float] | None
-) -> None:
-    """Raises InputError where mirrored places explain the joints much better, and better than another reading."""
-    if frames is not None or int(rows.kind[0]) == DISTANCE:
-        return
-    as_given, mirrored = (_mean(_distances(model, rows, rows.theta, factor, frames)) for factor in (1.0, MIRROR))
-    limit = as_given / BETTER if better is None else better[2]
-    if as_given > SUSPECT and mirrored < min(limit, 2 * SUSPECT):
+def _check_mirrored(model: ArmModel, rows: Measurements, as_given: float, limit: float) -> None:
+    """Raises InputError where mirrored places explain the joints to less than a limit [m], better than as given."""
+    mirrored = _mean(_distances(model, rows, rows.theta, MIRROR, None))
+    if mirrored < limit:
         words = _MEASURED[int(rows.kind[0])].words
         raise InputError(
             f"{rows.file()}: the nominal arm misses the {words} by {as_given / MM:.0f} mm, and by {mirrored / MM:.1f} "
@@ -341,21 +342,19 @@ def readings(*, has_coupling: bool) -> list[Reading]:
 
 
 def better_reading(
-    pendant: Array, distance_of: Callable[[Array], Array], *, has_coupling: bool
-) -> tuple[str, float, float] | None:
+    pendant: Array, distance_of: Callable[[Array], Array], as_given: float, *, has_coupling: bool
+) -> tuple[str, float] | None:
     """What explains measured places much better than the angles as they stand.
 
     Args:
         pendant: Angles of the poses, (M, 6) [rad].
-        has_coupling: Whether the robot file counts J3 against the horizontal.
         distance_of: Distances of the rows from the nominal arm at pendant angles, (M, 6) [rad] to (N,) [m].
+        as_given: Their mean as the angles stand [m].
+        has_coupling: Whether the robot file counts J3 against the horizontal.
 
     Returns:
-        In words, the mean distance as it stands and as it then is [m]; None where nothing is much better.
+        In words, and the mean distance as it then is [m]; None where nothing is much better.
     """
-    as_given = _mean(distance_of(pendant))
-    if as_given <= SUSPECT:
-        return None
     words: list[str] = []
     best, angles = as_given, pendant
     for _ in range(2):
@@ -369,7 +368,7 @@ def better_reading(
         best, angles = nearest, reading.of(angles)
         if best * BETTER < as_given and best < 2 * SUSPECT:
             break
-    return ("; ".join(words), as_given, best) if words and best * BETTER < as_given else None
+    return ("; ".join(words), best) if words and best * BETTER < as_given else None
 
 
 def _mean(distance: Array) -> float:
