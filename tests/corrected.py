@@ -23,7 +23,7 @@ HOME = (10.0, 20.0, -15.0, 30.0, -60.0, 45.0)
 
 
 def corrected(data, cell, frames=None, before=(WARM,), **options):
-    return correct(data, cell, frames or default_frames(), load_before(before), Options(**options), quiet)
+    return correct(data, cell, frames or default_frames(), load_before(before).duties, Options(**options), quiet)
 
 
 def pose(position, uf=None):

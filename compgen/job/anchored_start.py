@@ -1,7 +1,6 @@
 """A state in place of history: the cell that begins with it, its base moved and its drifting numbers changed."""
 
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -179,26 +178,31 @@ def seconds_of_age(text: str | None) -> float:
     return 0.0 if text is None else duration(text, "--state-age")
 
 
+class Before(NamedTuple):
+    """What was before a program that exists, as it is typed."""
+
+    duties: tuple[Duty, ...] = ()
+    air: float | None = None  # [K] above the reference, then and while it runs; None: nobody says
+    reference: float = AmbientTable().reference_degC  # [degC] at which the robot was calibrated
+
+
 class Beginning(NamedTuple):
     """The cell of a program that exists, and what was before it."""
 
     cell: Cell
     before: tuple[Duty, ...]
     air: float  # [K] above the reference, then and while it runs
-    reference: float = AmbientTable().reference_degC  # at which it was calibrated
+    reference: float  # [degC] at which it was calibrated
 
 
-def begin(
-    cell: Cell, before: Sequence[Duty], source: str | None, age: str | None, air: float | None = None
-) -> Beginning:
+def begin(cell: Cell, before: Before, source: str | None, age: str | None) -> Beginning:
     """A cell with what was before a program that exists, in words or by a state.
 
     Args:
         cell: The robot.
-        before: What it did.
+        before: What it did; air that nobody says is as the state has it, or as warm as the reference.
         source: A state's file in place of that; None: there is none.
         age: How long ago it was, as it is typed.
-        air: How much warmer than the reference it is [K]; default as the state has it, or not at all.
 
     Raises:
         InputError: Both a history and a state, or a state that cannot stand in its place.
@@ -206,14 +210,14 @@ def begin(
     since = seconds_of_age(age)
     if source is None:
         state_overrides("", None, since)
-        return Beginning(cell, tuple(before), air or 0.0)
-    if before:
+        return Beginning(cell, before.duties, before.air or 0.0, before.reference)
+    if before.duties:
         raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
     state = load_state(source, cell, since)
     cell = cell_with_state(cell, state, source)
     cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "")))
     standing = (replace(STANDING, duration=since),) if since > 0 else ()
-    return Beginning(cell, standing, state.air if air is None else air)
+    return Beginning(cell, standing, state.air if before.air is None else before.air, before.reference)
 
 
 def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:

@@ -54,7 +54,7 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
     frames = Frames(dict.fromkeys(range(KNOWN), IDENTITY), dict.fromkeys(range(KNOWN), IDENTITY))
     robot = str(Path(__file__).resolve().parents[2] / "robots" / "m710ic50.toml")
     hot, rigid = load_cell(robot), load_cell(robot, ["thermal.cte_um_m_K=0"])
-    before = load_before(["moving 200mm/s 6h"])
+    before = load_before(["moving 200mm/s 6h"]).duties
     choices = (
         (hot, Options()),
         (hot, Options(split=True, insert=5e-6)),

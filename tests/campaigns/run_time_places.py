@@ -418,7 +418,7 @@ def corrected(seed, cell):
     rng = random.Random(seed)
     text = program(rng)
     frames = frames_of_cell()
-    before = load_before(("moving 200mm/s 6h",))
+    before = load_before(("moving 200mm/s 6h",)).duties
     result = correct(text.encode("ascii"), cell, frames, before, Options(), lambda stage, share: None, BESIDE.get)
     plan, first = result.plan, int(result.plan.program.statements[0])
     if not result.changed:

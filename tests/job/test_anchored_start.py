@@ -17,7 +17,7 @@ import compgen
 from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, MINUTE, UM
 from compgen.error_model.anchored_state import read_state, state_text
-from compgen.job.anchored_start import begin, seconds_of_age
+from compgen.job.anchored_start import Before, begin, seconds_of_age
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
@@ -222,7 +222,7 @@ def test_ages_have_units():
 
 def test_a_program_that_exists_is_corrected_for_the_air_of_its_state(hot, tmp_path):
     state = written(state_of(hot, air=-6.0), tmp_path)
-    assert begin(hot.cell, (), state, "20min").air == -6.0
-    assert begin(hot.cell, (), state, "20min", 2.5).air == 2.5
-    assert begin(hot.cell, (), None, None).air == 0.0
-    assert begin(hot.cell, (), None, None, 2.5).air == 2.5
+    assert begin(hot.cell, Before(), state, "20min").air == -6.0
+    assert begin(hot.cell, Before(air=2.5), state, "20min").air == 2.5
+    assert begin(hot.cell, Before(), None, None).air == 0.0
+    assert begin(hot.cell, Before(air=2.5), None, None).air == 2.5

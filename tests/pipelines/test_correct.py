@@ -19,7 +19,7 @@ from compgen.core.pose import Pose
 from compgen.fanuc import compose
 from compgen.fanuc.editing.numbers import format_like
 from compgen.pipelines.correct import Options, correct
-from compgen.pipelines.correct.program_file import load_air, load_before
+from compgen.pipelines.correct.program_file import load_before
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
@@ -393,15 +393,15 @@ def test_the_arm_is_as_much_warmer_as_the_air(moves, hours, starts, hot):
 
 
 def test_a_file_says_how_warm_the_air_is(tmp_path):
-    day = tmp_path / "day.toml"
+    day, idle = tmp_path / "day.toml", Duty("idle", 0.0, 3600.0)
 
     def loaded(text):
         day.write_text(text)
-        return load_air(("moving 200mm/s 5h", str(day))), load_before((str(day),))
+        return load_before(("idle 1h", str(day)))
 
-    assert loaded("[ambient]\nvalue_degC = 27\nreference_degC = 22\n") == ((5.0, 22.0), ())
-    assert loaded('[[before]]\nstate = "off"\nduration_h = 1\n') == ((None, 20.0), (Duty("off", 0.0, 3600.0),))
-    assert loaded("[ambient]\nclock_h = 7\n")[0] == (None, 20.0)
+    assert loaded("[ambient]\nvalue_degC = 27\nreference_degC = 22\n") == ((idle,), 5.0, 22.0)
+    assert loaded('[[before]]\nstate = "off"\nduration_h = 1\n') == ((idle, Duty("off", 0.0, 3600.0)), None, 20.0)
+    assert loaded("[ambient]\nclock_h = 7\n") == ((idle,), None, 20.0)
     with pytest.raises(InputError, match=r"day\.toml: ambient\.kind: a program that exists takes air that stays"):
         loaded('[ambient]\nkind = "wave"\namplitude_K = 3\n')
     for key in ("shift", "start", "log", "state", "cycle", "befor", "Ambient"):
@@ -524,7 +524,7 @@ def test_a_called_program_waits_as_it_is_listed(does, hot):
     q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
     data = program(["J P[1] 10% FINE", "CALL REST", "L P[2] 50mm/sec FINE"], [at(1, HOME), at(2, q)])
     rest, pause = program(does, [at(1, HOME)], name="REST"), program(["WAIT 7200.00(sec)"], [], name="PAUSE")
-    before = load_before(["moving 200mm/s 6h"])
+    before = load_before(["moving 200mm/s 6h"]).duties
     result = correct(data, hot, default_frames(), before, Options(), quiet, {"REST": rest, "PAUSE": pause}.get)
     cooled = naive_heat.rises([("moving", 200.0, 6.0), ("idle", 0.0, 2.0)])
     assert naive_heat.WARM["j3"] - cooled["j3"] > 2

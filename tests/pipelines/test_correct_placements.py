@@ -58,7 +58,7 @@ def registers(tmp_path, **values):
 
 def run(data, cell, frames=None, table_of=None, programs=None, **options):
     find = (programs or {}).get
-    return correct(data, cell, frames or MANY, load_before((WARM,)), Options(**options), quiet, find, table_of)
+    return correct(data, cell, frames or MANY, load_before((WARM,)).duties, Options(**options), quiet, find, table_of)
 
 
 def numbers(data, n):
@@ -350,7 +350,7 @@ def test_an_arm_on_a_rail_that_stands_still_is_corrected_where_it_stands(hot, tm
     frames = load_frames(table(tmp_path, rail((1500, BASE), (0, (0,) * 6))))
     points = [on_rail(n, j, 1500.0, BASE) for n, j in ((1, HOME), (2, THERE), (3, AWAY))]
     data = program([GO, "L P[1] 50mm/sec FINE", "L P[2] 50mm/sec FINE", GO], points)
-    result = correct(data, hot, frames, load_before((WARM,)), Options(), quiet)
+    result = correct(data, hot, frames, load_before((WARM,)).duties, Options(), quiet)
     assert changed(data, result) == {1, 2, 3}
     assert not result.plan.scope.unsafe
     for n, guess in ((1, HOME), (2, THERE), (3, AWAY)):
@@ -371,7 +371,8 @@ def test_positions_are_told_in_the_cells_world_in_the_report(hot, tmp_path):
 
     frames = load_frames(table(tmp_path, rail((1500, BASE))))
     data = program([GO, "L P[1] 50mm/sec FINE"], [on_rail(1, HOME, 1500.0, BASE), on_rail(3, AWAY, 1500.0, BASE)])
-    rows = correction_csv(correct(data, hot, frames, load_before((WARM,)), Options(), quiet)).decode().split("\n")
+    result = correct(data, hot, frames, load_before((WARM,)).duties, Options(), quiet)
+    rows = correction_csv(result).decode().split("\n")
     head, last = rows[0].split(","), rows[2].split(",")
     told = [float(last[head.index(k)]) for k in ("x_mm", "y_mm", "z_mm")]
     assert told == pytest.approx(numbers(data, 1)[:3], abs=2e-3)
@@ -390,7 +391,7 @@ def test_an_axis_whose_kind_or_base_is_not_told_holds_its_positions(text, value,
     frames = load_frames(table(tmp_path, text))
     points = [on_rail(n, j, value, (0,) * 6, unit) for n, j in ((1, HOME), (3, AWAY))]
     data = program([GO, "L P[1] 50mm/sec FINE"], points)
-    result = correct(data, hot, frames, load_before((WARM,)), Options(), quiet)
+    result = correct(data, hot, frames, load_before((WARM,)).duties, Options(), quiet)
     assert result.text == data
     assert all(reason in u.reason for u in result.plan.scope.unsafe)
     assert {u.text for u in result.plan.scope.unsafe} == {"P[1]", "P[3]"}
@@ -399,7 +400,7 @@ def test_an_axis_whose_kind_or_base_is_not_told_holds_its_positions(text, value,
 def test_a_position_that_does_not_say_where_the_arm_stands_is_held(hot, tmp_path):
     frames = load_frames(table(tmp_path, rail((0, (0,) * 6))))
     data = program([GO, "L P[1] 50mm/sec FINE"], [at(1, HOME), on_rail(3, AWAY, 0.0, (0,) * 6)])
-    result = correct(data, hot, frames, load_before((WARM,)), Options(), quiet)
+    result = correct(data, hot, frames, load_before((WARM,)).duties, Options(), quiet)
     assert changed(data, result) <= {3}
     assert any("does not say where" in u.reason and u.text == "P[1]" for u in result.plan.scope.unsafe)
 
@@ -411,7 +412,7 @@ def test_where_the_axis_moves_the_station_is_held_and_the_others_are_not(hot, tm
     points += [on_rail(4, THERE, 2500.0, other), on_rail(5, HOME, 2500.0, other)]
     moves = ["J P[1] 10% FINE", "L P[2] 50mm/sec FINE", "J P[4] 10% FINE", "L P[5] 50mm/sec FINE"]
     data = program(moves, points)
-    result = correct(data, hot, frames, load_before((WARM,)), Options(), quiet)
+    result = correct(data, hot, frames, load_before((WARM,)).duties, Options(), quiet)
     assert changed(data, result) == {2, 5}  # to P[4] it moves, to P[1] it may
     carried = [u for u in result.plan.scope.unsafe if "moves on the way there" in u.reason]
     assert [u.text.split("]")[0] for u in carried] == ["J P[1", "J P[4"]
@@ -421,11 +422,11 @@ def test_a_positioner_that_stands_still_leaves_the_arm_where_it_is(hot, tmp_path
     frames = load_frames(table(tmp_path, "[extended.E1]\nkind = 'positioner'\n"))
     points = [at(n, j, more=",\n\tE1=  30.000 deg") for n, j in ((1, HOME), (3, AWAY))]
     data = program([GO, "L P[1] 50mm/sec FINE", GO], points)
-    result = correct(data, hot, frames, load_before((WARM,)), Options(), quiet)
+    result = correct(data, hot, frames, load_before((WARM,)).duties, Options(), quiet)
     assert changed(data, result) == {1, 3}
     assert missed_um(data, result.text, 1, HOME) < ROUNDED_UM
     turning = data.replace(b"E1=  30.000", b"E1=  40.000", 1)
-    assert correct(turning, hot, frames, load_before((WARM,)), Options(), quiet).text == turning
+    assert correct(turning, hot, frames, load_before((WARM,)).duties, Options(), quiet).text == turning
 
 
 BAD_TABLES = [

@@ -20,7 +20,7 @@ from compgen.core.units import HOUR, MINUTE
 from compgen.fanuc import LsProgram, loads
 from compgen.fanuc.analysis.inspection import inspect, robots_named
 from compgen.fanuc.analysis.watermark import Mark, carries_mark
-from compgen.job.anchored_start import Beginning, begin
+from compgen.job.anchored_start import Before, Beginning, begin
 from compgen.pipelines.files.robot_file import known_robots, load_cell, load_robot
 from compgen.pipelines.files.schema import HISTORY, BeforeFile, PathFile
 from compgen.program.frames import Frames, default_frames, load_frames
@@ -68,8 +68,7 @@ def cell_of_program(
     """
     with nullcontext() if file is None else naming_file(file):
         chosen = robot_of_program(content) if robot is None else robot
-    air, reference = load_air(before)
-    return begin(load_cell(chosen, overrides), load_before(before), state, state_age, air)._replace(reference=reference)
+    return begin(load_cell(chosen, overrides), load_before(before), state, state_age)
 
 
 def read_frames(path: str | None) -> Frames:
@@ -202,42 +201,31 @@ def inspect_file(file: str, robot: str | None, frames: Frames, registers: Mappin
     return report
 
 
-def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
-    """What the cell did before, from the command line.
+def load_before(items: Sequence[str]) -> Before:
+    """What the cell did before, from the command line; how warm the air is, by the last item that says it.
 
     Args:
-        items: In order; each a TOML file with [[before]] tables, or a stretch in words: state, feed and duration, as in
-            ``moving 200mm/s 5h``, ``idle 30min``, ``off 16h``, or as a table has it, ``feed_mm_s=200 duration_h=5``.
+        items: In order; each a TOML file with [[before]] and [ambient], or a stretch in words: state, feed and
+            duration, as in ``moving 200mm/s 5h``, ``idle 30min``, ``off 16h``, or as a table has it,
+            ``feed_mm_s=200 duration_h=5``.
 
     Raises:
-        InputError: Not understood; says which and how it is written.
+        InputError: Not understood, or air that changes with time; says which and how it is written.
     """
     duties: list[Duty] = []
-    for item in items:
-        if item.endswith(".toml"):
-            duties += _plain_duties(_day_file(item).before, item)
-        else:
-            where = f"--before '{item}'"
-            duties += _plain_duties(check(BeforeFile, {"before": [stretch(item)]}, where).before, where)
-    return tuple(duties)
-
-
-def load_air(items: Sequence[str]) -> tuple[float | None, float]:
-    """How much warmer than the reference the air is [K], by the last of ``load_before``'s items that says it, and that.
-
-    Raises:
-        InputError: It changes with time.
-    """
     air, reference = None, AmbientTable().reference_degC
     for item in items:
-        table = _day_file(item).ambient if item.endswith(".toml") else AmbientTable()
+        where = item if item.endswith(".toml") else f"--before '{item}'"
+        day = _day_file(item) if where == item else check(BeforeFile, {"before": [stretch(item)]}, where)
+        duties += _plain_duties(day.before, where)
+        table = day.ambient
         if table.is_given or "reference_degC" in table.model_fields_set:
             reference = table.reference_degC
         if table.is_given:
             if table.kind != "constant":
                 raise InputError(f"{item}: ambient.kind: a program that exists takes air that stays; give 'constant'")
             air = float(tables.ambient_of(table, item).rise[0])
-    return air, reference
+    return Before(tuple(duties), air, reference)
 
 
 def _day_file(item: str) -> BeforeFile:
