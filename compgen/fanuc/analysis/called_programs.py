@@ -71,20 +71,9 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
                 missing.add(name)
             else:
                 listings[name] = called.source
-                known[name] = effects_of(called)
+                frames.update(*(written_frames(text) for _, text in other_statements(called)))
+                known[name] = _effects_of(called, {beneath: look_up(beneath) for beneath in _names(called)})
         return known[name]
-
-    def effects_of(called: LsProgram) -> _Effects:
-        texts = set(read_flow(called).text.values())
-        frames.update(*(written_frames(text) for _, text in other_statements(called)))
-        beneath = {name: look_up(name) for name in _names(called)}
-        motionless = {name for name, its in beneath.items() if its.motionless}
-        settled = {name for name, its in beneath.items() if its.settled}
-        in_frames = all(its.in_frames for its in beneath.values()) and not any(map(FRAME_MENTIONED.search, texts))
-        moves = not called.motions.disabled.all() or any(may_move_arm(text, motionless) for text in texts)
-        writes = any(may_write_registers(text, settled) for text in texts)
-        writes |= any(may_write_registers(text, settled, options=True) for text in set(called.motions.options))
-        return _Effects(motionless=not moves, settled=not writes, in_frames=in_frames)
 
     effects = {name: look_up(name) for name in _names(program)}
     return CalledPrograms(
@@ -96,6 +85,18 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         missing=frozenset(missing),
         listings=tuple(sorted(listings.items())),
     )
+
+
+def _effects_of(called: LsProgram, beneath: Mapping[str, _Effects]) -> _Effects:
+    """What a program does, given what those do that it calls."""
+    texts = set(read_flow(called).text.values())
+    motionless = {name for name, its in beneath.items() if its.motionless}
+    settled = {name for name, its in beneath.items() if its.settled}
+    in_frames = all(its.in_frames for its in beneath.values()) and not any(map(FRAME_MENTIONED.search, texts))
+    moves = not called.motions.disabled.all() or any(may_move_arm(text, motionless) for text in texts)
+    writes = any(may_write_registers(text, settled) for text in texts)
+    writes |= any(may_write_registers(text, settled, options=True) for text in set(called.motions.options))
+    return _Effects(motionless=not moves, settled=not writes, in_frames=in_frames)
 
 
 def _names(program: LsProgram) -> set[str]:
