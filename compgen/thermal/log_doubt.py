@@ -71,7 +71,6 @@ def doubt_of(
     lie = _likeliest(log, heat, warmth, expected)
     if abs(lie.z) < SIGMAS:
         return ""
-    names = list(log.readings)
     other = next(
         (
             f"; or {words}"
@@ -80,18 +79,23 @@ def doubt_of(
         ),
         "; or cgen identify --temperatures",
     )
-    what = "all sensors" if lie.sensor < 0 else f"column {columns[names[lie.sensor]]}"
-    value = zero + _value_at(log, names[max(lie.sensor, 0)], lie.at)
-    reads = f"reads {value:.1f} degC" if lie.sensor >= 0 else f"read {lie.size:+.1f} K"
     by = "the others and the heat model" if expected is None else "the others and the robot's work"
-    allows = f"{value - lie.size:.1f}" if lie.sensor >= 0 else "0"
-    spread = abs(lie.size / lie.z)
-    mend = "mend the sensor, or empty its cells"
+    return _lie_words(lie, log, columns, zero, by) + other
+
+
+def _lie_words(lie: _Lie, log: TemperatureLog, columns: Mapping[str, str], zero: float, by: str) -> str:
+    """Which sensor lies, when and by how much, by what else it is seen, and what to mend."""
     if lie.sensor < 0:
+        what, reads, allows = "all sensors", f"read {lie.size:+.1f} K", "0"
         mend = "mend the log" if log.has_air else "is the hall so warm? give its air as column ambient_degC"
+    else:
+        name = list(log.readings)[lie.sensor]
+        value = zero + _value_at(log, name, lie.at)
+        what, reads, allows = f"column {columns[name]}", f"reads {value:.1f} degC", f"{value - lie.size:.1f}"
+        mend = "mend the sensor, or empty its cells"
     return (
         f"{what}: {reads} {lie.at - log.time[0]:.0f} s after the first row, {abs(lie.z):.0f} sigma off: {by} "
-        f"allow {allows} +- {spread:.1f}; {mend}{other}"
+        f"allow {allows} +- {abs(lie.size / lie.z):.1f}; {mend}"
     )
 
 
