@@ -44,23 +44,24 @@ def offsets_of_program(  # noqa: PLR0913  as ``correct``
         InputError: What ``correct`` refuses, a corrected program among it; no position, or positions in several frames.
         TwinError: The twin cannot drive the program, as it is or moved.
     """
-    full = correct(
-        data,
-        cell,
-        frames,
-        before=before,
-        options=Options(air=air),
-        progress=progress,
-        find_program=find_program,
-        registers=registers,
-    )
+    full = correct(data, cell, frames, before, Options(air=air), progress, find_program, registers=registers)
     progress(stages.OFFSETS, 0.0)
-    drive = full.plan.drive
-    target = interpolate_poses(drive, full.execution.station, full.execution.fraction)
-    actual = fly(twin_of_cell(cell), drive, before, air=air).actual
+    target = interpolate_poses(full.plan.drive, full.execution.station, full.execution.fraction)
+    flown = _flown_errors(full, target)
+
+    def fly_anew(kind: str, numbers: Array) -> Left:
+        return _left(full, _fly(full, target, flown.uframe, kind, numbers))
+
+    findings = [*(f for f in full.findings if f.level is Level.WARNING), *_not_shifted(full)]
+    return search_offsets(flown, _left(full, full.error), _left(full, full.residual), fly_anew, findings)
+
+
+def _flown_errors(full: Correction, target: Pose) -> FlownErrors:
+    """What the twin misses of the program as it is, in the user frame of its positions."""
+    actual = fly(twin_of_cell(full.cell), full.plan.drive, full.before, air=full.options.air).actual
     judged = np.flatnonzero(full.judged & (full.length > 0))
     number, uframe = _frame_of(full, judged)
-    flown = FlownErrors(
+    return FlownErrors(
         name=full.name,
         uframe=number,
         frame=uframe,
@@ -69,12 +70,6 @@ def offsets_of_program(  # noqa: PLR0913  as ``correct``
         turn=rotation_vector(actual.rotation[judged] @ np.swapaxes(target.rotation[judged], 1, 2)),
         weight=full.length[judged],
     )
-
-    def fly_anew(kind: str, numbers: Array) -> Left:
-        return _left(full, _fly(full, target, number, kind, numbers))
-
-    findings = [*(f for f in full.findings if f.level is Level.WARNING), *_not_shifted(full)]
-    return search_offsets(flown, _left(full, full.error), _left(full, full.residual), fly_anew, findings)
 
 
 def _frame_of(full: Correction, judged: IntArray) -> tuple[int, Pose]:
