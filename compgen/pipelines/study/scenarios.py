@@ -88,22 +88,7 @@ def build(
     Raises:
         InputError: Nothing to vary, an unknown key, no values or one that the key never takes, too many scenarios.
     """
-    axes = [_axis(item) for item in vary]
-    rows = [dict(zip(keys, row, strict=True)) for keys, table in [_listed(listed)] for row in table] if listed else [{}]
-    if not axes and not listed:
-        raise InputError("--vary: nothing to vary; give KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200, or --list")
-    count = len(rows) * math.prod(len(values) for _, values in axes)
-    if count > MOST:
-        raise InputError(f"--vary: {count} scenarios are over {MOST}; give fewer values")
-    keys = [key for key, _ in axes]
-    every = [*rows[0], *keys]
-    if twice := next((k for k in every if every.count(k) > 1), None):
-        raise InputError(f"--vary {twice}: it is varied twice; give its values together")
-    grid = [dict(zip(keys, point, strict=True)) for point in itertools.product(*(values for _, values in axes))]
-    scenarios = tuple(
-        Scenario(n, tuple({**row, **point}.items())) for n, (row, point) in enumerate(itertools.product(rows, grid))
-    )
-
+    scenarios = _scenarios(vary, listed)
     questions: dict[str, Finding] = {}
 
     def refused(values: Iterable[tuple[str, str]]) -> CompgenError | None:
@@ -117,16 +102,34 @@ def build(
     _check_keys(refused, scenarios[0])
     _check_values(refused, scenarios)
     inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
-    identity = sha256(json.dumps(inputs).encode()).hexdigest()
     return Study(
         path=path,
         robot=robot,
         base=tuple(base),
-        keys=tuple(every),
+        keys=tuple(key for key, _ in scenarios[0].values),
         scenarios=scenarios,
         correct=correct,
-        identity=identity,
+        identity=sha256(json.dumps(inputs).encode()).hexdigest(),
         questions=tuple(questions.values()),
+    )
+
+
+def _scenarios(vary: Sequence[str], listed: str | None) -> tuple[Scenario, ...]:
+    """The rows of a list, each with every combination of what is varied; one that says nothing where none is listed."""
+    axes = [_axis(item) for item in vary]
+    rows = [dict(zip(keys, row, strict=True)) for keys, table in [_listed(listed)] for row in table] if listed else [{}]
+    if not axes and not listed:
+        raise InputError("--vary: nothing to vary; give KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200, or --list")
+    count = len(rows) * math.prod(len(values) for _, values in axes)
+    if count > MOST:
+        raise InputError(f"--vary: {count} scenarios are over {MOST}; give fewer values")
+    keys = [*rows[0], *(key for key, _ in axes)]
+    if twice := next((k for k in keys if keys.count(k) > 1), None):
+        raise InputError(f"--vary {twice}: it is varied twice; give its values together")
+    combinations = itertools.product(rows, itertools.product(*(values for _, values in axes)))
+    return tuple(
+        Scenario(n, tuple(zip(keys, (*row.values(), *point), strict=True)))
+        for n, (row, point) in enumerate(combinations)
     )
 
 
