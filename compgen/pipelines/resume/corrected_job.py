@@ -58,15 +58,11 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
     try:
         overrides = [str(o) for o in made["overrides"]]
         name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
-        given, frames = made["options"], made["frames"]
         before = tuple(
             Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR, d.get("duty", 1.0))
             for d in made["before"]
         )
-        options = _options(given, max_um)
-        kinds = {kind: {int(n): pose_of(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
-        extended = {name: _axis(axis) for name, axis in frames.get("extended", {}).items()}
-        taught = {int(n): TaughtTable(**table) for n, table in frames.get("taught", {}).items()}
+        options, frames = _options(made["options"], max_um), _frames(made["frames"])
         called = {name: unpacked(text) for name, text in made.get("called_zlib_b85", {}).items()}
         registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
         corrected_sum = str(made["corrected_sha256"])
@@ -81,13 +77,11 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         )
     if state_text:
         cell = with_state_text(plain, state_text, f"{where}: {CORRECTED}.state_toml")
-    fixed = default_frames()
-    tables = {**fixed.uframe, **kinds["uframe"]}, {**fixed.utool, **kinds["utool"]}
     return CorrectedJob(
         written=written,
         cell=cell,
         plain=plain,
-        frames=Frames(*tables, extended=extended, taught=taught),
+        frames=frames,
         registers=registers,
         called=called,
         before=before,
@@ -115,6 +109,18 @@ def _options(given: Mapping[str, Any], max_um: float | None) -> Options:
     )
     return replace(
         typed, air=float(given.get("air_K", 0.0)), reference=float(given.get("reference_degC", typed.reference))
+    )
+
+
+def _frames(given: Mapping[str, Any]) -> Frames:
+    """What UF and UT numbers meant, as a provenance has them."""
+    fixed = default_frames()
+    uframe, utool = ({int(n): pose_of(row) for n, row in given[kind].items()} for kind in ("uframe", "utool"))
+    return Frames(
+        {**fixed.uframe, **uframe},
+        {**fixed.utool, **utool},
+        extended={name: _axis(axis) for name, axis in given.get("extended", {}).items()},
+        taught={int(n): TaughtTable(**table) for n, table in given.get("taught", {}).items()},
     )
 
 
