@@ -12,7 +12,7 @@ r"""Where motions really lead whose frame, tool or offset is written at run time
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +87,6 @@ def read_placements(
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
         return Placements()
     registers_known = RegisterFlow(program=program, frames=frames, called=called)
-    reader = _Motions(registers_known, frozenset(registers or ()))
     start: State = {("PR", n): register for n, register in (registers or {}).items()}
     nodes = read_nodes(program, flow, active, called.motionless, acts)
     states, why = _follow(flow, nodes, registers_known, start)
@@ -95,32 +94,14 @@ def read_placements(
     for node, state in zip(nodes, states, strict=True):
         if node.stations and state is not None:
             of_station |= dict.fromkeys(range(node.stations[0], node.stations[1] + 1), state)
-    table: dict[Placement, int] = {PLAIN: 0}
-    of_motion: dict[int, int] = {}
-    unknown: dict[int, str] = {}
-    for station, i in enumerate(active.tolist()):
-        if m.options[i] not in with_offset and not reader.in_written_frame(i, written):
-            continue
-        state = of_station.get(station)
-        placement = reader.placement(i, state, written) if state is not None else _not_followed(m.options[i], why)
-        if isinstance(placement, str):
-            unknown[i] = placement
-        elif placement != PLAIN:
-            of_motion[i] = table.setdefault(placement, len(table))
+    motions = _Motions(registers_known, frozenset(registers or ()), written, frozenset(with_offset))
+    placements = motions.placements(active, of_station, why)
     settled = frozenset(
         int(flow.line[node.unit])
         for node, state in zip(nodes, states, strict=True)
         if state is not None and node.text and FRAME_WRITTEN.search(node.text) and registers_known.settles(node, state)
     )
-    shifted = frozenset(i for i in active.tolist() if m.options[i] in with_offset and i not in unknown)
-    return Placements(
-        table=tuple(table),
-        of_motion=of_motion,
-        shifted=shifted,
-        unknown=unknown,
-        settled=settled,
-        assumed=tuple(sorted(registers_known.assumed)),
-    )
+    return replace(placements, settled=settled, assumed=tuple(sorted(registers_known.assumed)))
 
 
 def _follow(flow: Flow, nodes: list[Node], registers: RegisterFlow, start: State) -> tuple[list[State | None], str]:
@@ -152,25 +133,41 @@ class _Motions:
 
     flow: RegisterFlow
     given: frozenset[int]  # registers that are known when the program starts
+    written: Mapping[str, set[int]]  # numbers of user frames and tools that the program writes
+    with_offset: frozenset[str]  # options that add one
 
-    def in_written_frame(self, motion: int, written: Mapping[str, set[int]]) -> bool:
-        """Whether a motion drives to a position in a frame or with a tool that the program writes."""
-        return any(self._numbers_used(kind, motion, written) for kind in written)
+    def placements(self, active: IntArray, state_of: Mapping[int, State], why: str) -> Placements:
+        """The placements of active motions by the registers known at their stations; ``why`` others are not known."""
+        options = self.flow.program.motions.options
+        table: dict[Placement, int] = {PLAIN: 0}
+        of_motion: dict[int, int] = {}
+        unknown: dict[int, str] = {}
+        for station, i in enumerate(active.tolist()):
+            if options[i] not in self.with_offset and not any(self._numbers_used(kind, i) for kind in self.written):
+                continue  # neither offset nor in a frame, or with a tool, that the program writes
+            state = state_of.get(station)
+            placement = self._placement(i, state) if state is not None else _not_followed(options[i], why)
+            if isinstance(placement, str):
+                unknown[i] = placement
+            elif placement != PLAIN:
+                of_motion[i] = table.setdefault(placement, len(table))
+        shifted = frozenset(i for i in active.tolist() if options[i] in self.with_offset and i not in unknown)
+        return Placements(table=tuple(table), of_motion=of_motion, shifted=shifted, unknown=unknown)
 
-    def _numbers_used(self, kind: str, motion: int, written: Mapping[str, set[int]]) -> list[int]:
+    def _numbers_used(self, kind: str, motion: int) -> list[int]:
         p, column = self.flow.program.positions, "uframe" if kind == "UFRAME" else "utool"
         rows = [self.flow.row_of[n] for n in self.flow.program.motions.position[motion] if n in self.flow.row_of]
         used = {int(getattr(p, column)[row]) for row in rows}
         if kind == "UFRAME":  # a joint-form position has no frame
             used = {int(p.uframe[row]) for row in rows if row not in self.flow.joint_form}
-        numbers = written.get(kind, set())
+        numbers = self.written.get(kind, set())
         return sorted(n for n in used if n != NO_NUMBER and (n in numbers or ANY in numbers))
 
-    def placement(self, motion: int, state: State, written: Mapping[str, set[int]]) -> Placement | str:
+    def _placement(self, motion: int, state: State) -> Placement | str:
         """The placement of a motion, or why it is not known."""
         frames: dict[str, list[tuple[int, Numbers]]] = {kind: [] for kind in KINDS}
         for kind in KINDS:
-            for number in self._numbers_used(kind, motion, written):
+            for number in self._numbers_used(kind, motion):
                 if (kind, number) not in state and (kind, ANY) not in state:
                     continue  # not written yet
                 values = state.get((kind, number))

@@ -10,7 +10,7 @@ World is the arm's own. Where an extended axis carries the arm (``ArmBases``), i
 frames are told in it: T_uframe = T_base^-1 T_cell_uframe.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.placements import Placements, placed_poses
+from compgen.fanuc.analysis.register_flow import Numbers
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, J1, NO_NUMBER
 from compgen.fanuc.listing.positions import position_rows, units
@@ -89,12 +90,9 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     joint_form = p.joint_form[row]
     joints = value[:, J1 : J1 + 6] * DEG
     arm_bases = read_arm_bases(program, row, frames.extended)
-    tool, known_tools = _numbered(p.utool[row], frames.utool)
-    base, frames_of_cell = _numbered(p.uframe[row], frames.uframe)
-    written = [dict(t.utool) for t in placements.table], [dict(t.uframe) for t in placements.table]
-    tool, known_tools = _overridden(tool, known_tools, p.utool[row], placement, written[0])
-    base, frames_of_cell = _overridden(base, frames_of_cell, p.uframe[row], placement, written[1])
-    base, frames_of_arm = _in_arm(base, frames_of_cell, arm_bases)
+    tool, known_tools = _numbered(p.utool[row], frames.utool, placement, [t.utool for t in placements.table])
+    frames_of_cell = _numbered(p.uframe[row], frames.uframe, placement, [t.uframe for t in placements.table])
+    base, frames_of_arm = _in_arm(*frames_of_cell, arm_bases)
     tools, bases = Pose.stack([*known_tools, IDENTITY]), Pose.stack([*frames_of_arm, IDENTITY])
     position, rotation = np.full((K, 3), np.nan), np.full((K, 3, 3), np.nan)
     theta, margin, posture = np.full((K, 6), np.nan), np.full(K, np.nan), np.full(K, NONE)
@@ -158,20 +156,27 @@ def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArra
     return np.array([r for r, _, _ in pairs]), np.array([t for _, t, _ in pairs]), placed
 
 
-def _overridden(
-    which: IntArray,
-    table: tuple[Pose, ...],
+def _numbered(
     number: IntArray,
+    known: Mapping[int, Pose],
     placement: IntArray,
-    written: list[dict[int, tuple[float, ...]]],
+    written: Sequence[Iterable[tuple[int, Numbers]]],
 ) -> tuple[IntArray, tuple[Pose, ...]]:
-    """Frames, or tools, with those that placements have written at run time."""
-    more: dict[tuple[float, ...], int] = {}
-    which = which.copy()
-    for t, values_of in enumerate(written):
-        for n, values in values_of.items():
-            which[(placement == t) & (number == n)] = more.setdefault(values, len(table) + len(more))
-    return which, (*table, *map(pose_of, more))
+    """Which entry of a table each number is, NONE where it is not known, and the table.
+
+    Args:
+        number: Of frames, or of tools, (K,).
+        known: What they mean.
+        placement: That of each position, (K,).
+        written: What each placement has written at run time, by number.
+    """
+    names = sorted(known)
+    which = position_rows(number, np.array(names))
+    more: dict[Numbers, int] = {}
+    for t, numbers in enumerate(written):
+        for n, values in numbers:
+            which[(placement == t) & (number == n)] = more.setdefault(values, len(names) + len(more))
+    return which, (*(known[n] for n in names), *map(pose_of, more))
 
 
 def _in_arm(which: IntArray, table: tuple[Pose, ...], arm_bases: ArmBases) -> tuple[IntArray, tuple[Pose, ...]]:
@@ -198,12 +203,6 @@ def require_frames(program: LsProgram, poses: Poses) -> None:
                 f"program {program.name}: line {poses.line[k]}: P[{poses.number[k]}] is in {kind} {number}, whose "
                 f"value is not known; give [{kind}.{number}] in a table with --frames, or SYSFRAME.VA of a backup"
             )
-
-
-def _numbered(numbers: IntArray, known: dict[int, Pose]) -> tuple[IntArray, tuple[Pose, ...]]:
-    """Which entry of a table each number is, and the table; NONE where it is not known."""
-    names = sorted(known)
-    return position_rows(numbers, np.array(names)), tuple(known[n] for n in names)
 
 
 def _configs(texts: list[str]) -> tuple[IntArray, IntArray]:
