@@ -49,8 +49,7 @@ class Anchored(Compared):
 
 def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
     """Physics that is missing, what moved, touches that the others do not predict, and what was assumed."""
-    seen, best = anchored.seen, anchored.judged[0]
-    touches, R = seen.touches, len(anchored.innovation.y)
+    hypothesis, R = anchored.judged[0].hypothesis, len(anchored.innovation.y)
     level = Level.OUTSIDE if anchored.verdict in ("cannot tell", "something moved") else Level.NOTE
     yield Finding(level, Code.ANCHOR_VERDICT, f"{anchored.verdict}: {anchored.reason}{_next(anchored)}")
     for moved in anchored.moved:
@@ -61,19 +60,29 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
         message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, +- {k2} um at 95 %){where}"
         yield Finding(Level.WARNING, Code.ANCHOR_MOVED, message)
     chi2 = anchored.as_forecast.chi2
-    if probability(chi2, R) < LIKELY and best.hypothesis != AS_FORECAST:
-        day = best.hypothesis.day
-        why = f"; the day went {day:g} times as far from the forecast as it may" if day > 1 else ""
+    if probability(chi2, R) < LIKELY and hypothesis != AS_FORECAST:
+        why = (
+            f"; the day went {hypothesis.day:g} times as far from the forecast as it may" if hypothesis.day > 1 else ""
+        )
         from_it = f"the touches are {np.sqrt(chi2 / R):.1f} times as far from the forecast as expected"
-        message = f"physics is missing: {from_it}{why}"
-        yield Finding(Level.WARNING, Code.ANCHOR_PHYSICS, message)
-    if best.hypothesis.touch >= 0:
-        n = best.hypothesis.touch
-        off = np.linalg.norm(anchored.seen.y[anchored.seen.touch == n])
-        message = f"{touches.label[n]}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
+        yield Finding(Level.WARNING, Code.ANCHOR_PHYSICS, f"physics is missing: {from_it}{why}")
+    yield from _touch_findings(anchored)
+    if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
+        yield Finding(Level.NOTE, Code.ANCHOR_COLD, "neither [[before]] nor a log: the forecast is a cold robot")
+    yield from anchored.job.input_findings
+
+
+def _touch_findings(anchored: Anchored) -> Iterator[Finding]:
+    """Touches that went wrong or that the others do not predict, how far they scatter, and what they leave open."""
+    seen, hypothesis = anchored.seen, anchored.judged[0].hypothesis
+    touches = seen.touches
+    if hypothesis.touch >= 0:
+        off = np.linalg.norm(seen.y[seen.touch == hypothesis.touch])
+        label = touches.label[hypothesis.touch]
+        message = f"{label}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
         yield Finding(Level.WARNING, Code.ANCHOR_TOUCH, message)
-    if best.hypothesis.noise > 1:
-        message = f"touches scatter {best.hypothesis.noise:g} times as much as their sigma says"
+    if hypothesis.noise > 1:
+        message = f"touches scatter {hypothesis.noise:g} times as much as their sigma says"
         yield Finding(Level.WARNING, Code.ANCHOR_NOISE, message)
     for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():
         touch = int(anchored.left.touch[n])
@@ -94,10 +103,6 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
             "is wrong by it; turn it by 2 deg before the first touch, both times"
         )
         yield Finding(Level.WARNING, Code.ANCHOR_PLAY, message)
-    if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
-        message = "neither [[before]] nor a log: the forecast is a cold robot"
-        yield Finding(Level.NOTE, Code.ANCHOR_COLD, message)
-    yield from anchored.job.input_findings
 
 
 def _next(anchored: Anchored) -> str:
