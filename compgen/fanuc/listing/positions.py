@@ -181,23 +181,37 @@ def _table(
     parts = [
         (bounds[f.which], len(p.block.groups), p.ends, f.value[:, 0], bounds[f.which + 1] - p.behind) for p, f in groups
     ]
-    columns = [np.column_stack(np.broadcast_arrays(*part)) for part in parts]
-    columns.append(np.array([(b.span[0], len(b.groups), 0, b.number, b.span[1]) for b in blocks]).reshape(-1, 5))
-    unordered = np.concatenate(columns).astype(np.int64)
+    singly = np.array([(b.span[0], len(b.groups), 0, b.number, b.span[1]) for b in blocks]).reshape(-1, 5)
+    unordered = np.concatenate([*(np.column_stack(np.broadcast_arrays(*p)) for p in parts), singly]).astype(np.int64)
     order = np.argsort(unordered[:, 0])
     place, many, ends, number, stop = unordered[order].T
     rank = np.argsort(order)
     first = (np.cumsum(many) - many)[rank]  # row of a position's first group
-    of_blocks = rank[len(rank) - len(blocks) :]
-    following = np.append(place, end)[of_blocks + 1].tolist()
-    ends[of_blocks] = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following, strict=True)]
+    parsed = rank[len(rank) - len(blocks) :]
+    following = np.append(place, end)[parsed + 1].tolist()
+    ends[parsed] = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following, strict=True)]
     line = np.cumsum(ends) - ends + (line_of(data, int(place[0])) if len(place) else 0)
     _refuse_duplicates(number, line)
-    rows = int(many.sum())
-    table = Positions(
-        number=np.repeat(number, many),
+    table = _blank(
+        np.repeat(number, many), np.repeat(line, many), np.repeat(np.column_stack([place, stop]), many, axis=0)
+    )
+    names: list[str] = [""] * len(table.number)
+    configs: list[str | None] = [None] * len(table.number)
+    *of_groups, of_blocks = np.split(first, np.cumsum([len(matches.which) for _, matches in groups]))
+    for (template, matches), rows in zip(groups, of_groups, strict=True):
+        _fill_matched(view, table, names, configs, template, matches, rows)
+    for block, row in zip(blocks, of_blocks.tolist(), strict=True):
+        _fill_parsed(table, names, configs, block, row)
+    return replace(table, name=tuple(names), config=tuple(configs))
+
+
+def _blank(number: IntArray, line: IntArray, block: IntArray) -> Positions:
+    """Rows of groups of which nothing is known yet but where they stand: their position's number, line and span."""
+    rows = len(number)
+    return Positions(
+        number=number,
         group=np.zeros(rows, dtype=np.int64),
-        line=np.repeat(line, many),
+        line=line,
         name=(),
         uframe=np.full(rows, NO_NUMBER),
         utool=np.full(rows, NO_NUMBER),
@@ -205,18 +219,9 @@ def _table(
         config_span=np.zeros((rows, 2), dtype=np.int64),
         value=np.full((rows, len(AXES)), np.nan),
         span=np.zeros((rows, len(AXES), 2), dtype=np.int64),
-        block=np.repeat(np.column_stack([place, stop]), many, axis=0),
+        block=block,
         remote=np.zeros(rows, dtype=bool),
     )
-    names: list[str] = [""] * rows
-    configs: list[str | None] = [None] * rows
-    done = 0
-    for template, matches in groups:
-        _fill_matched(view, table, names, configs, template, matches, first[done : done + len(matches.which)])
-        done += len(matches.which)
-    for block, row in zip(blocks, first[done:].tolist(), strict=True):
-        _fill_parsed(table, names, configs, block, row)
-    return replace(table, name=tuple(names), config=tuple(configs))
 
 
 def _fill_matched(
