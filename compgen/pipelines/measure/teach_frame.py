@@ -83,14 +83,9 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     touches = read_touches(touches_file, arm.robot, artefact, uframes)
     motion = probed_motion(arm.robot, [k.source for k in arm.known], touches)
     data = touches_of_part(artefact, touches, motion, len(arm.nodes))
-    findings: list[Finding] = []
-    if log is not None:
-        if not touches.timed:
-            raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
-        readings, heat = read_log(log, arm.heat, arm.sensors)
-        data, findings = with_temperatures(data, readings, heat, reference)
-        zero = reference if isinstance(reference, float) else AmbientTable().reference_degC
-        refuse_doubtful(readings, heat, arm.warmth, zero)
+    if log is not None and not touches.timed:
+        raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
+    data, findings = (data, []) if log is None else _at_temperatures(arm, data, log, reference)
     model = build_model(arm.robot, [], len(arm.nodes))
     fitted = pendant = fit_frame(artefact, touches, model, data)
     if not nominal:
@@ -111,6 +106,18 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         pendant=None if nominal else pendant,
         findings=(*findings, *read_findings(touches.notes)),
     )
+
+
+def _at_temperatures(
+    arm: Arm, data: Measurements, log: str, reference: Reference
+) -> tuple[Measurements, list[Finding]]:
+    """Touches with the rises of a log, and what the user must know of it; a doubtful one is refused."""
+    readings, heat = read_log(log, arm.heat, arm.sensors)
+    warmed = with_temperatures(data, readings, heat, reference)
+    refuse_doubtful(
+        readings, heat, arm.warmth, reference if isinstance(reference, float) else AmbientTable().reference_degC
+    )
+    return warmed
 
 
 def _through_model(
