@@ -32,7 +32,6 @@ from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.schema import PathFile
 from compgen.pipelines.planned.job_results import Planned
 from compgen.thermal import Ambient, Duty, JointMotion, state_after, states_at, still_air, tables
-from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_end import end_of
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.state_from_log import TemperatureLog
@@ -203,9 +202,7 @@ def _whole_rows(cell: Cell, table: LogTable, zero: float) -> TemperatureLog | No
     log = read_growing_log(table.file, cell.heat.names, cell.sensors, table)
     if log.readings is None or log.left_out or log.gaps or log.set_back or len(log.readings.time) < 2:
         return None
-    refuse_doubtful(log.readings, cell.heat, cell.warmth, zero)
-    rises = log.readings.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
-    return replace(rises, notes=log.readings.notes)
+    return tables.believed_rises(log.readings, table, cell.heat, cell.warmth, zero)
 
 
 def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:

@@ -1,6 +1,6 @@
 """From the thermal tables of path and robot files to models, steps and logs in SI."""
 
-from compgen.thermal.tables.day import ambient_of, log_of, shifts_of, steps_of
+from compgen.thermal.tables.day import ambient_of, believed_rises, log_of, shifts_of, steps_of
 from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words, start_of
 from compgen.thermal.tables.materials import check_materials
 from compgen.thermal.tables.model import growth_of, network_of, node_model_of, profiles_of
@@ -8,6 +8,7 @@ from compgen.thermal.tables.uncertainty import uncertainty_of
 
 __all__ = [
     "ambient_of",
+    "believed_rises",
     "check_materials",
     "ensemble_of",
     "ensemble_of_words",

@@ -14,7 +14,7 @@ from compgen.thermal.model import ArmHeat
 from compgen.thermal.schedule import Shift, Step, check_shifts
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.tables import schema as sh
-from compgen.thermal.temperature_log import check_sensors, read_temperature_log
+from compgen.thermal.temperature_log import Temperatures, check_sensors, read_temperature_log
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 
@@ -144,6 +144,13 @@ def log_of(
     """
     log = read_temperature_log(Path(where).parent / table.file, heat.names, sensors, table)
     check_sensors(log, [f"{name}_degC" for name in (*sensors, *heat.names)])
+    return believed_rises(log, table, heat, warmth, zero)
+
+
+def believed_rises(
+    log: Temperatures, table: sh.LogTable, heat: ArmHeat, warmth: ThermalUncertainty, zero: float
+) -> TemperatureLog:
+    """Readings of a log as rises, for which arguments are as in ``log_of``; refused where the rest contradicts them."""
     refuse_doubtful(log, heat, warmth, zero)
     rises = log.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
     return replace(rises, notes=log.notes)
