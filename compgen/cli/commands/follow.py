@@ -113,7 +113,6 @@ class Limits:
 class FollowedJob:
     """A job that runs, and its pages as they were last written."""
 
-    folder: Path
     run: "PagedRun"
     anchored: "AnchoredState | None"
 
@@ -166,7 +165,7 @@ def follow(
             resumed = sight.resumed
             if resumed is not None and resumed.replaced and (resumed.is_usable or force):
                 put_anew(place, resumed)
-                job = replace(job, run=job.run.reread(read_written_job(job.folder)))
+                job = replace(job, run=job.run.reread(read_written_job(place.folder)))
             if not screen.quiet or screen.as_json:
                 _say(sight, limits.within_um, as_json=screen.as_json, force=force)
         if watch.once or (sight.look is not None and sight.look.over) or reader_has_left():
@@ -200,7 +199,7 @@ def _load(
     else:
         job = within(job_of(written, path, robot), opt.bound_of(max_um))
         run = planned_run(written, plan_whole(job, _silent))
-    return FollowedJob(folder=folder, run=run, anchored=load_state(state, run.cell) if state is not None else None)
+    return FollowedJob(run=run, anchored=load_state(state, run.cell) if state is not None else None)
 
 
 def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -> Sight:
