@@ -165,7 +165,7 @@ def pose_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -> P
     return PoseNoise((ratio - 1) / of_pose, float(spread), within / free_within)
 
 
-def row_variance(scales: Scales, kind: int = PLACE) -> float:
+def row_variance(scales: Scales, kind: int) -> float:
     """Variance of one number of one row of a kind: its own noise, and that of its pose [m^2]."""
     return float(scales.noise[kind]) * (1 + (scales.rho if kind == PLACE else 0.0))
 

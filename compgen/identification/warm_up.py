@@ -50,7 +50,7 @@ def read_log(source: str, heat: ArmHeat | None, sensors: Mapping[str, str]) -> t
 
 
 def with_temperatures(
-    data: Measurements, log: Temperatures, heat: ArmHeat, reference: Reference = "start"
+    data: Measurements, log: Temperatures, heat: ArmHeat, reference: Reference
 ) -> tuple[Measurements, list[Finding]]:
     """Rises of all nodes at the poses' times, from a log of any of them.
 

@@ -132,7 +132,6 @@ def rise_history(
     heat: ThermalModel,
     duties: Sequence[Duty],
     time: Array,
-    state: Array | None = None,
     air: Ambient | None = None,
 ) -> Array:
     """Rises at any times from the beginning of the first duty on; after the last one it goes on.
@@ -141,13 +140,12 @@ def rise_history(
         heat: The model.
         duties: In order.
         time: Rising, (M,) [s] from the beginning of the first duty.
-        state: Where they begin, (S,).
         air: Over time, from the beginning of the first duty.
 
     Returns:
         (M, K) [K].
     """
-    z = initial_state(heat, air) if state is None else np.asarray(state)
+    z = initial_state(heat, air)
     duties = duties or [Duty("off", 0.0, 0.0)]
     outputs, rate = heat.outputs, heat.rate
     out = np.empty((len(time), len(outputs)))

@@ -144,7 +144,7 @@ def test_energy_balance_closes(heat):
     assert heat.volumes.capacity @ heat.to_volumes @ (end - start) == pytest.approx(stored, rel=1e-9)
     every = replace(heat, probe=np.eye(len(heat.rate)), reference_rise=np.ones(len(heat.rate)))
     x, w = np.polynomial.legendre.leggauss(200)
-    rises = rise_history(every, [Duty("moving", 0.2, HOUR, loss=HOT)], (x + 1) / 2 * HOUR, start)
+    rises = rise_history(every.starting(start), [Duty("moving", 0.2, HOUR, loss=HOT)], (x + 1) / 2 * HOUR)
     assert heat_out == pytest.approx(float(w @ (rises @ heat.volumes.film)) * HOUR / 2, rel=1e-6)
 
 

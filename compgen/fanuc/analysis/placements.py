@@ -66,7 +66,7 @@ class Placements:
 def read_placements(
     program: LsProgram,
     frames: Frames,
-    registers: Mapping[int, Register] | None = None,
+    registers: Mapping[int, Register],
     called: CalledPrograms = UNKNOWN_PROGRAMS,
 ) -> Placements:
     """The placements of a program's motions.
@@ -87,14 +87,14 @@ def read_placements(
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
         return Placements()
     registers_known = RegisterFlow(program=program, frames=frames, called=called)
-    start: State = {("PR", n): register for n, register in (registers or {}).items()}
+    start: State = {("PR", n): register for n, register in registers.items()}
     nodes = read_nodes(program, flow, active, called.motionless, acts)
     states, why = _follow(flow, nodes, registers_known, start)
     of_station: dict[int, State] = {}
     for node, state in zip(nodes, states, strict=True):
         if node.stations and state is not None:
             of_station |= dict.fromkeys(range(node.stations[0], node.stations[1] + 1), state)
-    motions = _Motions(registers_known, frozenset(registers or ()), written, frozenset(with_offset))
+    motions = _Motions(registers_known, frozenset(registers), written, frozenset(with_offset))
     placements = motions.placements(active, of_station, why)
     settled = frozenset(
         int(flow.line[node.unit])

@@ -247,7 +247,7 @@ def _position_counts(program: LsProgram, flow: Flow, first: int, end: int, entry
     return np.asarray(count, dtype=np.int64)
 
 
-def page_names(name: str, count: int, length: int, taken: Collection[str] = ()) -> tuple[str, ...]:
+def page_names(name: str, count: int, length: int, taken: Collection[str]) -> tuple[str, ...]:
     """NAME_01, NAME_02, ...: as much of the name as keeps them apart from each other and from all taken ones.
 
     Args:

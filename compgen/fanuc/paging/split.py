@@ -245,7 +245,7 @@ Headings = Callable[[Sequence[int]], Sequence[Sequence[str]]]
 
 
 def split_canonical(
-    program: Program, capacity: Capacity, headings: Headings, head_lines: int, main_heading: Sequence[str] = ()
+    program: Program, capacity: Capacity, headings: Headings, head_lines: int, main_heading: Sequence[str]
 ) -> PagedProgram:
     """A canonical program in pages.
 

@@ -254,10 +254,8 @@ class NextTouch:
     rms: float
 
 
-def next_touches(
-    beside: Compared, artefact: Artefact, frame: Pose, chosen: Estimate, count: int = 2
-) -> list[NextTouch]:
-    """The targets that tell most, the best first; in the orientation of the first touch."""
+def next_touches(beside: Compared, artefact: Artefact, frame: Pose, chosen: Estimate) -> list[NextTouch]:
+    """The two targets that tell most, the best first; in the orientation of the first touch."""
     job, seen, columns = beside.job, beside.seen, beside.columns
     place = frame.act(artefact.place)
     known = np.flatnonzero(np.isfinite(place[:, 0]))
@@ -278,7 +276,7 @@ def next_touches(
         left = max(float(np.mean(chosen.after**2)) - fall, 0.0)
         each = (cross**2).sum(axis=0) / np.diag(S)
         ranked.append(NextTouch(artefact.names[t], "xyz"[int(np.argmax(each))], float(np.sqrt(left))))
-    return sorted(ranked, key=lambda n: n.rms)[:count]
+    return sorted(ranked, key=lambda n: n.rms)[:2]
 
 
 def moved_target(y: Array, weight: Array, along: Array, cross: float) -> tuple[Array, Array]:

@@ -69,8 +69,8 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     begin: Begin,
     date: str,
     progress: Progress,
-    loaded: int = 0,
-    done: int = 0,
+    loaded: int,
+    done: int,
     first: Correction | None = None,
 ) -> ResumedProgram:
     """The pages of a corrected program from one on, for what the robot is when it starts.

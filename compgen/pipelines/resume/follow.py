@@ -60,8 +60,8 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
     source: str,
     times: PageTimes,
     within: float,
-    loaded: int = 0,
-    lead: float = 0.0,
+    loaded: int,
+    lead: float,
     anchored: AnchoredState | None = None,
 ) -> Look | None:
     """A running job at its log's last reading; None before the first one since its planned start.
