@@ -14,7 +14,7 @@ from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import write_file
 from compgen.cli.screen.ci_reports import SCHEMA, JudgedPath, junit_xml, sarif_text
-from compgen.cli.screen.messages import outcome_words, print_note_once, print_refusal, reason_of
+from compgen.cli.screen.messages import outside_words, print_note_once, print_refusal, reason_of
 from compgen.core import interrupts
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
@@ -94,8 +94,6 @@ def _judge_path(
     """The report of a path whose program is generated, why it is not inside, and what shows it."""
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import CHECK, show_progress
-    from compgen.core.finding_codes import Level
-    from compgen.core.findings import first_message
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.assumed_ramps import judge_ramps
     from compgen.report import job_summary
@@ -103,10 +101,8 @@ def _judge_path(
     with show_progress(CHECK, quiet=silent) as progress:
         planned, corrected = pipeline.generate(choice.load(path, max_um), progress)
         corrected = judge_ramps(planned, corrected) if strict else corrected
-    broken = first_message(Level.OUTSIDE, corrected.findings)
     summary = job_summary(planned, corrected) | {"command": Command.CHECK}
-    message = f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
-    return summary, message, partial(show_job, planned, corrected, None, {})
+    return summary, outside_words(corrected.findings), partial(show_job, planned, corrected, None, {})
 
 
 def _judge_written(
@@ -114,20 +110,15 @@ def _judge_written(
 ) -> tuple[dict[str, Any], str]:
     """The report of a program that was written earlier, in the state that the files say now; why it is not inside."""
     from compgen.cli.screen.progress_bar import PREDICT, show_progress
-    from compgen.core.finding_codes import Level
-    from compgen.core.findings import first_message
     from compgen.pipelines.correct.program_file import programs_beside, read_program
     from compgen.pipelines.planned.written_program import fly_written
     from compgen.report.job_summary import written_summary
-    from compgen.verification.verdict import verdict_of
 
     job = choice.load(path, max_um)
     data = read_program(program)
     with show_progress(PREDICT, quiet=silent) as progress, naming_file(f"--written {program}"):
         flight = fly_written(job, data, programs_beside(Path(program)), progress, with_other_ramps=strict)
-    broken = first_message(Level.OUTSIDE, flight.findings)
-    verdict = verdict_of(flight.findings)
-    return written_summary(flight, program), f"{outcome_words(verdict)}: {broken}" if broken else ""
+    return written_summary(flight, program), outside_words(flight.findings)
 
 
 def _show_written(summary: dict[str, Any], *, verbose: bool) -> None:

@@ -19,7 +19,7 @@ from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, che
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import (
     MOST_UNSAFE,
-    outcome_words,
+    outside_words,
     print_findings,
     print_lines,
     print_table,
@@ -31,8 +31,6 @@ from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
-from compgen.core.finding_codes import Level
-from compgen.core.findings import first_message
 from compgen.core.json_text import read_record
 
 if TYPE_CHECKING:
@@ -159,10 +157,9 @@ def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *,
     publish(place.folder, programs, place.files(reports), own, run=run)
     errors = []
     if not correction.inside:
-        broken = first_message(Level.OUTSIDE, correction.findings)
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
-        errors.append(f"{outcome_words(correction.verdict)}: {broken}; {ending}")
+        errors.append(f"{outside_words(correction.findings)}; {ending}")
     show = partial(show_correction, correction, place.folder, files, verbose=verbose)
     return Outcome(record=files[REPORT], show=show, errors=errors)
 

@@ -14,7 +14,7 @@ from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, resume_files
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import outcome_words
+from compgen.cli.screen.messages import outside_words
 from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
@@ -93,11 +93,11 @@ def generate(
         programs = dict(corrected.delivery.files) if corrected.is_usable or force else {}
         reports = files.put(planned, corrected, programs, progress)
     show = partial(show_job, planned, corrected, folder, [*programs, *reports], verbose=screen.verbose)
-    errors = [] if corrected.inside else [_outside_words(corrected, force=force)]
+    errors = [] if corrected.inside else [_why_not_inside(corrected, force=force)]
     return Outcome(record=reports[REPORT], show=show, errors=errors)
 
 
-def _outside_words(corrected: "Corrected", *, force: bool) -> str:
+def _why_not_inside(corrected: "Corrected", *, force: bool) -> str:
     """Why a program is not inside its bounds, and whether it was written."""
     program = f"{corrected.program.name}.LS"
     ending = f"{program} not written; --force writes it"
@@ -105,7 +105,7 @@ def _outside_words(corrected: "Corrected", *, force: bool) -> str:
         ending = f"{program} is written as planned"
     elif force:
         ending = "written all the same (--force)"
-    return f"{outcome_words(corrected.verdict)}: {first_message(Level.OUTSIDE, corrected.findings)}; {ending}"
+    return f"{outside_words(corrected.findings)}; {ending}"
 
 
 def predict(

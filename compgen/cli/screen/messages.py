@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
 from compgen.core.exit_codes import ExitCode
-from compgen.core.finding_codes import Code
-from compgen.core.findings import Finding, in_reading_order, is_for_every_job, one_line
+from compgen.core.finding_codes import Code, Level
+from compgen.core.findings import Finding, first_message, in_reading_order, is_for_every_job, one_line
 from compgen.core.json_text import json_text
 
 if TYPE_CHECKING:
@@ -43,9 +43,12 @@ def reason_of(failure: Exception) -> tuple[ExitCode, str]:
     return ExitCode.CRASHED, f"a fault of compgen: {type(failure).__name__}: {failure}"
 
 
-def outcome_words(verdict: str) -> str:
-    """What a run that is not inside its bounds ends with, for the error line."""
-    return "outside bounds" if verdict == "outside" else verdict
+def outside_words(findings: Sequence[Finding]) -> str:
+    """What a run that is not inside its bounds ends with, and the first reason, for the error line; empty of others."""
+    from compgen.verification.verdict import Verdict, verdict_of
+
+    broken, verdict = first_message(Level.OUTSIDE, findings), verdict_of(findings)
+    return f"{'outside bounds' if verdict is Verdict.OUTSIDE else verdict}: {broken}" if broken else ""
 
 
 def print_refusal(message: str, code: int) -> int:
