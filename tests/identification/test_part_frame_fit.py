@@ -126,7 +126,7 @@ def test_a_sphere_of_unknown_place_is_no_harm_and_an_artefact_grows(tmp_path, ar
 
 @pytest.mark.parametrize(("noise", "shared"), [(20 * UM, 0.0), (5 * UM, 15 * UM)], ids=["each", "alike on a sphere"])
 def test_the_uncertainty_is_what_repeating_gives(tmp_path, arm, noise, shared):
-    off = []
+    off, told = [], []
     for seed in range(40):
         rng = np.random.default_rng(100 + seed)
         target, pose, _ = commanded(rng, sides=False, noise=noise)
@@ -135,7 +135,10 @@ def test_the_uncertainty_is_what_repeating_gives(tmp_path, arm, noise, shared):
         local = PART.inverse().act(fit.middle)
         longer = fit.flange @ (fit.probe - PROBE.position)  # has the part as much nearer, and meets it
         off.append((fit.frame.act(local) - fit.middle - longer) / fit.sigma[3:6])
+        told.append(fit.noise)
     assert 0.75 < np.sqrt(np.mean(np.square(off))) < 1.3
+    if not shared:
+        assert np.sqrt(np.mean(np.square(told))) == pytest.approx(noise, rel=0.1)
 
 
 def test_a_touch_far_off_is_set_aside(tmp_path, arm):
