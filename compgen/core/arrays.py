@@ -120,7 +120,7 @@ def cumulated(steps: Array) -> Array:
 
 def lengths_along(place: Array) -> Array:
     """Length of the way from the first place to each, along the chords between them, (M, k) to (M,)."""
-    return cumulated(row_norms(np.diff(place, axis=0)))
+    return cumulated(step_lengths(place))
 
 
 def step_lengths(a: Array, rows: int = 8192) -> Array:

@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from compgen.core.arrays import Array, owns
+from compgen.core.arrays import Array, cumulated, owns
 from compgen.core.units import DAY
 
 
@@ -50,7 +50,7 @@ class Ambient:
     def integral(self, time: Array) -> Array:
         """Of the rise from a fixed moment on, (M,) [s] to (M,) [K s]; differences of it count."""
         w = 2 * np.pi / self.period
-        to_knots = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (self.rise[1:] + self.rise[:-1]) / 2)])
+        to_knots = cumulated(np.diff(self.time) * (self.rise[1:] + self.rise[:-1]) / 2)
         knot = (np.searchsorted(self.time, time, side="right") - 1).clip(0)
         height = (self.rise[knot] + np.interp(time, self.time, self.rise)) / 2
         ramps = to_knots[knot] + height * (time - self.time[knot])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, cumulated
 from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.model import ThermalModel, advance
@@ -153,7 +153,7 @@ def rise_history(
     levels = {duty: outputs @ goal for duty, goal in goals.items()}
     step = (time[-1] - time[0]) / max(len(time) - 1, 1) if len(time) else 0.0
     equidistant = len(time) > 1 and bool(np.abs(np.diff(time) - step).max() <= 1e-12 * time[-1])
-    begins = np.concatenate([[0.0], np.cumsum([duty.duration for duty in duties])])
+    begins = cumulated(np.array([duty.duration for duty in duties]))
     rows = np.append(np.searchsorted(time, begins[:-1]), len(time))
     longest = min(ROWS, int(np.diff(rows).max()))
     table = np.exp(-np.arange(longest)[:, None] * step * rate) if equidistant else None

@@ -13,7 +13,7 @@ from typing import Literal, Protocol, Self
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, cumulated
 from compgen.core.units import HOUR, MM
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.node_model import HeatSources, MeasuredBox, NodeModel
@@ -125,7 +125,7 @@ def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion)
     """
     stands = (motion.driven == 0) & (np.diff(motion.theta, axis=0) == 0).all(axis=1)
     step = np.where(stands, 0.0, np.diff(motion.time))  # a program that moves does not wait
-    time = np.concatenate([[0.0], np.cumsum(step)]) if stands.any() else motion.time
+    time = cumulated(step) if stands.any() else motion.time
     mean_speed = float(np.average(motion.driven, weights=step)) if step.sum() > 0 else 0.0
 
     def warmed(duty: Duty) -> Duty:

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, owns, row_norms
+from compgen.core.arrays import Array, lengths_along, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.identification.motion.windows import BEFORE_STOP, Window, fitted, smoothed
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
-from compgen.verification.executed.course import ProgramCourse, arc_lengths_of
+from compgen.verification.executed.course import ProgramCourse
 
 AROUND = 0.8  # [s] of a corner on both sides
 BEFORE = 1.2  # [s] of a stop
@@ -71,9 +71,9 @@ def shown_speeds(
 def _speeds(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Of a window's rows, logged and as the motion has them when it passes there, (R,) [m/s] each."""
     ticks = np.flatnonzero(np.append(True, np.diff(window.shown) > 0))  # coarse clocks show a time twice
-    speed = np.gradient(arc_lengths_of(window.place)[ticks], window.shown[ticks])
+    speed = np.gradient(lengths_along(window.place)[ticks], window.shown[ticks])
     logged = np.interp(window.shown, window.shown[ticks], speed)
     time, curve, _ = smoothed(window, robot, tool, motion)
-    arc = arc_lengths_of(curve)
+    arc = lengths_along(curve)
     late = window.shown - fitted(window, robot, tool, motion)[1]
     return logged, np.interp(window.shown - np.median(late), time, np.gradient(arc, time))

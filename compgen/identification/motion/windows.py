@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, lengths_along, own
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tool
@@ -27,7 +27,7 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.robot.turns import posture_indices
-from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, tangents_of
+from compgen.verification.executed.course import ProgramCourse, tangents_of
 from compgen.verification.executed.followed_log import row_noise
 from compgen.verification.executed.judgement import ExecutedRun
 from compgen.verification.executed.tracking import nearest
@@ -312,7 +312,7 @@ def _in_time(window: Window, passed: Array, motion: ControllerMotion) -> BoolArr
 def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -> tuple[Array, Array]:
     """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
     time, curve, way = smoothed(window, robot, tool, motion)
-    arc = arc_lengths_of(curve)
+    arc = lengths_along(curve)
     at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
     moved = (time, arc, np.gradient(arc, time))

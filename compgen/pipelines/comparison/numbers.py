@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, step_lengths
+from compgen.core.arrays import Array, lengths_along
 from compgen.core.commands import Command
 from compgen.core.csv_table import CsvTable
 from compgen.core.findings import one_line
@@ -171,7 +171,7 @@ def error_along(output: Output) -> ErrorAlong | None:
 
 def _of_table(kind: Command, table: CsvTable) -> ErrorAlong:
     if kind in (Command.GENERATE, Command.PREDICT):
-        length = np.concatenate([[0.0], np.cumsum(step_lengths(_columns(table, "{}_mm") * MM))])
+        length = lengths_along(_columns(table, "{}_mm") * MM)
         after = None if kind == Command.PREDICT else np.linalg.norm(_columns(table, "after_d{}_um") * UM, axis=1)
         return ErrorAlong(
             "length along the path [m]", length, np.linalg.norm(_columns(table, "before_d{}_um") * UM, axis=1), after

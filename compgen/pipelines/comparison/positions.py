@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, row_norms, step_lengths
+from compgen.core.arrays import Array, IntArray, lengths_along, row_norms
 from compgen.core.commands import Command
 from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.core.units import DEG, MM
@@ -119,7 +119,7 @@ def _by_number(one: Commanded, other: Commanded) -> Movement | str:
 
 def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]) -> Movement | None:
     """At the planned points of A, on the path that both follow; None where they follow two."""
-    length = [np.concatenate([[0.0], np.cumsum(step_lengths(points))]) for points in planned]
+    length = [lengths_along(points) for points in planned]
     if not (length[0][-1] and length[1][-1]):
         return None
     at = length[0] * (length[1][-1] / length[0][-1])  # the lengths of one path differ by what chords cut off

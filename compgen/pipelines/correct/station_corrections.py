@@ -13,7 +13,7 @@ import numpy as np
 
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem, Settings
-from compgen.core.arrays import Array, BoolArray, IntArray, norm
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, norm
 from compgen.core.units import DEG
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel
@@ -140,7 +140,7 @@ def _correct_free(
     runs = dense_runs(drive, free, settings.curvature_period)
     for i, (first, last) in enumerate(runs):
         rows = np.arange(first, last + 1)
-        arc = np.concatenate([[0.0], np.cumsum(drive.length[first + 1 : last + 1])])
+        arc = cumulated(drive.length[first + 1 : last + 1])
         run = _build_problem(
             cell,
             models,

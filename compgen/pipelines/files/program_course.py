@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, lengths_along
 from compgen.core.exceptions import CompgenError, InputError, naming_file
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import PERCENT
@@ -31,7 +31,7 @@ from compgen.program.registers import Register
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
 from compgen.robot.turns import apply_turns
-from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, at_numbers, clock_of, divided
+from compgen.verification.executed.course import ProgramCourse, at_numbers, divided
 from compgen.verification.twin.timing import time_program
 
 SHORTEST = 1e-9  # m
@@ -109,7 +109,7 @@ def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Program
     nodes = {
         "position": pose.position,
         "judged": np.ones(S, dtype=bool),
-        "cruise": clock_of(length / program.speed),
+        "cruise": cumulated(length / program.speed),
         "planned": planned,
         "stop": program.fine,
         "kept": np.where(program.fine, 0.0, 1.0),
@@ -142,7 +142,7 @@ def _course(
     return ProgramCourse(
         position=position,
         rotation=rotation[nearest],
-        arc=arc_lengths_of(position),
+        arc=lengths_along(position),
         judged=nodes["judged"][base[:-1]],
         statement=(np.cumsum(~via) - 1)[base[:-1]],
         **columns,
@@ -178,7 +178,7 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     nodes = {
         "position": poses.tcp.position[pose],
         "judged": judged,
-        "cruise": clock_of(np.diff(written) - wait[:-1]),
+        "cruise": cumulated(np.diff(written) - wait[:-1]),
         "planned": planned - planned[0],
         "stop": stop,
         "kept": np.where(rests, 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),

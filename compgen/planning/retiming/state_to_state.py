@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
-from compgen.core.arrays import Array, IntArray, first_true
+from compgen.core.arrays import Array, IntArray, cumulated, first_true
 from compgen.core.exceptions import ImpossibleError
 from compgen.planning.retiming.blocks import Blocks, change_duration
 from compgen.planning.retiming.phases import Phases
@@ -48,7 +48,7 @@ def drive_blocks(blocks: Blocks, progress: Callable[[float], None] = lambda shar
     order = np.argsort(owner, kind="stable")
     duration, s0, v0, a0, j = np.concatenate([of_changes, of_steady])[order].T
     return Phases(
-        start=np.concatenate([[0.0], np.cumsum(duration)[:-1]]),
+        start=cumulated(duration[:-1]),
         duration=duration,
         s0=s0,
         v0=v0,

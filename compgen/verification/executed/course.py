@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, owns, step_lengths, unit
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, owns, unit
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.robot.joint_path import arm_spread
@@ -87,7 +87,7 @@ class ProgramCourse:
         duration = np.diff(self.cruise)
         whole = np.bincount(self.statement, duration)[self.statement] / override
         counted = np.ceil(whole / self.period - SAME_PERIOD) * self.period
-        return clock_of(duration * np.where(whole > 0, counted / np.where(whole > 0, whole, 1.0), 1.0))
+        return cumulated(duration * np.where(whole > 0, counted / np.where(whole > 0, whole, 1.0), 1.0))
 
     def spreads(self, robot: Robot) -> Array:
         """How far the arm is spread at most on each way's motion, (N - 1,) [m2]; NaN where joints are not known."""
@@ -119,11 +119,6 @@ class ProgramCourse:
         named = np.flatnonzero(self.number > 0)
         at = int(named[np.argmin(np.abs(self.arc[named] - arc))]) if len(named) else 0
         return f"P[{self.number[at]}]"
-
-
-def clock_of(duration: Array) -> Array:
-    """A clock of ways that take durations (N - 1,) [s], (N,) [s]."""
-    return cumulated(duration)
 
 
 def divided(position: Array, via: BoolArray) -> tuple[Array, Array]:
@@ -172,8 +167,3 @@ def tangents_of(position: Array) -> Array:
     way = np.full(len(step), moving[0])
     way[moving] = moving
     return unit(step.take(np.maximum.accumulate(way), axis=0))
-
-
-def arc_lengths_of(position: Array) -> Array:
-    """Arc length at each node, (N,) [m]."""
-    return cumulated(step_lengths(position))

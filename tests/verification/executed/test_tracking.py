@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from compgen.core.arrays import lengths_along
 from compgen.core.pose import IDENTITY
-from compgen.verification.executed.course import ProgramCourse, arc_lengths_of, divided
+from compgen.verification.executed.course import ProgramCourse, divided
 from compgen.verification.executed.followed_log import best_motion, constant_offset, shape_elsewhere
 from compgen.verification.executed.tracking import components, fits, follow, project, travelled_way
 
 
 def course(points):
     points = np.asarray(points, dtype=float)
-    N, arc = len(points), arc_lengths_of(points)
+    N, arc = len(points), lengths_along(points)
     clock = arc / 0.1
     stop = np.zeros(N, dtype=bool)
     stop[[0, -1]] = True
