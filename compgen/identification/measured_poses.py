@@ -212,8 +212,7 @@ def check_within_limits(robot: Robot, theta: Array, location: Callable[[int, int
         beyond = np.flatnonzero((theta[:, k] < robot.lower[k] - LIMIT) | (theta[:, k] > robot.upper[k] + LIMIT))
         if len(beyond):
             m = int(beyond[0])
-            zero = robot.pendant_zero[k]
-            value, low, high = ((v - zero) / DEG for v in (theta[m, k], robot.lower[k], robot.upper[k]))
+            value, low, high = np.array([robot.as_quoted(theta[m]), *robot.quoted_limits])[:, k] / DEG
             raise InputError(
                 f"{location(m, k)}: {robot.joint_names[k]} at {value:.3f} deg is outside its "
                 f"limits {low:g} to {high:g} deg; the joints are those of the pendant: mend the row, or the robot file"

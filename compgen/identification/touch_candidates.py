@@ -168,7 +168,7 @@ def _drive(
         & (margin > robot.elbow_margin)
         & (np.hypot(wrist[:, 0], wrist[:, 1]) > robot.shoulder_margin)
     )
-    good &= np.abs(theta[:, 4] - robot.pendant_zero[4]) > robot.wrist_margin
+    good &= np.abs(theta[:, 4]) > robot.wrist_margin
     if robot.interference is not None:
         good &= robot.interference.clearance(theta) > 0
     theta = theta.reshape(K, count, 6)

@@ -224,7 +224,7 @@ def singular_ways(robot: Robot, driven: DrivenProgram) -> list[tuple[int, str]]:
 
 def _distances(robot: Robot, theta: Array, margin: Array) -> Array:
     """From the J1 axis [m], from full stretch or fold [m], of J5 from zero [rad], (N, 3)."""
-    wrist = np.abs(theta[:, 4] - robot.pendant_zero[4])
+    wrist = np.abs(theta[:, 4])
     return np.column_stack([np.abs(wrist_centre(robot, theta)[:, 0]), np.nan_to_num(margin, nan=np.inf), wrist])
 
 

@@ -282,5 +282,5 @@ def motion_record(effect: MotionEffect | None) -> dict[str, Any] | None:
 def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, list[float]]:
     robot = planned.job.robot
     low, high = column_extremes(corrected.solution.theta if corrected else planned.theta)
-    ends = np.column_stack([low, high]) - robot.pendant_zero[:, None]
+    ends = np.sort([robot.as_quoted(low), robot.as_quoted(high)], axis=0).T
     return dict(zip(robot.joint_names, (ends / DEG).tolist(), strict=True))

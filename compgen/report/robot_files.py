@@ -145,7 +145,7 @@ def urdf_text(robot: Robot, chain: RigidChain, words: tuple[str, ...]) -> str:
         chain: Its lines and flange.
         words: What the file says of itself.
     """
-    low, high = _range(robot)
+    line, low, high = _joints(robot, chain)
     links = ["base", *(f"link_{i}" for i in range(1, 7)), "tool0"]
     rows = ['<?xml version="1.0"?>', *(f"<!-- {word.replace('--', '- -')} -->" for word in words)]
     rows.append(f'<robot name="{robot.name}">')
@@ -157,7 +157,7 @@ def urdf_text(robot: Robot, chain: RigidChain, words: tuple[str, ...]) -> str:
             f'    <origin xyz="{_row_of_numbers(chain.point[i] - before)}" rpy="0 0 0"/>',
             f'    <parent link="{links[i]}"/>',
             f'    <child link="{links[i + 1]}"/>',
-            f'    <axis xyz="{_row_of_numbers(chain.line[i])}"/>',
+            f'    <axis xyz="{_row_of_numbers(line[i])}"/>',
             f'    <limit lower="{low[i]:.15g}" upper="{high[i]:.15g}" effort="0" velocity="{robot.speed[i]:.15g}"/>',
             "  </joint>",
         ]
@@ -176,12 +176,12 @@ def urdf_text(robot: Robot, chain: RigidChain, words: tuple[str, ...]) -> str:
 
 def export_record(robot: Robot, chain: RigidChain, rise_K: Mapping[str, float], source: str) -> dict[str, object]:
     """The same as JSON holds it: lines and flange in World at pendant zero [m], limits [rad], what is left out."""
-    low, high = _range(robot)
+    line, low, high = _joints(robot, chain)
     joints = [
         {"name": f"joint_{i + 1}", "axis": w, "point_m": p, "lower_rad": a, "upper_rad": b, "velocity_rad_s": v}
         for i, (w, p, a, b, v) in enumerate(
             zip(
-                chain.line.tolist(),
+                line.tolist(),
                 chain.point.tolist(),
                 low.tolist(),
                 high.tolist(),
@@ -204,9 +204,9 @@ def export_record(robot: Robot, chain: RigidChain, rise_K: Mapping[str, float], 
     }
 
 
-def _range(robot: Robot) -> tuple[Array, Array]:
-    zero = robot.to_theta(np.zeros(6))
-    return robot.lower - zero, robot.upper - zero
+def _joints(robot: Robot, chain: RigidChain) -> tuple[Array, Array, Array]:
+    """Lines (6, 3) about which joints turn as the pendant counts them, and their limits [rad]."""
+    return chain.line * np.sign(np.diag(robot.pendant_map))[:, None], *robot.quoted_limits
 
 
 def _row_of_numbers(values: Array) -> str:

@@ -113,14 +113,8 @@ def check_joint_limits(robot: Robot, theta: Array) -> None:
     n = first_true(np.asarray((excess > LIMIT_TOLERANCE).any(axis=1)))
     if n is not None:
         i = int(np.argmax(excess[n]))
-        zero = robot.pendant_zero[i]
-        raise JointLimitError(
-            n + 1,
-            robot.joint_names[i],
-            float(theta[n, i] - zero),
-            float(robot.lower[i] - zero),
-            float(robot.upper[i] - zero),
-        )
+        lower, upper = robot.quoted_limits[:, i].tolist()
+        raise JointLimitError(n + 1, robot.joint_names[i], float(robot.as_quoted(theta[n])[i]), lower, upper)
 
 
 def check_interference(robot: Robot, theta: Array) -> None:
@@ -173,7 +167,7 @@ def _check_elbow(robot: Robot, margin: Array) -> None:
 
 def _check_wrist(robot: Robot, theta: Array) -> None:
     """Raises SingularityError where J5 nears zero; on one branch J5 keeps its sign, so it cannot cross zero unseen."""
-    q5 = np.abs(theta[:, 4] - robot.pendant_zero[4])
+    q5 = np.abs(theta[:, 4])
     near = q5 < robot.wrist_margin
     near[1:] |= np.abs(np.diff(theta[:, 3])) > np.pi / 2  # a wrist that swings round in between has passed zero
     n = first_true(near)

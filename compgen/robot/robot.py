@@ -14,9 +14,11 @@ from typing import Literal
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, owns
+from compgen.core.units import DEG
 from compgen.robot.interference import Interference
 from compgen.robot.motion import ANY_ARM, ControllerMotion, ExpectedMotion
 
+STANDING = np.array([0, -90, 0, 0, 0, 0]) * DEG  # theta of an arm of the class, upper arm upright, forearm level ahead
 SAME_PERIOD = 1e-6  # of a period: a line that is longer by less lasts whole periods
 CLEAR = 1e-9  # [rad] past an edge of the polygon of J2 and J3 that is none
 
@@ -105,6 +107,15 @@ class Robot:
     def to_pendant(self, theta: Array) -> Array:
         """Pendant angles of DH angles, (N, 6) [rad]."""
         return np.asarray((theta - self.pendant_zero) @ np.linalg.inv(self.pendant_map).T)
+
+    def as_quoted(self, theta: Array) -> Array:
+        """DH angles (..., 6) [rad] as limits are quoted: from pendant zero, each the way its pendant counts."""
+        return np.asarray((theta - self.pendant_zero) * np.sign(np.diag(self.pendant_map)))
+
+    @property
+    def quoted_limits(self) -> Array:
+        """The limits, lower and upper, as the data sheet prints them, (2, 6) [rad]."""
+        return np.sort([self.as_quoted(self.lower), self.as_quoted(self.upper)], axis=0)
 
     def to_theta(self, pendant: Array) -> Array:
         """DH angles of pendant angles, (N, 6) [rad]."""

@@ -81,7 +81,7 @@ def _front_up_flip(robot: Robot, theta: Array) -> tuple[BoolArray, BoolArray, Bo
     def bits(theta: Array) -> Any:
         up = np.cos(theta[:, 2] + np.arctan2(robot.a[2], -robot.d[3])) > 0
         front = wrist_centre(robot, theta)[:, 0] > 0
-        return np.column_stack([front, up, theta[:, 4] - robot.pendant_zero[4] > 0])
+        return np.column_stack([front, up, theta[:, 4] > 0])
 
     columns: Any = map_rows(bits, theta)
     front, up, flip = columns.T

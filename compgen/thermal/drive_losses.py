@@ -15,7 +15,8 @@ import numpy as np
 import pinocchio as pin
 
 from compgen.core.arrays import Array, IntArray, owns
-from compgen.robot.robot import Robot
+from compgen.core.rotations import rotation_matrix
+from compgen.robot.robot import STANDING, Robot
 from compgen.thermal.duty import JointMotion, MeanLosses
 
 SAMPLES = 2000  # of a motion: heat answers to its mean over minutes
@@ -49,11 +50,12 @@ def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:
         ((0, -1, 0), (d4, 0, 0)),
         ((-1, 0, 0), (0, 0, 0)),
     ]
-    model, parent = pin.Model(), 0
+    model, parent, turned = pin.Model(), 0, np.eye(3)  # of each link as the pendant stands at zero
     for i, (axis, place) in enumerate(joints):
         kind = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
         parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), np.array(place, dtype=float)), f"j{i + 1}")
-        mass = pin.Inertia(float(drives.link_mass[i]), drives.link_centre[i], np.zeros((3, 3)))
+        turned = turned @ rotation_matrix((robot.pendant_zero - STANDING)[i] * np.array(axis))
+        mass = pin.Inertia(float(drives.link_mass[i]), turned.T @ drives.link_centre[i], np.zeros((3, 3)))
         model.appendBodyToJoint(parent, mass, pin.SE3.Identity())
     flange = pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(robot.alpha[5]))
     load = pin.Inertia(drives.payload_mass, flange @ drives.payload_centre + [d6, 0, 0], np.zeros((3, 3)))
@@ -65,7 +67,7 @@ def joint_torques(robot: Robot, drives: Drives, theta: Array, speed: Array, acce
     """Joint torques, (M, 6) [rad], [rad/s], [rad/s2] to (M, 6) [N m]."""
     model = loaded_arm(robot, drives)
     data = model.createData()
-    q = theta - robot.pendant_zero
+    q = theta - STANDING
     return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration, strict=True)]).reshape(-1, 6)
 
 

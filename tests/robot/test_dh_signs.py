@@ -8,8 +8,15 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import ROOT
 
-from compgen.pipelines.files.robot_file import load_any_robot, load_robot
+from compgen.core.exceptions import InputError, JointLimitError
+from compgen.core.units import DEG
+from compgen.error_model.rigid_chain import rigid_chain
+from compgen.identification.measured_poses import check_within_limits
+from compgen.pipelines.files.robot_file import load_any_robot, load_arm, load_robot
+from compgen.pipelines.files.robot_sheet import robot_sheet
+from compgen.report.robot_files import export_record
 from compgen.robot.inverse_kinematics import ALL_POSTURES, is_class, solve_flange
+from compgen.robot.joint_path import check_joint_limits
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.turns import has_posture
 
@@ -122,3 +129,40 @@ def test_the_polygon_is_that_of_the_pendant_whatever_the_signs(tmp_path, flips, 
     expected = plain.interference.clearance(plain.to_theta(pendant))
     assert 50 < (expected > 0).sum() < 450
     assert_allclose(other.interference.clearance(other.to_theta(pendant)), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_limits_are_quoted_as_the_data_sheet_prints_them(tmp_path, joint):
+    """The pendant of one joint counts the other way, with a range that is not the same to both sides."""
+    text = (ROOT / "robots" / "m20ia.toml").read_text()
+    rows = [[float(i == k or (i == 2 and k == 1)) for k in range(6)] for i in range(6)]
+    rows[joint] = [-v for v in rows[joint]]
+    text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", f"matrix = {rows}", text, count=1, flags=re.MULTILINE)
+    key = ["j1", "j2", "j2_plus_j3", "j4", "j5", "j6"][joint]
+    text = re.sub(rf"^{key}_deg = .*$", f"{key}_deg = [-40, 130]", text, count=1, flags=re.MULTILINE)
+    (tmp_path / "other.toml").write_text(text)
+    arm = load_arm(str(tmp_path / "other.toml"))
+    assert_allclose(arm.robot.quoted_limits[:, joint] / DEG, [-40, 130])
+    assert_allclose(robot_sheet(arm).limits[joint], [-40, 130])
+    beyond = np.zeros((1, 6))
+    beyond[0, joint] = 150 * DEG
+    theta = arm.robot.to_theta(beyond)
+    with pytest.raises(JointLimitError) as caught:
+        check_joint_limits(arm.robot, theta)
+    assert_allclose([caught.value.value / DEG, caught.value.lower / DEG, caught.value.upper / DEG], [150, -40, 130])
+    with pytest.raises(InputError, match=r"at 150.000 deg is outside its limits -40 to 130 deg"):
+        check_within_limits(arm.robot, theta, lambda m, k: "row 1")
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_exported_joints_turn_as_the_pendant_counts(tmp_path, way):
+    text = (ROOT / "robots" / "m20ia.toml").read_text()
+    rows = [[float(i == k) * (way if i in (0, 4) else 1) for k in range(6)] for i in range(6)]
+    text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", f"matrix = {rows}", text, count=1, flags=re.MULTILINE)
+    (tmp_path / "other.toml").write_text(
+        text.replace("j2_plus_j3_deg", "j3_deg").replace("j1_deg = [-170, 170]", "j1_deg = [-40, 130]")
+    )
+    arm = load_arm(str(tmp_path / "other.toml"))
+    joints = export_record(arm.robot, rigid_chain(arm.robot, (), np.zeros(0)), {}, "")["joints"]
+    assert_allclose(joints[0]["axis"], [0, 0, way], atol=1e-9)
+    assert_allclose(joints[4]["axis"], [0, -way, 0], atol=1e-9)

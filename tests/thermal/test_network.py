@@ -13,6 +13,7 @@ from shipped import path_file
 
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
@@ -354,3 +355,17 @@ def test_a_column_that_the_network_heats_lifts_the_arm():
 def test_cold_is_outside_the_box_as_heat_is(heat):
     rise = np.full((1, len(heat.names)), -38.0)
     assert any("-38.0 K lies further below zero" in text for text in extrapolations(heat, [], 0.2, 60.0, rise))
+
+
+def test_torques_are_those_of_the_same_masses_whatever_pose_the_pendant_calls_zero(warm, heat):
+    """Centres are given as the arm stands at pendant zero: where it stands otherwise they are other numbers."""
+    rng = np.random.default_rng(3)
+    theta = rng.uniform(-1.5, 1.5, (8, 6))
+    still = np.zeros_like(theta)
+    zero = warm.robot.pendant_zero + np.array([0.4, 0, 0, 0, 0, 0])
+    other = replace(warm.robot, pendant_zero=zero)
+    turned = heat.drives.link_centre @ rotation_matrix(np.array([0, 0, 0.4])).T
+    expected = joint_torques(warm.robot, heat.drives, theta, still, still)
+    assert_allclose(
+        joint_torques(other, replace(heat.drives, link_centre=turned), theta, still, still), expected, atol=1e-9
+    )

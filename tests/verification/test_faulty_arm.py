@@ -1,6 +1,7 @@
 """The twin's faults against the optimiser's chain: two codes for the same physics, source by source and together."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -165,3 +166,15 @@ def test_an_arm_that_pinocchio_does_not_confirm_is_refused(cell, moved):
     bent.jointPlacements[moved] = bent.jointPlacements[moved] * pin.SE3(np.eye(3), np.array([0, 0, 1e-9]))
     with pytest.raises(TwinError, match="cannot be trusted"):
         replace(arm, model=bent).actual_pose(theta, {}, rise, tool, DirectionHistory(), 1)
+
+
+def test_chain_and_twin_agree_whatever_pose_the_pendant_calls_zero(tmp_path):
+    file = tmp_path / "other.toml"
+    text = Path(flawed_file(tmp_path)).read_text()
+    old = "offset_deg = [0, -90, 0, 0, 0, 0]"
+    assert old in text
+    file.write_text(text.replace(old, "offset_deg = [20, -60, 35, -15, 0, 180]"))
+    cell = load_cell(str(file))
+    chain, twin_pose, _ = chain_and_twin(cell, cell.sources, *motion(cell))
+    assert np.abs(chain.position - twin_pose.position).max() < ATOL_M
+    assert np.abs(chain.rotation - twin_pose.rotation).max() < ATOL_RAD

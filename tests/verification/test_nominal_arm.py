@@ -41,3 +41,13 @@ def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
     monkeypatch.setattr(nominal_arm, "nominal_lengths", wrong)
     with pytest.raises(TwinError, match="cannot be trusted"):
         generate.predict(job, quiet)
+
+
+@pytest.mark.parametrize("zero", [[0, 0, 0, 0, 0, 0], [20, -60, 35, -15, 40, 180]])
+def test_a_pendant_with_another_zero_is_the_same_arm_at_the_same_places(zero):
+    """Other makers count J2 from other poses; the twin refused them: *the inverse kinematics cannot be trusted*."""
+    limits = [f"robot.limits.j{i}_deg=[-300, 300]" for i in (1, 2, 4, 5, 6)]
+    override = f"robot.pendant.offset_deg={zero}"
+    other = generate.predict(load_job(path_file("line_y"), overrides=[override, *limits]), quiet)
+    usual = generate.predict(load_job(path_file("line_y"), overrides=limits), quiet)
+    assert np.abs(other.deviation().error - usual.deviation().error).max() < 1e-12

@@ -148,7 +148,7 @@ def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
     elbow[in_joints] = elbow_margins(robot, poses.theta[in_joints])
     with np.errstate(invalid="ignore"):
         over = np.maximum(robot.lower - poses.theta, poses.theta - robot.upper)
-        wrist = np.abs(poses.theta[:, 4] - robot.pendant_zero[4])
+        wrist = np.abs(poses.theta[:, 4])
         far, flat = poses.margin < 0, elbow < robot.elbow_margin
     clear = np.full(len(poses.theta), np.inf)
     if robot.interference is not None:

@@ -196,7 +196,7 @@ def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
     theta, names = poses.theta[known], number[known]
     room = np.minimum(theta - robot.lower, robot.upper - theta) / DEG
     closest = room.argmin(axis=0)
-    wrist = np.abs(theta[:, 4] - robot.pendant_zero[4]) / DEG
+    wrist = np.abs(theta[:, 4]) / DEG
     closest_to: dict[str, Any] = {
         name: {"room_deg": float(room[i, j]), "position": int(names[i])}
         for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist(), strict=True))

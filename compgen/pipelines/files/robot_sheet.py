@@ -77,7 +77,7 @@ def robot_sheet(arm: Arm) -> RobotSheet:
         message = "no [thermal]: taken as a cold arm; measure how it warms (docs/identify.md)"
         findings.append(Finding(Level.NOTE, Code.THERMAL_NONE, message))
     joints = [j for j in _table(other=bool(obstacle)) if _allowed(robot, j)]
-    limits = np.column_stack([robot.lower - robot.pendant_zero, robot.upper - robot.pendant_zero]) / DEG
+    limits = robot.quoted_limits.T / DEG
     return RobotSheet(
         arm=arm,
         reach=_reach(robot),

@@ -24,7 +24,7 @@ from compgen.core.exceptions import CompgenError
 from compgen.core.exit_codes import ExitCode
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
-from compgen.robot.robot import Robot
+from compgen.robot.robot import STANDING, Robot
 from compgen.verification.twin.direction_history import DirectionHistory, joint_side, travel_direction
 from compgen.verification.twin.faults import Faults, ThermalDistortion
 from compgen.verification.twin.nominal_arm import (
@@ -86,7 +86,7 @@ class FaultyArm:
             travel_direction(np.vstack([first_position, nominal]), deviation.width, start)[1:]
             for deviation, start in zip(self.faults.axis_deviations, before, strict=True)
         )
-        angles = theta + self._joint_faults(theta, torque, side) - self.robot.pendant_zero
+        angles = theta + self._joint_faults(theta, torque, side) - STANDING
         placements = [*self._placements(growth, rise), tool]
         inputs = [part for placement in placements for part in (placement.position, placement.rotation_rows)]
         pose = Pose.from_rows(*evaluate(build_placed_chain(), angles, *inputs))
@@ -165,7 +165,7 @@ class FaultyArm:
             mass[i] += part_mass
             moment[i] += part_mass * self._row_frame(i + 1).act(centre)
         constants = (x.reshape(1, -1) for x in (mass, moment, f.gravity, f.force))
-        angles = theta - self.robot.pendant_zero
+        angles = theta - STANDING
         function = build_load_torque(self.robot)
         torque, position = evaluate(function, angles, tool.position, tool.rotation_rows, *constants)
         return torque, position
@@ -183,7 +183,7 @@ class FaultyArm:
                 inertia = pin.Inertia(float(mass), centre_in_link, np.zeros((3, 3)))
                 model.inertias[link] = model.inertias[link] + inertia
         data = model.createData()
-        for m, q in enumerate(theta - self.robot.pendant_zero):
+        for m, q in enumerate(theta - STANDING):
             pin.forwardKinematics(model, data, q)
             tcp = data.oMi[6] * self.flange * _se3(tool, m)
             position[m] = tcp.translation
@@ -201,7 +201,7 @@ class FaultyArm:
         frame = pin.SE3.Identity()
         robot = self.robot
         for i in range(link):
-            about_z = pin.utils.rotate("z", float(robot.pendant_zero[i]))
+            about_z = pin.utils.rotate("z", float(STANDING[i]))
             about_x = pin.utils.rotate("x", float(robot.alpha[i]))
             frame = frame * pin.SE3(about_z, np.zeros(3)) * pin.SE3(about_x, np.array([robot.a[i], 0.0, robot.d[i]]))
         return data.oMi[link].actInv(frame) if link else frame

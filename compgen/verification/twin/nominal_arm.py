@@ -17,7 +17,7 @@ from compgen.core.arrays import Array, frozen
 from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.pose import Pose
 from compgen.robot.inverse_kinematics import Posture, joints_expr
-from compgen.robot.robot import Robot
+from compgen.robot.robot import STANDING, Robot
 
 #: the lengths that may grow, in the order of all growths here: joint whose placement carries it, axis
 LENGTHS = {"a1": (2, 0), "a2": (3, 2), "a3": (4, 2), "d4": (5, 0), "d6": (6, 0), "d1": (1, 2)}
@@ -88,7 +88,7 @@ def build_segment_sample(robot: Robot, posture: Posture, tool: Pose, *, arcs: bo
     theta, margin = joints_expr(robot, posture, position - flange @ ca.DM(tool.position), flange)
     expected = q0 + fraction * (q1 - q0)
     theta = theta + 2 * np.pi * ca.floor((expected - theta) / (2 * np.pi) + 0.5)
-    angles = theta - ca.DM(robot.pendant_zero)
+    angles = theta - ca.DM(STANDING)
     nominal = pose_expr(robot, angles, ca.SX.zeros(len(LENGTHS)), tool)
     actual = pose_expr(robot, angles, growth, tool)
     checks = ca.vertcat(margin, ca.norm_2(nominal[0] - position), ca.norm_fro(nominal[1] - rotation))
@@ -113,7 +113,7 @@ def build_rise_and_growth(nodes: int) -> Any:
 def build_grown_pose(robot: Robot, tool: Pose) -> Any:
     """(theta (6), growths (6)) -> position (3), rotation (9, row by row) of the TCP."""
     theta, growth = ca.SX.sym("theta", 6), ca.SX.sym("growth", len(LENGTHS))
-    position, rotation = pose_expr(robot, theta - ca.DM(robot.pendant_zero), growth, tool)
+    position, rotation = pose_expr(robot, theta - ca.DM(STANDING), growth, tool)
     return ca.Function("grown_pose", [theta, growth], [position, ca.vec(rotation.T)])
 
 
@@ -204,7 +204,7 @@ def pinocchio_difference(robot: Robot, tool: Pose, theta: Array, growth: Array, 
     for (joint, along), growths in zip(LENGTHS.values(), growth.T, strict=True):
         grown_offsets[:, joint - 1, along] += growths
     tcp = flange * pin.SE3(tool.rotation, tool.position)
-    angles = theta - robot.pendant_zero
+    angles = theta - STANDING
     differences = [0.0]
     for offsets, expected in ((nominal_offsets[:1], nominal), (grown_offsets, pose)):
         wrist = _pinocchio_wrist(model, angles, offsets)
