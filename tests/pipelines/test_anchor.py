@@ -24,6 +24,7 @@ from compgen.pipelines.anchor.anchor import anchor_files
 from compgen.pipelines.anchor.estimate import compare, estimate, path_places, widened
 from compgen.pipelines.anchor.forecast import forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, Judged, left_out, weigh
+from compgen.pipelines.anchor.result import anchor_findings
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.pipelines.anchor.verdict import verdict_of
@@ -99,6 +100,7 @@ def test_a_knocked_sphere_is_named_and_left_out(tmp_path):
     assert_allclose(result.moved[0].shift, np.array([300, 0, 400]) * UM, atol=45 * UM)
     assert left["after"][0] < 18 * UM
     assert set(result.left.touch.tolist()) == set(np.flatnonzero(day.touches.target != 2).tolist())
+    assert not any(f.code == "anchor.physics" for f in result.findings)  # the sphere is the whole reason
 
 
 def test_one_touch_that_went_wrong_is_named_and_left_out(days):
@@ -109,6 +111,9 @@ def test_one_touch_that_went_wrong_is_named_and_left_out(days):
     assert result.verdict == "anchored"
     assert any(f.code == "anchor.touch" and "line 5" in f.message for f in result.findings)
     assert 3 not in result.left.touch.tolist()
+    assert not any(f.code == "anchor.physics" for f in result.findings)
+    other_day = replace(result, judged=(replace(result.judged[0], hypothesis=Hypothesis(day=4.0)), *result.judged))
+    assert any(f.code == "anchor.physics" for f in anchor_findings(other_day))
     assert left["after"][0] < 16 * UM
 
 

@@ -13,7 +13,7 @@ from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.identification.touches import Artefact
 from compgen.pipelines.anchor.estimate import Compared, Estimate, NextTouch
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Judged, LeftOut
+from compgen.pipelines.anchor.hypotheses import Judged, LeftOut
 from compgen.pipelines.anchor.touching import THROUGH
 from compgen.pipelines.anchor.verdict import Moved, probability
 
@@ -60,7 +60,8 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
         message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, +- {k2} um at 95 %){where}"
         yield Finding(Level.WARNING, Code.ANCHOR_MOVED, message)
     chi2 = anchored.as_forecast.chi2
-    if probability(chi2, R) < LIKELY and hypothesis != AS_FORECAST:
+    # what moved, or one touch, is no physics
+    if probability(chi2, R) < LIKELY and max(hypothesis.day, hypothesis.noise) > 1:
         why = (
             f"; the day went {hypothesis.day:g} times as far from the forecast as it may" if hypothesis.day > 1 else ""
         )
