@@ -141,7 +141,7 @@ def temperatures_of(
 ) -> Temperatures:
     """``read_temperature_log`` for a table that is at hand."""
     source = table.source
-    rise_of = {f"{n}_degC": n for n in nodes} | {f"{part}_degC": n for part, n in sensors.items()}
+    rise_of = {f"{n}_degC": n for n in nodes} | {f"{part}_degC": n for part, n in sensors.items() if n in nodes}
     others = [c for c in table.header if c not in rise_of and c not in ("time_s", "ambient_degC")]
     unused = [c for c in others if re.fullmatch(r"part_\d+_degC", c) and rise_of.keys() & set(table.header)]
     unknown = next((c for c in others if c not in unused), None)

@@ -145,3 +145,11 @@ def test_the_order_of_a_robot_files_keys_changes_no_hash():
     assert list(other.tables) != list(text.tables)
     one, same = (cell_of(read, Path("a.toml"), ()).inputs_hash for read in (text, other))
     assert one == same
+
+
+def test_a_sensor_of_a_rise_that_no_heat_model_has_is_refused():
+    """It was taken, and a log with its column ended in a fault of compgen."""
+    with pytest.raises(InputError, match=r"thermal.sensors.part_3: rise 'jay2' is unknown; did you mean 'j2'\?"):
+        load_cell("m710ic50", ['robot.thermal.sensors.part_3="jay2"'])
+    cell = load_cell("m710ic50", ['robot.thermal.sensors.part_9="base"'])  # of the network, which may be chosen
+    assert cell.sensors["part_9"] == "base"

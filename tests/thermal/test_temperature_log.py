@@ -123,6 +123,8 @@ def test_parts_that_no_rise_is_of_are_left_out_and_said(tmp_path):
     log = read_temperature_log(tmp_path / "log.csv", NODES, SENSORS)
     assert set(log.readings) == {"j2"}
     assert "left out: part_1_degC, part_2_degC, part_4_degC" in log.notes[0]
+    log = read_temperature_log(tmp_path / "log.csv", NODES, {**SENSORS, "part_4": "base"})  # of the other heat model
+    assert set(log.readings) == {"j2"}
     (tmp_path / "log.csv").write_text("time_s,part_3_degC,prt_4_degC\n0,21,21\n1,21,21\n")
     with pytest.raises(InputError, match="prt_4_degC: unknown sensor"):
         read_temperature_log(tmp_path / "log.csv", NODES, SENSORS)

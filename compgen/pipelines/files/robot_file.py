@@ -326,6 +326,7 @@ def _warmth(
         return cold, (), (np.zeros((6, 1)), np.zeros((6, 1))), nothing_warms(cold)
     if facts.thermal.network is not None:
         tables.check_materials(facts.thermal.network, where)
+    tables.check_sensors(facts.thermal, where)
     profiles = tables.profiles_of(facts.thermal, robot, where)
     nodes = tables.node_model_of(facts.thermal, profiles, where)
     heat: ArmHeat = nodes

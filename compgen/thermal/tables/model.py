@@ -40,6 +40,16 @@ def node_model_of(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: 
     )
 
 
+def check_sensors(table: sc.ThermalTable, where: str) -> None:
+    """Raises InputError where a sensor shows a rise that neither heat model of the file has."""
+    known = [node.name for node in table.node]
+    if table.network:
+        known += [probe.name for probe in table.network.probe] + [body.name for body in table.network.body]
+    for sensor, rise in table.sensors.items():
+        if rise not in known:
+            raise InputError(f"{where}: thermal.sensors.{sensor}: rise '{rise}' is unknown{suggest(rise, known)}")
+
+
 def profiles_of(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Profile, ...]:
     """Profiles along the heated lengths.
 
