@@ -2,6 +2,7 @@
 
 import re
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,6 +164,6 @@ def test_exported_joints_turn_as_the_pendant_counts(tmp_path, way):
         text.replace("j2_plus_j3_deg", "j3_deg").replace("j1_deg = [-170, 170]", "j1_deg = [-40, 130]")
     )
     arm = load_arm(str(tmp_path / "other.toml"))
-    joints = export_record(arm.robot, rigid_chain(arm.robot, (), np.zeros(0)), {}, "")["joints"]
+    joints: Any = export_record(arm.robot, rigid_chain(arm.robot, (), np.zeros(0)), {}, "")["joints"]
     assert_allclose(joints[0]["axis"], [0, 0, way], atol=1e-9)
     assert_allclose(joints[4]["axis"], [0, -way, 0], atol=1e-9)
