@@ -40,13 +40,13 @@ class ImpossibleError(CompgenError):
 
 
 class UnreachableError(ImpossibleError):
-    """A waypoint lies outside the reach of the arm; position and distance [m]."""
+    """A waypoint lies outside the reach of the arm; place of the flange and distance [m]."""
 
     def __init__(self, waypoint: int, position: tuple[float, float, float], distance: float, side: str) -> None:
         self.waypoint, self.position, self.distance, self.side = waypoint, position, distance, side
         x, y, z = (v / MM for v in position)
         super().__init__(
-            f"waypoint {waypoint} at X {x:.1f} Y {y:.1f} Z {z:.1f} mm is out of reach: the wrist centre is "
+            f"waypoint {waypoint} (flange at X {x:.1f} Y {y:.1f} Z {z:.1f} mm) is out of reach: the wrist centre is "
             f"{_millimetres(distance)} mm {side} of joint 3; move the path or make it smaller"
         )
 

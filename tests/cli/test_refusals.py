@@ -62,7 +62,7 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("command", BEYOND)
 def test_what_cannot_be_done_names_file_waypoint_joint_distance_and_mend(folder, command):
     done = run(command, LINE, *BEYOND[command], *FAR, cwd=folder)
-    words = ("waypoint 1 at X 9000.0 Y", "wrist centre is 69", "of joint 3", "move the path or make it smaller")
+    words = ("waypoint 1 (flange at X 9000.0 Y", "wrist centre is 69", "of joint 3", "move the path or make it smaller")
     refused(done, 3, f"cgen: {LINE}: ", *words)
     assert done.stderr.count(LINE) == 1
 

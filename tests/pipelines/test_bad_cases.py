@@ -205,7 +205,7 @@ def generate_in_shell(out, *more, **surroundings):
     [
         (
             "path.x_mm=1400",
-            r"cgen: paths/optic_spiral.toml: waypoint \d{6} at X .* is out of reach: .*; move the path or make it",
+            r"cgen: paths/optic_spiral.toml: waypoint \d{6} \(flange at X .*\) is out of reach: .*; move the path",
         ),
         (
             "robot.limits.j1_deg=[-20,180]",
