@@ -275,7 +275,7 @@ def test_missing_tables_are_named(tmp_path, key):
 def test_an_output_folder_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").write_text("in the way")
     for place in (tmp_path / "file", tmp_path / "file" / "deeper", "/proc/nowhere/out"):
-        refused(run("generate", "paths/line_y.toml", "-q", "-o", place), 2, "output folder", "-o")
+        refused(run("generate", "paths/line_y.toml", "-q", "-o", place), 2, "output folder", "give another folder")
     assert (tmp_path / "file").read_text() == "in the way"
 
 
