@@ -100,7 +100,7 @@ def test_what_is_a_time(cell, kind, seconds):
         ("j2_degC", "j2", "degC"), ("X [mm]", "x", "mm"), ("feed_mm_s", "feed", "mm_s"), ("Zeit in s", "zeit", "s"),
         ("Kanal C", "kanal c", ""), ("t/s", "t", "s"), ("T (ºC)", "t", "degC"), ("T \u2103", "t", "degC"),
         ("TÂ°C [Â°C]", "tâ°c", "degC"), ("Y (in)", "y", "inch"), ("Alarm 102", "alarm 102", ""),
-        ("part_3", "part 3", ""),
+        ("part_3", "part 3", ""), ("time_in_min", "time in", "min"), ("t_in_s", "t in", "s"),
     ],
 )  # fmt: skip
 def test_a_name_and_its_unit(text, name, unit):

@@ -344,6 +344,6 @@ def test_own_points_that_are_too_many_for_the_controller_are_told_what_makes_the
     exact = job_of(tmp_path, circle(300), extra='through = "points"\n')
     many = load_job(exact.plan.source, None, ("robot.controller.max_lines=250", "process.chord_um=20"))
     finding = next(f for f in generate(many, quiet)[1].findings if f.code == "controller.size")
-    assert "take path.through = 'tolerance', or raise process.chord_um" in finding.message
+    assert "process.page_stops = 'anywhere', or path.through = 'tolerance' with more tolerance_um" in finding.message
     few = load_job(exact.plan.source, None, (*many.overrides, "path.through=tolerance"))
     assert not [f for f in generate(few, quiet)[1].findings if f.code == "controller.size"]

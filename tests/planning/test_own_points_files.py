@@ -69,14 +69,22 @@ def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offset
     assert_allclose(normal, np.array([[0, 0.6, 0.8], [0, 0, 1]]))
     with pytest.raises(InputError, match="Nx, Ny, Nz may say how the tool stands"):
         read_points(written(tmp_path, text))
-    for names in ("Normal.X,Normal.Y,Normal.Z", "Vec I,Vec J,Vec K", "Norm_X,Norm_Y,Norm_Z", "Quat X,Quat Y,Quat Z"):
+    for names in (
+        "Normal.X,Normal.Y,Normal.Z",
+        "Vec I,Vec J,Vec K",
+        "Norm_X,Norm_Y,Norm_Z",
+        "Quat X,Quat Y,Quat Z",
+        "n_x,n_y,n_z",
+        "NormalX,NormalY,NormalZ",
+        "Tool Axis X,Tool Axis Y,Tool Axis Z",
+    ):
         with pytest.raises(InputError, match=f"{names.split(',')[0]}, .* may say how the tool stands"):
             read_points(written(tmp_path, text.replace("Nx,Ny,Nz", names)))
     offsets = "X [mm],Y [mm],Z [mm],dX [mm],dY [mm],dZ [mm]\n1,2,3,9,9,9\n2,2,3,9,9,9\n"
     assert read_points(written(tmp_path, offsets)).normal is None
 
 
-@pytest.mark.parametrize("name", ["feed [m/min]", "Feed [in/min]", "feed_in_min", "FEED (ipm)"])
+@pytest.mark.parametrize("name", ["feed [m/min]", "Feed [in/min]", "FEED (ipm)"])
 def test_feeds_are_read_in_the_units_of_machines(tmp_path, name):
     cell = 1.8 if "[m/" in name else 1800 / 25.4
     text = f"X [mm],Y [mm],Z [mm],{name}\n1,2,3,{cell}\n2,2,3,{cell}\n"
@@ -363,7 +371,11 @@ def test_the_axis_of_where_the_machine_stood_holds_until_another_one(tmp_path):
     points = read_apt(written(tmp_path, "FROM/0,0,9,0.6,0,0.8\nGOTO/0,0,0\nGOTO/1,0,0,0,0,1\n"))
     assert points.normal is not None
     assert_allclose(points.normal, np.array([[0.6, 0.0, 0.8], [0.0, 0.0, 1.0]]))
-    assert read_apt(written(tmp_path, "FROM/0,0,9,0,0,1\nGOTO/0,0,0\nGOTO/1,0,0\n")).normal is None
+    for others in ("0,0,1", "0,0,0", "FEDRAT,200,MMPM"):  # upright, what posts write for none, and other words
+        text = f"FROM/0,0,9,{others}\nGOTO/0,0,0\nGOTO/1,0,0\n"
+        assert read_apt(written(tmp_path, text)).normal is None
+    twice = "FROM/0,0,9,1,0,0\nFROM/0,0,9,0,0,1\nGOTO/0,0,0\nGOTO/1,0,0\n"
+    assert read_apt(written(tmp_path, twice)).normal is None
 
 
 def test_a_machine_that_stands_elsewhere_in_mid_file_is_refused(tmp_path):

@@ -87,6 +87,8 @@ def name_and_unit(text: str) -> tuple[str, str]:
     for gap in _PARTED.finditer(text):
         name, rest = text[: gap.start()], text[gap.end() :]
         is_letter = rest.isascii() and len(rest) < 2 and (gap[0].isspace() or rest in "dD")  # Channel C is no unit
+        if rest[:3].casefold() == "in_":  # time_in_min: no inches
+            continue
         if name and (not is_letter or name.endswith(" in")) and (unit := unit_named(rest)):
             return plain_name(name.removesuffix(" in")), unit
     return plain_name(text), ""

@@ -145,11 +145,11 @@ def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list
         return []
     fewer = "raise process.chord_um"
     if job.own_file is not None:  # each of its points, or corners of lines, is a waypoint otherwise
-        fewer = f"take path.through = 'tolerance', or {fewer}"
+        fewer = "path.through = 'tolerance' with more tolerance_um"
     if stops is None:
-        remedy = f"{fewer}, or leave --no-pages out"
+        remedy = f"leave --no-pages out, or {fewer}"
         return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, f"{message}: it cannot be loaded; {remedy}")]
-    remedy = f"allow stops on the part with process.page_stops = 'anywhere', or {fewer}"
+    remedy = f"set process.page_stops = 'anywhere', or {fewer}"
     message = f"{message}, and it cannot be parted: {stops.obstacle}; {remedy}"
     return [Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)]
 

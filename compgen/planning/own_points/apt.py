@@ -25,7 +25,7 @@ from compgen.planning.own_points.given_points import (
 )
 
 UNIT = 0.01  # that an axis' length may differ from one
-UPRIGHT = [0.0, 0.0, 1.0]  # where FROM says so, points without an axis may still stand on a surface
+NO_AXES = ([0.0, 0.0, 1.0], [0.0, 0.0, 0.0])  # of FROM: points without an axis may still stand on a surface
 #: moves, or turns of the points, that are not read
 REFUSED = {
     "CIRCLE": "circles are not read; let the CAM system write linear moves",
@@ -110,10 +110,11 @@ class _Reader:
         elif word == "FROM":  # where the machine stood, not where the tool goes
             if self.rows.rows:
                 raise InputError(f"{where}: FROM after a point: nobody drives there; write GOTO, or remove it")
-            numbers = [_number(where, a) for a in arguments[: 6 if len(arguments) >= 6 else 3]]
-            self.place = (numbers[0], numbers[1], numbers[2]) if len(numbers) >= 3 else self.place
-            if numbers[3:] and numbers[3:] != UPRIGHT:
-                self.axis = _axis(where, numbers[3:], has_axes=True)
+            numbers = [_number(where, a) for a in arguments[:3]]
+            self.place = (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else self.place
+            axis = [_number(where, a) for a in arguments[3:6] if NUMBER.fullmatch(a)]
+            if len(axis) == 3:
+                self.axis = None if axis in NO_AXES else _axis(where, axis, has_axes=True)
         elif word in ("GOTO", "GODLTA"):
             self._move(line, where, word, [_number(where, a) for a in arguments])
         else:

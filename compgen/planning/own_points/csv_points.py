@@ -22,8 +22,8 @@ OTHERS = ("feed_mm_s", "contact", "stop")
 KNOWN = (*PLACE, *NORMAL, *ANGLES, *OTHERS)
 #: what others call columns of how a tool stands: angles, normals, quaternions
 STANDS = re.compile(
-    r"[abcwpruvijk]|roll|pitch|yaw|r[xyz]|n[xyz]|q[wxyz0-3]|"
-    r"(?:q|norm\w*|vec\w*|vek\w*|dir\w*|quat\w*)[ .:]+[wxyzijk0-3]"
+    r"[abcwpruvijk]|roll|pitch|yaw|r[xyz]|n ?[xyz]|q[wxyz0-3]|"
+    r"(?:.*[ .])?(?:q|norm\w*|vec\w*|vek\w*|dir\w*|quat\w*|axis)[ .:\[]*[wxyzijk0-3]\]?"
 )
 UNIT = 0.01  # that a normal's length may differ from one
 LARGEST = 1e4  # mm

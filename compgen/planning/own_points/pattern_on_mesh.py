@@ -139,7 +139,7 @@ def _numbered(count: IntArray, source: str) -> tuple[IntArray, IntArray]:
     if count.sum() > MOST_POINTS:
         raise InputError(
             f"{source}: the path over it needs {count.sum():.2g} points, more than {MOST_POINTS:.0e}; raise "
-            "path.stepover_mm, or give a coarser mesh"
+            "path.stepover_mm or surface.tolerance_um, or give a coarser mesh"
         )
     return numbered(count)
 

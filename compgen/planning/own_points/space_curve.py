@@ -39,6 +39,7 @@ LONG = 4.0  # times its neighbours, from where a span is a straight line
 COARSELY, FINELY = np.arange(1, 4) / 4, np.arange(1, 32) / 32  # shares of a span where its bulge is measured
 UNEVEN, NO_ARC = 2.0, 1.05  # times the smaller turn of two neighbours; times an arc's rise
 NEARLY = 0.8  # of the largest bulge: such spans are measured finely
+CLOSEST = 0.2e-3  # [m] of waypoints that are put in for a turn of the tool: below it is noise
 WINDOW = 10.0  # tolerances over which the direction of points is taken: below it is noise
 
 
@@ -331,7 +332,8 @@ def _pieces(
 ) -> PiecewiseCurve:
     """Pieces from values and slopes at K + 1 knots: the cubic of each, with t from 0 to 1.
 
-    They have so many waypoints that the tool, which turns evenly from one to the next, keeps to its tolerance [rad].
+    They have so many waypoints that the tool, which turns evenly from one to the next, keeps to its tolerance [rad];
+    none is nearer than ``CLOSEST`` for that.
     """
     h = np.diff(knots)[:, None]
     p0, p1, m0, m1 = v[:-1], v[1:], h * slope[:-1], h * slope[1:]
@@ -343,6 +345,7 @@ def _pieces(
     stop[-1] = True
     bend = np.maximum(row_norms(2 * cubic[:, 2, 3:]), row_norms(2 * cubic[:, 2, 3:] + 6 * cubic[:, 3, 3:]))
     turning = np.ceil(np.sqrt(bend / (4 * tilt_tolerance)))  # a Gibbs vector is half the angle
+    turning = np.minimum(turning, np.maximum(h[:, 0] // CLOSEST, 1))
     least = np.maximum(turning.astype(np.int64), -(-SEGMENTS // K))
     return PiecewiseCurve(
         poly=poly,
