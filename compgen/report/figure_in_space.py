@@ -69,7 +69,9 @@ def figure_in_space(subject: str, paths: Sequence[Coloured], all_places: Array, 
     if note:
         layout["annotations"] = [_annotation(note)]
         narrow["annotations"] = [_annotation("<br>".join(wrap(note, 52)))]
-    narrow["margin"] = {"l": 5, "r": 5, **({"b": 50} if note else {})}
+        narrow["margin"] = {"l": 5, "r": 5, "b": 50}
+    else:
+        narrow["margin"] = {"l": 5, "r": 5}
     drawn = figure(traces, height, sentence(subject, [*parts, _sides(view), note]), narrow, margin=margin, **layout)
     return {**drawn, "still": panels, "note": note}
 

@@ -206,7 +206,7 @@ def export_record(robot: Robot, chain: RigidChain, rise_K: Mapping[str, float], 
 
 def _joints(robot: Robot, chain: RigidChain) -> tuple[Array, Array, Array]:
     """Lines (6, 3) about which joints turn as the pendant counts them, and their limits [rad]."""
-    return chain.line * np.sign(np.diag(robot.pendant_map))[:, None], *robot.quoted_limits
+    return chain.line * robot.pendant_way[:, None], *robot.quoted_limits
 
 
 def _row_of_numbers(values: Array) -> str:

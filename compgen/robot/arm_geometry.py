@@ -97,7 +97,7 @@ def in_class_rows(robot: Robot) -> Robot:
     """
     if is_class(robot):
         return robot
-    way = np.sign(np.diag(robot.pendant_map))
+    way = robot.pendant_way
     if not way.all():
         return robot
     steps = RIGHT * np.vstack([np.zeros(6), np.diag(way)])

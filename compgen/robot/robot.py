@@ -108,9 +108,14 @@ class Robot:
         """Pendant angles of DH angles, (N, 6) [rad]."""
         return np.asarray((theta - self.pendant_zero) @ np.linalg.inv(self.pendant_map).T)
 
+    @property
+    def pendant_way(self) -> Array:
+        """1 for a joint whose pendant counts as its DH angle, -1 for one that counts the other way, (6,)."""
+        return np.sign(np.diag(self.pendant_map))
+
     def as_quoted(self, theta: Array) -> Array:
         """DH angles (..., 6) [rad] as limits are quoted: from pendant zero, each the way its pendant counts."""
-        return np.asarray((theta - self.pendant_zero) * np.sign(np.diag(self.pendant_map)))
+        return np.asarray((theta - self.pendant_zero) * self.pendant_way)
 
     @property
     def quoted_limits(self) -> Array:

@@ -99,12 +99,22 @@ def test_arms_that_are_not_of_the_class_keep_their_rows(name):
         assert_allclose(values * 1000, given, atol=1e-9)
 
 
-@pytest.mark.parametrize("joint", range(6))
-def test_limits_of_a_joint_that_counts_the_other_way_change_places(tmp_path, joint):
+def with_matrix(rows):
+    """The text of an M-20iA whose pendant has another matrix."""
     text = (ROOT / "robots" / "m20ia.toml").read_text()
+    return re.sub(r"^matrix = \[\n(.*\n){6}\]$", f"matrix = {rows}", text, count=1, flags=re.MULTILINE)
+
+
+def counting_the_other_way(joint):
+    """The text of an M-20iA where the pendant of one joint counts the other way."""
     rows = [[float(i == k or (i == 2 and k == 1)) for k in range(6)] for i in range(6)]
     rows[joint] = [-v for v in rows[joint]]
-    text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", f"matrix = {rows}", text, count=1, flags=re.MULTILINE)
+    return with_matrix(rows)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_limits_of_a_joint_that_counts_the_other_way_change_places(tmp_path, joint):
+    text = counting_the_other_way(joint)
     (tmp_path / "other.toml").write_text(text)
     other, robot = load_any_robot(str(tmp_path / "other.toml")), load_robot("m20ia")
     zero = robot.pendant_zero[joint]
@@ -135,10 +145,7 @@ def test_the_polygon_is_that_of_the_pendant_whatever_the_signs(tmp_path, flips, 
 @pytest.mark.parametrize("joint", range(6))
 def test_limits_are_quoted_as_the_data_sheet_prints_them(tmp_path, joint):
     """The pendant of one joint counts the other way, with a range that is not the same to both sides."""
-    text = (ROOT / "robots" / "m20ia.toml").read_text()
-    rows = [[float(i == k or (i == 2 and k == 1)) for k in range(6)] for i in range(6)]
-    rows[joint] = [-v for v in rows[joint]]
-    text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", f"matrix = {rows}", text, count=1, flags=re.MULTILINE)
+    text = counting_the_other_way(joint)
     key = ["j1", "j2", "j2_plus_j3", "j4", "j5", "j6"][joint]
     text = re.sub(rf"^{key}_deg = .*$", f"{key}_deg = [-40, 130]", text, count=1, flags=re.MULTILINE)
     (tmp_path / "other.toml").write_text(text)
@@ -157,9 +164,8 @@ def test_limits_are_quoted_as_the_data_sheet_prints_them(tmp_path, joint):
 
 @pytest.mark.parametrize("way", [1, -1])
 def test_exported_joints_turn_as_the_pendant_counts(tmp_path, way):
-    text = (ROOT / "robots" / "m20ia.toml").read_text()
     rows = [[float(i == k) * (way if i in (0, 4) else 1) for k in range(6)] for i in range(6)]
-    text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", f"matrix = {rows}", text, count=1, flags=re.MULTILINE)
+    text = with_matrix(rows)
     (tmp_path / "other.toml").write_text(
         text.replace("j2_plus_j3_deg", "j3_deg").replace("j1_deg = [-170, 170]", "j1_deg = [-40, 130]")
     )

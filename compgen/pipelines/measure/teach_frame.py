@@ -114,9 +114,8 @@ def _at_temperatures(
     """Touches with the rises of a log, and what the user must know of it; a doubtful one is refused."""
     readings, heat = read_log(log, arm.heat, arm.sensors)
     warmed = with_temperatures(data, readings, heat, reference)
-    refuse_doubtful(
-        readings, heat, arm.warmth, reference if isinstance(reference, float) else AmbientTable().reference_degC
-    )
+    zero = reference if isinstance(reference, float) else AmbientTable().reference_degC
+    refuse_doubtful(readings, heat, arm.warmth, zero)
     return warmed
 
 

@@ -132,9 +132,7 @@ def own_points_path(
     elif free and (mesh is not None or surface.A.any()):
         points = points.divided(STANDING_STEP)
     if mesh is not None and free:
-        points = stand_on_mesh(points, mesh, surface.origin)
-        over = mesh.over(points.position[:, :2] + surface.origin[:2])
-        off = (points.position[:, 2] + surface.origin[2] - over.height) * over.normal[:, 2]
+        points, off = stand_on_mesh(points, mesh, surface.origin)
         notes += _off_surface(points, off, "mesh", "unit, height and frame of both files")
     elif free and surface.A.any():
         off = surface.local(points.position + surface.origin)[:, 2]

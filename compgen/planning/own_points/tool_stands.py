@@ -46,13 +46,16 @@ def place_points(points: GivenPoints, surface: Quadric, spin: float, feed: float
     return LocalPoints(place, tilt, points.contact, points.stop, pace)
 
 
-def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> GivenPoints:
+def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> tuple[GivenPoints, Array]:
     """Points with the normals of the mesh over or under them, which their file does not give.
 
     Args:
         points: Without normals.
         mesh: In the frame of the part.
         shift: Of the points in it, (3,) [m].
+
+    Returns:
+        The points, and their distance from the mesh, (M,) [m], below 0 in it.
 
     Raises:
         InputError: A point that the mesh is nowhere under, or where it is inside out.
@@ -67,7 +70,7 @@ def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> GivenPoints:
             f"{points.where(off)}: the mesh (surface.file) is not under x {x:.1f}, y {y:.1f} mm; give the "
             "points' normals i, j, k, or a larger mesh"
         )
-    return replace(points, normal=over.normal)
+    return replace(points, normal=over.normal), (points.position[:, 2] + shift[2] - over.height) * over.normal[:, 2]
 
 
 def stand_on_surface(points: GivenPoints, surface: Quadric) -> GivenPoints:
