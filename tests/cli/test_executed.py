@@ -72,7 +72,7 @@ def test_the_same_log_gives_the_same_bytes_and_json_is_what_is_written(folder, c
 def test_a_deviation_beyond_the_bound_is_outside(folder, course):
     write(folder, course, run_of=logs.Run(ramp=0.25, means=(0.2, 0.1)))
     result = executed(folder, "--max-um", 100)
-    refused(result, 1, "outside", "um off the path near P[", "--max-um 100")
+    refused(result, 1, "outside bounds: ", "um off the path near P[", "--max-um 100")
 
 
 def test_the_override_is_named_and_a_change_midway_is_outside(folder, course):

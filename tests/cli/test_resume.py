@@ -133,7 +133,7 @@ def test_what_is_outside_is_not_written_but_by_force(made, tmp_path):
     assert run("generate", "paths/optic_raster.toml", *SMALL, *tight, "-q", "-o", out).returncode == 1
     before = contents(out)
     result = run("resume", out, *RESUME, "-q")
-    refused(result, 1, "bounds.max_um", "--force")
+    refused(result, 1, "outside bounds: ", "bounds.max_um", "--force")
     assert contents(out) == before
     assert run("resume", out, *RESUME, "-q", "--force").returncode == 1
     assert changed(before, contents(out))

@@ -15,7 +15,7 @@ from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, pa
 from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.ownership import IDENTIFIED, check_robot_files
 from compgen.cli.output_files.publish import check_names, publish
-from compgen.cli.screen.messages import print_findings, print_lines, stdout_console
+from compgen.cli.screen.messages import outside_words, print_findings, print_lines, stdout_console
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
@@ -235,9 +235,9 @@ def check_robot(
     result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), known_frames, bound)
     result = replace(result, findings=(*result.findings, *of_log))
     summary = validation_summary(result)
-    outside = first_message(Level.OUTSIDE, result.findings)
+    outside = outside_words(result.findings)
     show = partial(show_validation, summary, verbose=screen.verbose)
-    return Outcome(record=summary, show=show, errors=[f"outside: {outside}"] if outside else [])
+    return Outcome(record=summary, show=show, errors=[outside] if outside else [])
 
 
 def show_identification(identified: "Identification", *, verbose: bool) -> None:

@@ -18,7 +18,7 @@ from compgen.cli.options.page_options import PageChoice, PageDate, page_place
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import IDENTIFIED_MOTION, Headed, check_folder
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import finding_lines, print_lines
+from compgen.cli.screen.messages import finding_lines, outside_words, print_lines
 from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
@@ -126,10 +126,10 @@ def executed(
     record, html = json_text(summary), executed_html(run, summary, logged.inputs(), place.options)
     files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
     publish(folder, {}, place.files(files), run=own)
-    outside = first_message(Level.OUTSIDE, run.findings)
+    outside = outside_words(run.findings)
     lines = [*_lines(summary), *finding_lines(summary["findings"], verbose=screen.verbose)]
     show = partial(print_lines, [*lines, f"wrote {', '.join(files)} to {folder}"])
-    return Outcome(record=record, show=show, errors=[f"outside: {outside}"] if outside else [])
+    return Outcome(record=record, show=show, errors=[outside] if outside else [])
 
 
 def _lines(summary: dict[str, Any]) -> list[str]:

@@ -15,13 +15,11 @@ from compgen.cli.options.completion import complete_page_folders
 from compgen.cli.options.page_options import PageChoice, PagePlace, page_place
 from compgen.cli.output_files.marker import Run, command_in
 from compgen.cli.output_files.ownership import RESUME_FILES
-from compgen.cli.screen.messages import finding_lines, print_table, sizes_table, stdout_console
+from compgen.cli.screen.messages import finding_lines, outside_words, print_table, sizes_table, stdout_console
 from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Level
-from compgen.core.findings import first_message
 from compgen.core.json_text import json_text
 from compgen.core.units import UM, limit_words
 
@@ -159,7 +157,7 @@ def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: b
         ending = "nothing was written; --force writes the pages"
         if is_written or resumed.is_usable:
             ending = "written all the same" + ("" if resumed.is_usable else " (--force)")
-        errors.append(f"{resumed.verdict}: {first_message(Level.OUTSIDE, resumed.findings)}; {ending}")
+        errors.append(f"{outside_words(resumed.findings)}; {ending}")
     show = partial(_show, resumed, folder, is_written=is_written, verbose=verbose)
     return Outcome(record=record_of(resumed), show=show, errors=errors)
 
