@@ -17,10 +17,10 @@ import numpy as np
 from compgen import fanuc
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.program.configuration import config_letters
 from compgen.program.digits import pose_numbers
 from compgen.program.program import Program
 from compgen.program.speeds import parse_speed, speed_text
+from compgen.robot.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
 Result = TypeVar("Result")

@@ -29,11 +29,10 @@ from compgen.identification.measured_poses import (
     words_or,
 )
 from compgen.identification.tables import ArtefactFile
-from compgen.program.configuration import parse_config
+from compgen.robot.configuration import apply_turns, parse_config
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
-from compgen.robot.turns import apply_turns
 
 NORMAL = ("nx", "ny", "nz")
 KNOWN = ("time_s", "target", *POSE_KEYS, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")

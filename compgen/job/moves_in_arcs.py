@@ -14,8 +14,8 @@ from compgen.job.job import Process
 from compgen.planning.toolpath import ToolPath
 from compgen.program.digits import printed_poses, resolution
 from compgen.program.page_stops import PageStops, place_page_stops
+from compgen.robot.configuration import turn_digits
 from compgen.robot.robot import Robot
-from compgen.robot.turns import turn_digits
 
 AXES = 1 * MDEG  # by which the orientation between two positions may be off: a digit of three decimals
 SPEED_STEP = 1.1  # a statement has one speed: what it covers differs by no more

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from compgen.core.arrays import IntArray
 from compgen.core.pose import Pose
-from compgen.program.configuration import config_letters
+from compgen.robot.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
 

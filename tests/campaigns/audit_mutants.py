@@ -163,7 +163,7 @@ CHANGES = (
     ),
     in_code(
         "U and D exchanged in reader and writer",
-        "program/configuration",
+        "robot/configuration",
         ('elbow == "U"', 'elbow == "D"'),
         ("'U' if posture.up else 'D'", "'D' if posture.up else 'U'"),
     ),

@@ -16,13 +16,12 @@ from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical import reader
 from compgen.pipelines.files.program_course import course_of_text
-from compgen.program.configuration import config_letters
 from compgen.program.digits import pose_numbers, printed_poses
 from compgen.program.frames import default_frames
 from compgen.program.program import Program, program_name
 from compgen.program.speeds import parse_speed, speed_text
+from compgen.robot.configuration import apply_turns, config_letters, postures_of, turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
-from compgen.robot.turns import apply_turns, postures_of, turn_digits
 
 GOLDEN = """/PROG  DEMO
 /ATTR

@@ -121,7 +121,8 @@ def test_a_bound_ends_in_exit_1_with_the_row(truth, cold, identified, tmp_path):
     assert (inside.returncode, summary["verdict"]) == (0, "inside"), inside.stderr
     outside, summary = validated(tmp_path, identified, csv(truth, cold), "--max-um", "20")
     assert (outside.returncode, summary["verdict"]) == (1, "outside")
-    assert outside.stderr.startswith("cgen: outside bounds: ") and "exceeds --max-um 20" in outside.stderr
+    assert outside.stderr.startswith("cgen: outside bounds: ")
+    assert "exceeds --max-um 20" in outside.stderr
     assert "poses.csv: line" in outside.stderr
 
 

@@ -17,8 +17,8 @@ from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.program.configuration import parse_config
 from compgen.program.ways import REACH_SUBDIVISIONS, interpolate_poses, measure_reach
+from compgen.robot.configuration import parse_config
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 
 DOWN = (180.0, 0.0, 0.0)

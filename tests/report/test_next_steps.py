@@ -10,7 +10,8 @@ from command_line import run
 from numpy.testing import assert_allclose
 from shipped import ROOT
 
-from compgen.report.band_words import STEPS, STEPS_OF_PROGRAM, next_steps, next_words
+from compgen.report.band_words import next_words
+from compgen.report.next_measurements import STEPS, STEPS_OF_PROGRAM, next_steps
 
 LINE = ROOT / "paths" / "line_y.toml"
 #: of the shipped spiral, docs/uncertainty.md

@@ -16,10 +16,10 @@ from compgen.identification.measured_poses import check_within_limits
 from compgen.pipelines.files.robot_file import load_any_robot, load_arm, load_robot
 from compgen.pipelines.files.robot_sheet import robot_sheet
 from compgen.report.robot_files import export_record
+from compgen.robot.configuration import has_posture
 from compgen.robot.inverse_kinematics import ALL_POSTURES, is_class, solve_flange
 from compgen.robot.joint_path import check_joint_limits
 from compgen.robot.kinematics import flange_pose
-from compgen.robot.turns import has_posture
 
 RNG = np.random.default_rng(4)
 AREA = "j2_j3_deg = [[-60, -80], [60, -80], [60, 20], [10, 20], [10, -10], [-60, 40]]"

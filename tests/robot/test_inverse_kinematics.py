@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
+from compgen.robot.configuration import postures_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, check_arm_class, solve_flange
-from compgen.robot.turns import postures_of
 
 
 def solve_all(robot, position, rotation):

@@ -17,8 +17,8 @@ from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.vocabulary import CALL, FRAME_MENTIONED, FRAME_NUMBER, LABEL, LABEL_ALONE, may_move_arm
-from compgen.program.configuration import config_letters
 from compgen.program.driven import NONE, DrivenProgram
+from compgen.robot.configuration import config_letters
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 Active = tuple[int, int]  # numbers of the user frame and the tool that are set; NO_NUMBER where it is not known

@@ -12,9 +12,9 @@ from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION, is_unknown, written_frames
-from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.ways import singular_ways
+from compgen.robot.configuration import parse_config
 from compgen.robot.joint_path import elbow_margins, wrist_centre
 from compgen.robot.robot import Robot
 

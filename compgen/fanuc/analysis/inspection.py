@@ -28,10 +28,10 @@ from compgen.fanuc.listing.lines import letters
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
-from compgen.program.configuration import CONFIG
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
+from compgen.robot.configuration import CONFIG
 from compgen.robot.joint_path import wrist_centre
 from compgen.robot.robot import Robot
 

@@ -24,15 +24,14 @@ from compgen.fanuc.analysis.register_flow import Numbers
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, J1, NO_NUMBER
 from compgen.fanuc.listing.positions import position_rows, units
-from compgen.program.configuration import parse_config
 from compgen.program.driven import NONE, Positions
 from compgen.program.extended_axes import NAMES, ExtendedAxis
 from compgen.program.frames import Frames
 from compgen.program.pose_table import pose_of
+from compgen.robot.configuration import apply_turns, parse_config, posture_indices
 from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tools
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
-from compgen.robot.turns import apply_turns, posture_indices
 
 AS_LISTED = Placements()
 E1 = AXES.index("E1")

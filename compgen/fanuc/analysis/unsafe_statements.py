@@ -15,7 +15,7 @@ from compgen.fanuc.listing.listing import LsProgram, head_text, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of, unsafe_options, without_offsets
 from compgen.fanuc.vocabulary import OFFSET_CONDITIONS, UNSAFE_HEADERS, is_unknown, unsafe_words
-from compgen.program.configuration import CONFIG
+from compgen.robot.configuration import CONFIG
 
 AS_LISTED = Placements()
 

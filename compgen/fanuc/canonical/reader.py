@@ -24,10 +24,10 @@ from compgen.fanuc.listing.listing import LsProgram, loads, statement_texts
 from compgen.fanuc.listing.templates import windows
 from compgen.fanuc.motion_options import ACC_OR_NOTHING
 from compgen.fanuc.vocabulary import FRAME_NUMBER, PAYLOAD_ALONE, PERCENT
-from compgen.program.configuration import CONFIG, config_letters, parse_config
 from compgen.program.digits import fill_poses
 from compgen.program.program import Program
 from compgen.program.speeds import parse_speed
+from compgen.robot.configuration import CONFIG, config_letters, parse_config
 from compgen.robot.inverse_kinematics import Posture
 
 _CONSTANT_SPEED = re.compile(r"(?:\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min)")

@@ -11,10 +11,10 @@ from compgen.core.rotations import to_wpr
 from compgen.core.unique_rows import unique_rows
 from compgen.fanuc.canonical.layout import Frame, motions, positions
 from compgen.fanuc.circular import check_circles
-from compgen.program.configuration import config_letters
 from compgen.program.digits import pose_units
 from compgen.program.program import REMARK_LENGTH, Program
 from compgen.program.speeds import speed_text
+from compgen.robot.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
 APPROACH_PERCENT = 10  # of full joint speed, for the way to the first position

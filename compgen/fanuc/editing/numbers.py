@@ -13,12 +13,11 @@ from compgen.fanuc.analysis.placements import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.watermark import decimals_of
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.program.configuration import CONFIG
 from compgen.program.driven import NONE
+from compgen.robot.configuration import CONFIG, turn_digits
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
-from compgen.robot.turns import turn_digits
 
 Edits = dict[tuple[int, int], bytes]
 #: [m] how much an angle counts against a distance when joints are rounded; where the tool is not known

@@ -16,10 +16,10 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.pose import Pose
 from compgen.program.program import Program
+from compgen.robot.configuration import turn_digits
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.joint_path import follow_branch
 from compgen.robot.robot import Robot
-from compgen.robot.turns import turn_digits
 
 DOWN = np.diag([1.0, -1.0, -1.0])  # the flange looks down
 POSTURE = Posture()

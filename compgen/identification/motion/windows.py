@@ -21,12 +21,12 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, lengths_along, own
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
+from compgen.robot.configuration import posture_indices
 from compgen.robot.inverse_kinematics import ALL_POSTURES, solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
-from compgen.robot.turns import posture_indices
 from compgen.verification.executed.course import ProgramCourse, tangents_of
 from compgen.verification.executed.followed_log import row_noise
 from compgen.verification.executed.judgement import ExecutedRun

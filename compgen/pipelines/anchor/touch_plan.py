@@ -30,8 +30,8 @@ from compgen.pipelines.anchor.touching import LEAST_COORDINATES, THROUGH
 from compgen.program.digits import resolution
 from compgen.program.frames import Frames
 from compgen.program.touches import Signal, TouchPositions
+from compgen.robot.configuration import turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES
-from compgen.robot.turns import turn_digits
 
 MOST_TOUCHES = 100
 PLACES = 400  # of the path, evenly along the part

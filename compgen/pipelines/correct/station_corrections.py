@@ -20,9 +20,9 @@ from compgen.error_model.model import ErrorModel
 from compgen.job.job import Cell
 from compgen.program.directions import station_directions
 from compgen.program.driven import DrivenProgram, Positions
+from compgen.robot.configuration import postures_of, turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.joint_path import nearest_turns
-from compgen.robot.turns import postures_of, turn_digits
 from compgen.thermal import Duty, rises_during, state_after, still_air
 from compgen.thermal.ensemble import Ensemble, mean_rises
 from compgen.thermal.model import with_losses

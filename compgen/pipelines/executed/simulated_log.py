@@ -15,12 +15,12 @@ from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.pipelines.executed.executed import Situation
 from compgen.pipelines.files.program_course import canonical_program
+from compgen.robot.configuration import apply_turns
 from compgen.robot.inverse_kinematics import flange_from_tool, solve_flange, solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
-from compgen.robot.turns import apply_turns
 from compgen.verification.executed.position_log import JOINTS, PLACE, TURN
 from compgen.verification.twin.circular_motion import sweeps
 from compgen.verification.twin.controller.command import Command, WrittenPath, sample_command

@@ -28,9 +28,9 @@ from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.program import Program
 from compgen.program.registers import Register
+from compgen.robot.configuration import apply_turns
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
-from compgen.robot.turns import apply_turns
 from compgen.verification.executed.course import ProgramCourse, at_numbers, divided
 from compgen.verification.twin.timing import time_program
 

@@ -16,12 +16,11 @@ from compgen.core.toml import suggest
 from compgen.core.units import DEG, UM
 from compgen.error_model.rigid_chain import RigidChain, rigid_chain
 from compgen.pipelines.files.robot_file import Arm, load_arm
-from compgen.program.configuration import config_letters
 from compgen.program.digits import pose_numbers
+from compgen.robot.configuration import config_letters, postures_of, turn_digits
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.kinematics import flange_pose, frames_at_zero, joint_places
 from compgen.robot.robot import Robot
-from compgen.robot.turns import postures_of, turn_digits
 
 STEPS = 121  # of each joint's range, where reach is looked for
 TURN = 30.0  # deg by which each joint is turned for the table

@@ -18,7 +18,7 @@ from compgen.program.digits import as_written, printed_poses
 from compgen.program.program import DRY, REMARK_LENGTH, Program, program_name
 from compgen.program.speeds import written_feeds
 from compgen.robot import inverse_kinematics, joint_path
-from compgen.robot.turns import turn_digits
+from compgen.robot.configuration import turn_digits
 
 NOT_CORRECTED = "planned, not corrected"
 FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override

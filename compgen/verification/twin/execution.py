@@ -17,8 +17,8 @@ from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
 from compgen.program.program import Program
+from compgen.robot.configuration import apply_turns, has_posture
 from compgen.robot.inverse_kinematics import solve_tool
-from compgen.robot.turns import apply_turns, has_posture
 from compgen.thermal import Ambient, Duty, JointMotion, initial_state, still_air
 from compgen.verification.twin.circular_motion import Chords, Sweeps, as_chords, sweeps
 from compgen.verification.twin.controller.command import WrittenPath

@@ -1,5 +1,9 @@
-"""Posture and turns of joint angles, as the controller counts them: which solution a Cartesian position names."""
+"""CONFIG: which solution a Cartesian position names: posture and turns of joint angles, as the controller counts them.
 
+CONFIG : 'N U T, 0, 0, 0'         wrist No flip / Flip, elbow Up / Down, arm fronT / Back; turns of three joints
+"""
+
+import re
 from typing import Any
 
 import numpy as np
@@ -10,7 +14,23 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.joint_path import legal_turns, wrist_centre
 from compgen.robot.robot import Robot
 
+#: The text between the quotes: wrist, elbow, arm, and the three turns where they are given.
+CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4}))?\s*$")
 TOLERANCE = 1e-8  # rad: so near below 180 deg an angle counts as 180
+
+
+def parse_config(text: str) -> tuple[Posture | None, tuple[int, ...]]:
+    """Posture and turns of CONFIG's text; no posture and no turns where it names none of this arm."""
+    match = CONFIG.match(text)
+    if match is None:
+        return None, (0, 0, 0)
+    wrist, elbow, arm, *turns = match.groups()
+    return Posture(arm == "T", elbow == "U", wrist == "F"), tuple(int(turn or 0) for turn in turns)
+
+
+def config_letters(posture: Posture) -> str:
+    """CONFIG's letters: wrist, elbow, arm."""
+    return f"{'F' if posture.flip else 'N'} {'U' if posture.up else 'D'} {'T' if posture.front else 'B'}"
 
 
 def turn_digits(robot: Robot, theta: Array) -> IntArray:
