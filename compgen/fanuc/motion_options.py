@@ -130,6 +130,8 @@ _OPTION_OR_WORD = any_case(
 _UNSAFE_OPTIONS = [(option, any_case(option.pattern)) for option in MOTION_OPTIONS if option.unsafe]
 #: An option after which the robot is elsewhere than at the motion's position.
 TARGET_MODIFIER = any_case("|".join(option.pattern for option in MOTION_OPTIONS if option.modifies_target))
+#: An option with which a position's numbers are a step from where the robot stands, no place.
+STEP = any_case(r"(?<![A-Z_])INC(?:REMENTAL)?\b")
 _LONGEST_QUOTE = 40  # characters of unknown words in a message
 
 # Parts of options that some readers need.

@@ -321,11 +321,11 @@ def test_inspect_on_the_command_line(tmp_path):
 def test_without_a_robot_inspect_says_nothing_of_an_arm_and_the_rest_as_with_one(tmp_path):
     demo = tmp_path / "DEMO.LS"
     moves = ["J P[1] 10% FINE    ;", "L P[2] 5mm/sec FINE INC    ;"]
-    demo.write_bytes(program(moves, {"x": 1500.0}, {"x": 2500.0}).data)
+    demo.write_bytes(program(moves, {"x": 1500.0}, {"x": 2500.0}, {"x": 2500.0}).data)
     without = json.loads(run("inspect", demo, "--json").stdout)
     arm = json.loads(run("inspect", demo, "--json", "--robot", "m710ic50").stdout)
     assert (without["robot"], without["limits"], without["out_of_reach"]) == (None, {}, [])
-    assert arm["out_of_reach"] == [2]
+    assert arm["out_of_reach"] == [3]  # P[2] is a step from where the robot stands, no place
     assert [u for u in arm["unsafe"] if "out of reach" not in u["reason"]] == without["unsafe"]
     for key in ("motions", "positions", "frames", "postures", "path_length_mm", "duration_s", "mark"):
         assert without[key] == arm[key]

@@ -11,6 +11,7 @@ from compgen import fanuc
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_robot
+from compgen.program.driven import NONE
 from compgen.program.frames import default_frames
 from compgen.robot.motion import ControllerMotion
 
@@ -45,6 +46,19 @@ def test_a_way_takes_its_length_over_its_speed_or_the_time_it_names(arm, speed, 
     assert_allclose(drive.length[1], 0.1)
     assert_allclose(drive.duration[1], seconds)
     assert drive.untimed == ()
+
+
+@pytest.mark.parametrize("option", ["INC", "ACC80 Incremental"])
+def test_a_step_leads_to_no_place_and_its_way_is_not_told(arm, option):
+    """The numbers of P[2] are added to where the robot stands; it was timed as if it drove to them, and back."""
+    poses, drive = traversal(arm, f"L P[2] 1mm/sec CNT100 {option}", "L P[1] 1mm/sec CNT100", "L P[3] 1mm/sec CNT100")
+    assert drive.pose.tolist() == [0, NONE, 0, 2]
+    assert_allclose(drive.duration, [0, 0, 0, 100.0])
+    assert len(drive.untimed) == 2
+    assert np.isnan(poses.theta).any(axis=1).tolist() == [False, True, False]
+    poses, drive = traversal(arm, f"L P[2] 1mm/sec CNT100 {option}", "L P[2] 1mm/sec CNT100")  # a place as well
+    assert drive.pose.tolist() == [0, NONE, 1]
+    assert np.isfinite(poses.theta).all()
 
 
 def test_a_turn_on_the_spot_takes_its_angle_over_its_rate(arm):

@@ -3,8 +3,8 @@
     T_world_tcp = T_uframe T_position         T_world_flange = T_world_tcp T_utool^-1
 
 A Cartesian position takes its joints from its CONFIG, a joint-form position its pose from its joints. What cannot be
-known (not taught, frame not known, CONFIG without a posture, out of reach) is NaN. A position that motions place in
-several ways (``placements``: an offset, a frame written at run time) has a row for each of them.
+known (not taught, frame not known, CONFIG without a posture, out of reach, a step of INC) is NaN. A position that
+motions place in several ways (``placements``: an offset, a frame written at run time) has a row for each of them.
 
 World is the arm's own. Where an extended axis carries the arm (``ArmBases``), it is elsewhere in the cell, and user
 frames are told in it: T_uframe = T_base^-1 T_cell_uframe.
@@ -24,6 +24,7 @@ from compgen.fanuc.analysis.register_flow import Numbers
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, J1, NO_NUMBER
 from compgen.fanuc.listing.positions import position_rows, units
+from compgen.fanuc.motion_options import STEP
 from compgen.program.driven import NONE, Positions
 from compgen.program.extended_axes import NAMES, ExtendedAxis
 from compgen.program.frames import Frames
@@ -85,7 +86,7 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     p = program.positions
     row, placement, placed = _rows(program, placements)
     K = len(row)
-    value = p.value[row]
+    value = np.where(_steps(program, row)[:, None], np.nan, p.value[row])
     joint_form = p.joint_form[row]
     joints = value[:, J1 : J1 + 6] * DEG
     arm_bases = read_arm_bases(program, row, frames.extended)
@@ -153,6 +154,15 @@ def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArra
     pairs = [(row_of[n], t, n) for n in p.number[row].tolist() for t in sorted(ways.get(n, {0}))]
     placed = {(n, t): k for k, (_, t, n) in enumerate(pairs) if t}
     return np.array([r for r, _, _ in pairs]), np.array([t for _, t, _ in pairs]), placed
+
+
+def _steps(program: LsProgram, row: IntArray) -> BoolArray:
+    """Positions, rows of the program's table, that motions with INC alone drive by, (K,)."""
+    m = program.motions
+    named: dict[bool, set[int]] = {True: set(), False: set()}
+    for i in np.flatnonzero(~m.disabled).tolist():
+        named[STEP.search(m.options[i]) is not None].update(m.position[i])
+    return np.isin(program.positions.number[row], list(named[True] - named[False]))
 
 
 def _numbered(
