@@ -212,6 +212,16 @@ def test_a_last_line_with_cnt_rests_at_the_programs_end_and_not_before_a_place_t
         assert course_of_text(text, robot, default_frames()).kept[-1] == kept
 
 
+@pytest.mark.parametrize(("letter", "sure"), [("L", True), ("A", False), ("S", False)])
+def test_no_straight_line_joins_the_points_of_a_chain(robot, letter, sure):
+    """The corners of a square: A drives its circle, on which nothing bends; it was said to be led 3.7 mm off there."""
+    corners = [(1100.0, -100, 300), (1100, 100, 300), (1300, 100, 300), (1300, -100, 300)]
+    points = [ls_text.cartesian(n, (*corner, 180, 0, 0)) for n, corner in enumerate(corners, 1)]
+    ends = [f"{letter} P[{n}] 100mm/sec {'FINE' if n == 4 else 'CNT100'}" for n in (2, 3, 4)]
+    text = ls_text.program(["J P[1] 10% FINE", *ends], points)
+    assert course_of_text(text, robot, default_frames()).judged.tolist() == [sure] * 3
+
+
 def test_a_row_stands_for_no_way_that_is_not_judged(tmp_path, robot):
     """Two lines of 100 mm with a fast joint motion of 500 mm between; the first 8 mm of the last are 0.1 mm off."""
     ends = np.array([[1200.0, -300, 300], [1200, -200, 300], [1200, 300, 300], [1200, 400, 300]])

@@ -1,7 +1,7 @@
 """Courses of programs: of text as compgen writes it, its pages among them, and of anyone's as far as it can be known.
 
-Motions are taken as listed. A joint motion, a motion whose target the file does not tell, and one of which it is not
-sure where it comes from lead along a way that no log is judged on.
+Motions are taken as listed. A joint motion, one of A or S, a motion whose target the file does not tell, and one of
+which it is not sure where it comes from lead along a way that no log is judged on.
 """
 
 import re
@@ -217,6 +217,7 @@ def _kept_speed(termination: NDArray[np.str_]) -> Array:
 
 
 def _surely_driven(drive: DrivenProgram, station: IntArray) -> BoolArray:
-    """Stations reached on a straight or circular way from the one that is listed before."""
-    sure = (drive.origin[station] == station - 1) | drive.via[station - 1]
-    return np.asarray(sure & ~drive.joint[station])
+    """Stations reached on a straight line, or on the arc of a C, from the one that is listed before."""
+    ends_arc = drive.via[station - 1]
+    sure = (drive.origin[station] == station - 1) | ends_arc
+    return np.asarray(sure & (drive.line[station] | drive.via[station] | ends_arc))
