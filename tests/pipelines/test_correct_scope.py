@@ -365,6 +365,16 @@ def test_a_long_line_is_reported_and_points_go_in_on_request(hot):
     judged = result.residual.distance[result.judged]
     assert judged.max() < 2e-6 + 2e-6
     assert not any(f.code == "correction.straight" for f in result.findings)
+    assert finding.message.endswith("midway; --insert UM puts points into them")
+
+
+@pytest.mark.parametrize("how", [{"speed": "12.0sec"}, {"parts": " Wjnt"}])
+def test_no_insertion_is_named_as_a_mend_where_a_statement_takes_no_points(hot, how):
+    data, _ = line(1200, **how)
+    result = corrected(data, hot, insert=2e-6)
+    assert result.added == 0
+    finding = next(f for f in result.findings if f.code == "correction.straight")
+    assert finding.message.endswith("um midway; teach points between; --insert puts none into line 5")
 
 
 @pytest.mark.parametrize(

@@ -13,12 +13,13 @@ from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_fi
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.inspection import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
+from compgen.fanuc.editing.insertion import allowed_pieces
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.vocabulary import ARC_LETTERS
 from compgen.job.part_frame import frame_findings
 from compgen.pipelines.correct.motion_command import motion_command_findings
-from compgen.pipelines.correct.result import Correction
+from compgen.pipelines.correct.result import Correction, straight_ways
 from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
@@ -237,10 +238,15 @@ def _served_findings(result: Correction) -> Iterator[Finding]:
 
 
 def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
+    plan, drive = result.plan, result.plan.drive
     if deviation.max(initial=0.0) > MAX_DEVIATION:
+        stray = straight_ways(plan)[deviation > MAX_DEVIATION]
+        halves = np.where(np.isin(np.arange(len(plan.free)), stray), 2, 1)
+        closed = np.setdiff1d(stray, np.flatnonzero(allowed_pieces(plan.program, plan.poses, drive, halves) > 1))
+        mend = "--insert UM puts points into them" if len(closed) < len(stray) else "teach points between"
+        mend += f"; --insert puts none into {_lines_at(result, closed)}" if len(closed) else ""
         message = f"straight lines between corrected ends stray by up to {deviation.max() / UM:.1f} um midway"
-        yield Finding(Level.NOTE, Code.CORRECTION_STRAIGHT, f"{message}; --insert UM puts points into them")
-    drive = result.plan.drive
+        yield Finding(Level.NOTE, Code.CORRECTION_STRAIGHT, f"{message}; {mend}")
     with np.errstate(invalid="ignore", divide="ignore"):
         speed = drive.length / drive.duration
         short = (
