@@ -5,7 +5,7 @@ The class has the DH rows of ``inverse_kinematics``; an arm of it is told by its
     axis 1 upright, axis 2 across it, axis 3 along axis 2, axis 4 across axis 3;
     4, 5 and 6 meet in the wrist centre, each across the next; it lies in the plane of axis 1 across axis 2
 
-    a1, a2, a3    distances of axes 1-2, 2-3, 3-4 (a1 and a3 with a sign)
+    a1, a2, a3    distances of axes 1-2, 2-3, 3-4 (a1 forward, a3 with a sign)
     d4, d6        from axis 3's foot on axis 4 to the wrist centre, from there along axis 6 to the flange
 
 World stands on axis 1 at the height of axis 2. Which angles theta the pose is, and which way its joints count, is found
@@ -13,7 +13,6 @@ by trying the eight postures: where all six axes of our chain lie on the given o
 """
 
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -147,8 +146,8 @@ def class_arm(axes: Axes) -> ClassArm:
     alpha = np.append(ALPHA, np.pi if not own_axes or along > 0 else 0.0)
     pose = Pose((flange.position - origin)[None], rotation[None])
     arms: list[tuple[int, float, ClassArm]] = []
-    for s1, s3 in product((1.0, -1.0), (1.0, -1.0)):
-        a, d = np.array([s1 * a1, a2, s3 * a3, 0, 0, 0]), np.array([0, 0, 0, -d4, 0, -d6])
+    for s3 in (1.0, -1.0):
+        a, d = np.array([a1, a2, s3 * a3, 0, 0, 0]), np.array([0, 0, 0, -d4, 0, -d6])
         robot = _trial(a, d, alpha)
         for posture in ALL_POSTURES:
             zero = _plain(solve_flange(robot, pose, posture).theta[0])

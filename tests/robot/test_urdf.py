@@ -19,7 +19,7 @@ def test_a_drawn_arm_is_found_with_its_signs_and_its_zero(tmp_path, seed):
     text, base, sizes, _ = drawn_urdf(seed)
     (tmp_path / "drawn.urdf").write_text(text)
     arm = read_urdf(str(tmp_path / "drawn.urdf"))
-    assert_allclose([*np.abs(arm.arm.a[:3]), -arm.arm.d[3], -arm.arm.d[5]], sizes, atol=1e-9)
+    assert_allclose([*arm.arm.a[:3], -arm.arm.d[3], -arm.arm.d[5]], sizes, atol=1e-9)
     assert_allclose(arm.arm.origin, base, atol=1e-9)
     result = run("init", "--urdf", tmp_path / "drawn.urdf", "--j3", "alone", tmp_path)
     assert result.returncode == 0, result.stderr
