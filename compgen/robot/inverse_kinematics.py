@@ -1,8 +1,8 @@
 r"""Closed-form inverse kinematics of a six-axis arm with a spherical wrist, for many poses at once.
 
-Arm class: alpha = (-90, 180, -90, 90, -90, 180 or 0) deg, d1 = d2 = d3 = d5 = 0, a4 = a5 = a6 = 0, a2 positive, d4 and
-d6 negative: FANUC M-710iC and its relatives (``arm_geometry`` turns rows of other signs into these). With W the wrist
-centre, r its distance from the J1 axis, R = +/- r - a1 and Z = W_z,
+Arm class: alpha = (-90, 180, -90, 90, -90, 180 or 0) deg, d1 = d2 = d3 = d5 = 0, a4 = a5 = a6 = 0, a1 not negative, a2
+positive, d4 and d6 negative: FANUC M-710iC and its relatives (``arm_geometry`` turns rows of other signs into these).
+With W the wrist centre, r its distance from the J1 axis, R = +/- r - a1 and Z = W_z,
 
     joint 1     theta_1 = atan2(+/- W_y, +/- W_x)                                 front: +, back: -
     triangle    a2, L = hypot(a3, d4), side R^2 + Z^2                             elbow up: +, down: -
@@ -50,7 +50,7 @@ def is_class(robot: Robot) -> bool:
     twist = np.array([-90, 180, -90, 90, -90]) * DEG
     zero = np.concatenate([robot.d[[0, 1, 2, 4]], robot.a[3:]])
     is_covered = np.allclose(robot.alpha[:5], twist) and np.isclose(abs(np.cos(robot.alpha[5])), 1) and not zero.any()
-    return bool(is_covered and robot.a[1] > 0 and robot.d[3] < 0 and robot.d[5] < 0)
+    return bool(is_covered and robot.a[0] >= 0 and robot.a[1] > 0 and robot.d[3] < 0 and robot.d[5] < 0)
 
 
 def check_arm_class(robot: Robot, source: str) -> None:
