@@ -89,6 +89,35 @@ def test_each_kind_of_limit_that_a_correction_breaks_is_seen(circle):
     assert 0.4 < broken.mean() < 0.6
 
 
+def test_each_limit_that_a_correction_reaches_is_named_with_its_waypoint(circle):
+    """A joint within 1e-7 rad of its limit, a clamp or a rate to a ten-thousandth; twice as far off none binds."""
+    N, robot, settings = len(circle.arc), circle.robot, Settings(clamp_position=1e-3, clamp_rotation=1e-3, rate=0.05)
+    none = np.zeros((N, 6))
+    theta = circle.joints(none).theta
+    low, high = int(theta[:, 0].argmin()), int(theta[:, 2].argmax())
+
+    def active(correction, room):
+        lower = np.where(np.arange(6) == 0, theta[low, 0] - room * 1e-7, robot.lower)
+        upper = np.where(np.arange(6) == 2, theta[high, 2] + room * 1e-7, robot.upper)
+        near = replace(circle, robot=replace(robot, lower=lower, upper=upper, interference=None))
+        return set(limits.active_limits(near, settings, correction))
+
+    names = {(low + 1, f"joint {robot.joint_names[0]} limit"), (high + 1, f"joint {robot.joint_names[2]} limit")}
+    assert names <= active(none, 0.9)
+    assert active(none, 2.0) == set()
+    for part, clamp, name in ((slice(0, 3), 1e-3, "position clamp"), (slice(3, 6), 1e-3, "rotation clamp")):
+        for share, binding in ((1 - 0.9e-4, True), (1 - 2e-4, False)):
+            correction = none.copy()
+            correction[:, part] = share * clamp / np.sqrt(3)
+            assert {n for n in active(correction, 1e4) if n[1] == name} == (
+                {(n, name) for n in range(1, N + 1)} if binding else set()
+            )
+    rising = none.copy()
+    rising[8:, 2] = 0.05 * (circle.arc[8] - circle.arc[7])
+    assert active((1 - 0.9e-4) * rising, 1e4) == {(8, "rate limit")}
+    assert active((1 - 2e-4) * rising, 1e4) == set()
+
+
 @pytest.mark.parametrize("factor", [1, 20])
 def test_the_stretch_around_a_limit_is_as_long_as_its_influence_whatever_the_spacing(circle, factor):
     """Counted in waypoints it would be too short on a dense path."""

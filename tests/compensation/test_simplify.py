@@ -30,6 +30,9 @@ def test_simplification_keeps_the_fewest_that_stay_within_the_tolerance():
     wave = none.copy()
     wave[:, 2] = 20 * UM * np.sin(path.arc / 1e-3)
     assert len(simplify.simplify(path, wave, 1.5 * UM, 0.0)) > 1.3 * len(rows)
+    # one that is the same everywhere, or changes evenly along the path, is said by the same rows
+    even = np.outer(path.arc, [0.0, 2e-3, 1e-3]) + np.array([1e-3, 0.0, -2e-3])
+    assert np.array_equal(simplify.simplify(path, even, 1.5 * UM, 0.0), rows)
     # no line too short to follow where there is another way
     long = simplify.simplify(path, none, 1.5 * UM, 0.5 * MM)
     assert np.diff(path.arc[long]).min() >= 0.5 * MM

@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 from scipy.linalg import solveh_banded
 
 from compgen.compensation.problem import Settings
-from compgen.compensation.smoothness import smoothing_matrix, waypoint_lengths
+from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
+from compgen.core.units import MM
 
 
 @pytest.mark.parametrize(("period", "passed"), [(5e-3, 0.06), (10e-3, 0.5), (40e-3, 0.99)])
@@ -43,3 +44,19 @@ def test_the_matrix_is_the_gradient_of_the_stated_cost():
     full += np.diag(second[2:], 2) + np.diag(second[2:], -2)
     gradient = [(cost(c + e) - cost(c - e)) / 2e-6 for e in 1e-6 * np.eye(40)]
     assert_allclose(full @ c, gradient, rtol=1e-5, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [2, 3, 40])
+def test_what_waypoints_stand_for_is_the_trapezoidal_rule(count):
+    rng = np.random.default_rng(1)
+    arc, f = np.cumsum(rng.uniform(0.5e-3, 3e-3, count)), rng.normal(size=count)
+    assert waypoint_lengths(arc) @ f == pytest.approx(np.trapezoid(f, arc), rel=1e-12)
+
+
+def test_an_angle_counts_as_the_distance_that_it_moves_a_point_250_mm_away():
+    """A spin that is free counts ten thousand times less."""
+    turn = 1e-6 * np.eye(3)  # about x, y, z
+    away = 250 * MM * np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
+    moved = np.linalg.norm(np.cross(turn, away), axis=1)
+    assert_allclose(component_weights(Settings()), [1, 1, 1, *(moved / 1e-6)])
+    assert_allclose(component_weights(Settings(free_spin=True))[5], 1e-4 * moved[2] / 1e-6)

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 
 from compgen.core import evaluation
-from compgen.core.evaluation import BLOCK, failed, map_blocks, parallel_for, run_in_background, stop_background
+from compgen.core.evaluation import (
+    BLOCK,
+    failed,
+    map_blocks,
+    map_rows,
+    parallel_for,
+    run_in_background,
+    stop_background,
+)
 from compgen.core.evaluation.threads import MAX_ROWS_PER_CALL, MIN_BACKGROUND_ROWS, Cancelled
 
 
@@ -48,6 +56,20 @@ def test_a_task_that_nobody_wants_ends_at_the_next_block(two_workers, loop):
     assert not in_background()
     with pytest.raises(Cancelled):
         task.result()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2 * BLOCK, 2 * BLOCK + 1, 8 * BLOCK, 33 * BLOCK + 5])
+def test_several_workers_do_every_row_once_and_in_order(two_workers, count):
+    rows, times = np.arange(count), np.zeros(count, dtype=int)
+
+    def note(start, stop):
+        times[start:stop] += 1
+
+    parallel_for(count, note)
+    assert np.all(times == 1)
+    parts = list(map_blocks(count, lambda start, stop: rows[start:stop]))
+    assert np.array_equal(np.concatenate([rows[:0], *parts]), rows)
+    assert np.array_equal(map_rows(lambda x: 2 * x + 1, rows), 2 * rows + 1)
 
 
 def test_stopping_one_task_leaves_the_next_alone(two_workers):

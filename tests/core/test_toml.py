@@ -7,7 +7,7 @@ import pytest
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError, TableError
-from compgen.core.toml import Table, check, override, read_toml
+from compgen.core.toml import Table, check, override, read_toml, suggest
 from compgen.identification.tables import ArtefactFile
 from compgen.program.frames import load_frames
 
@@ -98,6 +98,17 @@ def test_defaults_are_not_shared():
 )
 def test_an_unknown_key_is_named_with_what_was_meant(changes, message):
     assert refusal(changes) == message
+
+
+def test_a_key_of_eighty_characters_is_named_whole_and_a_longer_one_is_cut_to_them():
+    assert refusal({80 * "k": 1}).startswith(f"{80 * 'k'}: unknown key")
+    assert refusal({81 * "k": 1}).startswith(f"{77 * 'k'}...: unknown key")
+
+
+def test_known_keys_are_listed_where_they_are_a_dozen_at_most():
+    known = [f"key{n}" for n in range(13)]
+    assert suggest("zzz", known[:12]) == f"; known: {', '.join(known[:12])}"
+    assert suggest("zzz", known) == ""
 
 
 def test_an_unknown_key_comes_before_a_missing_one():

@@ -195,6 +195,30 @@ def test_link_offsets_move_and_turn_what_follows(cell, field, row, turn, move):
     assert_allclose(w, size * axis, atol=1e-10)
 
 
+def test_an_excess_lets_a_length_grow_by_that_share_more():
+    """At the pendant's zero a2 stands upright, d4 and d6 point ahead."""
+    rise = np.full((1, 5), 8.0)
+
+    def grown(*overrides):
+        own = load_cell("m710ic50", overrides)
+        (growth,) = (s for s in own.sources if isinstance(s, ThermalGrowth))
+        model = build_error_model(own.robot, [growth], 5, FLANGE)
+        zero = own.robot.pendant_zero[None]
+        return model.actual_pose(zero, rise).position[0] - model.nominal_pose(zero).position[0]
+
+    plain, own_a2 = grown(), grown("sources.thermal_growth.excess_a=[0,0.1,0,0,0,0]")
+    assert_allclose(own_a2, plain * [1, 1, 1.1], atol=1e-12)
+    assert_allclose(grown("sources.thermal_growth.excess_d=[0,0,0,0.2,0,0.2]"), plain * [1.2, 1, 1], atol=1e-12)
+    assert plain[[0, 2]].min() > 10e-6
+
+
+def test_growth_names_the_nodes_that_it_hangs_on():
+    a, d = np.zeros((6, 5)), np.zeros((6, 5))
+    a[1, 3], d[3, 0] = 1e-5, -1e-5
+    assert ThermalGrowth(a, d).nodes() == {0, 3}
+    assert ThermalGrowth(a, 0 * d).nodes() == {3}
+
+
 def test_hayati_angles_belong_to_parallel_axes(cell):
     assert parallel_axes(cell.robot.alpha).tolist() == [False, True, False, False, False, False]
 

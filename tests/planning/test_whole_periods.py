@@ -16,6 +16,9 @@ from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.findings.job_findings import over_periods
 from compgen.pipelines.planned import generate
+from compgen.planning import patterns, surfaces, toolpath
+from compgen.planning.boundaries import unbounded
+from compgen.planning.exact_path import ExactPath
 from compgen.planning.whole_periods import STRETCH, Cells, Periods, lay_out
 
 ONE, ROUNDING = 1.6e-3, 1.8e-6  # m
@@ -67,6 +70,18 @@ def test_lines_of_one_period_keep_their_length_where_others_can_give():
     one = (ONE - ROUNDING) / (1 + STRETCH)
     assert_allclose(lengths[:60], one, rtol=1e-12)
     assert len(set(np.round(lengths[100:110], 12))) == 1
+
+
+def test_a_circle_of_four_pieces_has_one_rest_in_all():
+    """As many lines of two periods as go round, the last of them shared out."""
+    plane = surfaces.plane(np.array([1.2, 0.0, 0.2]))
+    circle = ExactPath(curve=patterns.circle(0.1), surface=plane, boundary=unbounded(), spin=0.0)
+    assert len(circle.curve.poly) == 4
+    period = Periods(0.4e-3, ROUNDING)
+    path = toolpath.plan_tool_path(circle, toolpath.LayoutSettings(1.5e-6, periods=period))
+    of_two_periods = (2 * period.length - period.rounding) / (1 + STRETCH)
+    assert len(path.arc) - 1 == ceil(path.arc[-1] / of_two_periods) == 394
+    assert np.ptp(np.diff(path.arc)) < 1e-3 * of_two_periods
 
 
 def test_a_share_of_the_feed_is_counted_in_its_slowest_word():
