@@ -209,6 +209,8 @@ def test_a_program_that_breaks_a_limit_for_a_twentieth_of_its_length():
     assert np.linalg.norm(solution.correction[:, :3], axis=1).max() <= clamp * (1 + 1e-6)
     limited = np.array([n for n, _ in solution.active_limits])
     assert 0.03 < len(limited) / 1497 < 0.08
+    at_clamp = np.flatnonzero(np.linalg.norm(solution.correction[:, :3], axis=1) > clamp * limits.ACTIVE)
+    assert (limited - 1).tolist() == at_clamp.tolist()
     assert {limit for _, limit in solution.active_limits} == {"position clamp"}
     far = np.setdiff1d(np.arange(1497), (limited[:, None] - 1 + np.arange(-90, 91)).ravel())
     assert np.linalg.norm(solution.residual[far, :3], axis=1).max() < 0.05 * UM

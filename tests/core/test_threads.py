@@ -58,7 +58,7 @@ def test_a_task_that_nobody_wants_ends_at_the_next_block(two_workers, loop):
         task.result()
 
 
-@pytest.mark.parametrize("count", [0, 1, 2 * BLOCK, 2 * BLOCK + 1, 8 * BLOCK, 33 * BLOCK + 5])
+@pytest.mark.parametrize("count", [0, 1, 2 * BLOCK, 2 * BLOCK + 1, 5 * BLOCK, 8 * BLOCK, 33 * BLOCK + 5])
 def test_several_workers_do_every_row_once_and_in_order(two_workers, count):
     rows, times = np.arange(count), np.zeros(count, dtype=int)
 

@@ -1,13 +1,14 @@
 """Tables are checked once, at the edge; whatever a file holds, a refusal is one short line that names the key."""
 
 import math
+import tomllib
 from typing import Annotated, Any, Literal
 
 import pytest
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError, TableError
-from compgen.core.toml import Table, check, override, read_toml, suggest
+from compgen.core.toml import Table, check, override, read_toml, suggest, toml_value
 from compgen.identification.tables import ArtefactFile
 from compgen.program.frames import load_frames
 
@@ -255,6 +256,27 @@ def test_an_override_that_leads_nowhere_is_refused(assignment):
     with pytest.raises(InputError, match=r"^--set robot\.") as caught:
         override({"a": {"b": 1}, "rows": [{"k": 1}]}, assignment, f"robot.{assignment}")
     assert len(str(caught.value)) <= 300
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        True,
+        False,
+        0,
+        -7,
+        1e-9,
+        12.5,
+        "",
+        'a "b" \\ c',
+        "\x00\t\n\x7f\x80",
+        "Größe 🤖",
+        [1, [2.5, "x"]],
+        {"a b": {"ä": [False]}},
+    ],
+)
+def test_a_value_as_toml_is_read_as_itself(value):
+    assert tomllib.loads(f"x = {toml_value(value)}") == {"x": value}
 
 
 def test_a_file_as_windows_editors_save_it_is_read(tmp_path):

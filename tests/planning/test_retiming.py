@@ -196,6 +196,17 @@ def test_outside_the_motion_the_robot_stands_at_the_nearest_end():
     assert_allclose(v, 0, atol=1e-10)
 
 
+def test_a_motion_of_some_waypoints_passes_them_at_their_times():
+    """A line has the speed of the last of those that it stands for."""
+    _, motion = driven("square", 0.2)
+    N = len(motion.time)
+    rows = np.array([0, 1, 4, N - 3, N - 1])
+    some = motion.at(rows)
+    assert_allclose(some.time, motion.time[rows], atol=0)
+    assert_allclose(some.speed, motion.speed[[0, 3, N - 4, N - 2]], atol=0)
+    assert_allclose(some.driven_speed, motion.driven_speed[[0, 3, N - 4, N - 2]], atol=0)
+
+
 def test_when_inverts_where():
     _, motion = driven("spiral", 1.5)
     t = np.sort(np.random.default_rng(8).uniform(0, motion.time[-1], 5000))
