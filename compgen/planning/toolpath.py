@@ -79,8 +79,7 @@ class ToolPath:
 
     def at(self, segment: IntArray, fraction: Array) -> PathPoses:
         """M true poses at fractions of segments' arc lengths, and which way the path goes there."""
-        first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1
-        length = np.diff(self.arc[first : last + 1])[segment - first]
+        length = self.arc[segment + 1] - self.arc[segment]
         return self.exact.at(self.piece[segment], self.span[segment], length, self.slope[segment], fraction)
 
     def subset(self, rows: IntArray, via: BoolArray | None = None) -> "ToolPath":

@@ -16,7 +16,7 @@ from compgen.core.evaluation.interpreter import BLOCK
 
 MAX_ROWS_PER_CALL = 32 * BLOCK  # a run can be interrupted between calls
 MIN_BLOCKS_PER_WORKER = 4  # fewer are done before a thread has started
-RANGES_PER_WORKER = 4
+RANGES_PER_WORKER = 4  # no more than the blocks: none is empty
 MIN_BACKGROUND_ROWS = 16 * BLOCK
 
 T = TypeVar("T")
@@ -60,9 +60,9 @@ def parallel_for(count: int, body: Callable[[int, int], None]) -> None:
             body(start, min(count, start + MAX_ROWS_PER_CALL))
         return
     ranges = RANGES_PER_WORKER * workers
-    edges = [min(count, BLOCK * (blocks * k // ranges)) for k in range(ranges)] + [count]
+    edges = [BLOCK * (blocks * k // ranges) for k in range(ranges)] + [count]
     with ThreadPoolExecutor(workers, initializer=_enter_pool) as pool:
-        list(pool.map(lambda pair: body(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:], strict=False)))
+        list(pool.map(body, edges[:-1], edges[1:]))
 
 
 def map_blocks(count: int, function: Callable[[int, int], T], rows: int = 2 * BLOCK) -> Iterator[T]:
