@@ -173,3 +173,43 @@ def test_a_scale_known_from_few_numbers_widens_what_it_alone_holds(arm):
     assert (wider.p == fitted.p).all()
     thermal = active & truth.model.thermal
     assert (wider.sigma[thermal] <= truth.model.prior[thermal] * (1 + 1e-9)).all()  # their ceiling is the prior
+
+
+def test_what_scales_widen_is_by_as_many_numbers_as_tell_them(arm):
+    """Normal equations with numpy alone: lambda n / (n - 2), twice at most, n = 0.3 and what the data tells of a group.
+
+    Doubled where n is two or less; never above the group's ceiling.
+    """
+    truth, active = arm
+    rng = np.random.default_rng(5)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 12), rng, reflectors=1)
+    fitted = fit(truth.model, data, active)
+    wider = with_uncertain_scales(truth.model, data, fitted)
+
+    names, group = truth.model.groups()
+    known, learnt = np.zeros(len(names)), fitted.posterior.scales.group
+    np.add.at(known, group[active], fitted.gamma[active])
+    n = 0.3 + known
+    factor = np.array([v / (v - 2) if v > 4 else 2.0 for v in n])
+    assert (n < 2).any()
+    assert ((n > 2) & (n < 4)).any()
+    assert (n > 4).any()
+    scales = np.minimum(learnt * factor, np.maximum(truth.model.ceiling, learnt))
+    assert (scales < learnt * factor).any()
+
+    K, kept = int(active.sum()), ~fitted.outlier
+    A = fitted.linear.A[kept].reshape(3 * kept.sum(), -1) / np.sqrt(fitted.posterior.scales.noise[0])
+    prior = np.full(A.shape[1], 100.0)  # of frames and reflectors
+    prior[:K] = 1 / scales[group[active]]
+    spread = np.sqrt(np.diag(np.linalg.inv(A.T @ A + np.diag(prior))))[:K]
+    assert wider.sigma[active] == pytest.approx(spread * truth.model.prior[active], rel=1e-6)
+    assert wider.gamma[active] == pytest.approx(1 - spread**2 / scales[group[active]], abs=1e-6)
+    assert (wider.sigma[~active] == truth.model.prior[~active]).all()
+
+
+def test_an_arm_of_which_nothing_is_free_has_no_scales_to_widen(arm):
+    truth, active = arm
+    rng = np.random.default_rng(5)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 12), rng, reflectors=1)
+    fitted = fit(truth.model, data, np.zeros_like(active))
+    assert with_uncertain_scales(truth.model, data, fitted) is fitted

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from command_line import run
 from numpy.testing import assert_allclose
+from scipy.linalg import null_space
 from shipped import ROOT
 
 from compgen.core.units import DEG, MDEG, UM
@@ -131,6 +132,80 @@ def test_of_a_run_only_the_poses_at_its_ends_count_as_poses(plan):
     assert motion is not None
     kept = with_runs_as_poses(data, motion)
     assert len(kept.pose) == 6 * 2 * 2
+
+
+def play(angle, width):
+    """The side that a joint with play is on: between two places that monotonous ways move it to, in one step each."""
+    sides = [0.0]
+    for step in np.diff(angle):
+        sides.append(min(max(sides[-1] + step / width, -1.0), 1.0))
+    return np.array(sides)
+
+
+def run_of_one_joint(half, width, noise, seed):
+    """A run of J2 over 14 degrees: angles, and places of two reflectors on curves of their own that play lags behind.
+
+    The curves are cubics of the angle whose slopes change by much over the run.
+    """
+    steps = np.array([0.004, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.6, 1.2, 2.0, 2.4, 2.4, 2.4, 2.4]) * DEG
+    angle = np.cumsum(np.concatenate([[-0.2, 2.0 * DEG], steps, -steps]))
+    theta = np.zeros((len(angle), 6))
+    theta[:, 1] = angle
+    rng = np.random.default_rng(seed)
+    curves = rng.normal(0, [[[0.5], [2.0], [8.0], [30.0]]] * 2, (2, 4, 3))
+    powers = angle[:, None] ** np.arange(4)
+    slopes = np.column_stack([0 * angle, powers[:, 0], 2 * angle, 3 * angle**2])
+    lag = half * play(angle, width)[:, None, None]
+    places = np.moveaxis(powers @ curves - np.moveaxis(lag, 0, 1) * (slopes @ curves), 0, 1)
+    return theta, places + rng.normal(0, noise, places.shape)
+
+
+def test_play_is_told_from_the_slope_of_the_curve_where_a_place_is():
+    """Without noise to speak of, the half-width comes back to 0.5 % although the slopes change on the way."""
+    theta, places = run_of_one_joint(6 * MDEG, 0.05 * DEG, 0.01 * UM, 1)
+    motion = fit_lost_motion(measurements(theta, places), ASSUMED)
+    assert motion is not None
+    assert motion.law == "play"
+    assert motion.half_width[1] == pytest.approx(6 * MDEG, rel=5e-3)
+    assert motion.width[1] == pytest.approx(0.05 * DEG, rel=0.06)  # of a grid of 10 %
+    assert np.isnan(motion.half_width[[0, 2, 3, 4, 5]]).all()
+    assert (motion.width[[0, 2, 3, 4, 5]] == ASSUMED.joint[0]).all()
+
+
+@pytest.mark.parametrize(("noise", "seed"), [(60 * UM, 5), (1500 * UM, 5)])  # of which play is more, and less
+def test_what_a_run_tells_is_bayes_rule_over_all_widths(noise, seed):
+    """Numbers of full covariances: N(0, s^2 + HALF^2 m m') of what no cubic follows, at each width by itself."""
+    theta, places = run_of_one_joint(4 * MDEG, 0.2 * DEG, noise, seed)
+    motion = fit_lost_motion(measurements(theta, places), ASSUMED)
+    assert motion is not None
+    assert motion.law == "play"
+
+    angle, widths = theta[:, 1], np.exp(np.linspace(np.log(0.003), np.log(1.0), 59)) * DEG
+    fits = [np.polyfit(angle, places[:, r, x], 3) for r in range(2) for x in range(3)]
+    beside = null_space((angle[:, None] ** np.arange(4)).T)  # numbers of which no cubic tells
+    left = np.concatenate([beside.T @ places[:, r, x] for r in range(2) for x in range(3)])
+    moved = np.array([
+        np.concatenate([beside.T @ (-play(angle, w) * np.polyval(np.polyder(fit), angle)) for fit in fits])
+        for w in widths
+    ])  # fmt: skip
+    squares = [left @ left - (left @ m) ** 2 / (m @ m) for m in moved]
+    s2, half2 = min(squares) / (len(left) - 2), (8 * MDEG) ** 2
+    log, halves, spreads = [], [], []
+    for w, m in zip(widths, moved, strict=True):
+        C = s2 * np.eye(len(left)) + half2 * np.outer(m, m)
+        prior = -0.5 * ((np.log(w) - np.log(0.2 * DEG)) / 1.2) ** 2
+        log.append(-0.5 * left @ np.linalg.solve(C, left) - 0.5 * np.linalg.slogdet(C)[1] + prior)
+        gain = half2 * np.linalg.solve(C, m)
+        halves.append(gain @ left)
+        spreads.append(half2 - half2 * gain @ m)
+    share = np.exp(np.array(log) - max(log))
+    share /= share.sum()
+    middle, half = share @ np.log(widths), share @ halves
+    assert motion.width[1] == pytest.approx(np.exp(middle), rel=1e-6)
+    assert motion.width_sigma[1] == pytest.approx(np.sqrt(share @ (np.log(widths) - middle) ** 2), rel=1e-6)
+    assert motion.half_width[1] == pytest.approx(half, rel=1e-6)
+    spread = np.sqrt(share @ (np.array(spreads) + (np.array(halves) - half) ** 2))
+    assert motion.half_sigma[1] == pytest.approx(spread, rel=1e-6)
 
 
 @pytest.mark.parametrize("law", ["dahl", "play"])
