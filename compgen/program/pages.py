@@ -20,7 +20,7 @@ from compgen.core.arrays import Array, frozen
 from compgen.core.exceptions import CompgenError
 from compgen.core.exit_codes import ExitCode
 from compgen.core.json_text import json_text
-from compgen.core.units import KB, MM
+from compgen.core.units import DEG, KB, MM
 from compgen.program.program import Program
 
 #: Bytes of a program, of a single-group position and of a motion line.
@@ -155,10 +155,10 @@ def require_meeting(before: Program, after: Program, step: float) -> None:
     """Raises JoinError when a page does not start where the one before stopped, or no farther than a step [m]."""
     gap = gap_between(before, after)
     turn = float(np.abs(after.rotation[0] - before.rotation[-1]).max())
-    if gap > step * (1 + SAME_STEP) or turn > (MOST_TURN if step else 0.0):
-        raise JoinError(
-            f"page {after.name}: it starts {gap / MM:.3f} mm from where {before.name} stopped; load matching pages"
-        )
+    apart = gap > step * (1 + SAME_STEP)
+    if apart or turn > (MOST_TURN if step else 0.0):
+        off = f"{gap / MM:.3f} mm from" if apart else f"turned by {turn / DEG:.4f} deg against"
+        raise JoinError(f"page {after.name}: it starts {off} where {before.name} stopped; load matching pages")
     if not before.fine[-1]:
         raise JoinError(f"page {before.name}: it does not stop (FINE) at its end")
     fields = ("uframe", "utool", "posture", "comment", "date", "payload", "acc")

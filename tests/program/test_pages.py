@@ -1,0 +1,110 @@
+"""Pages joined to the program that they are of, what keeps two apart, and what a program takes of a controller."""
+
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen import fanuc
+from compgen.core.rotations import rotation_matrix
+from compgen.core.units import MM
+from compgen.planning.toolpath import ToolPath
+from compgen.program.page_stops import add_stops, canonical_size, place_page_stops
+from compgen.program.pages import JoinError, excerpt, join_programs
+from compgen.program.program import Program
+from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.robot import Robot
+
+N = 12
+RNG = np.random.default_rng(6)
+WHOLE = Program(
+    name="WHOLE",
+    comment="",
+    date="26-01-01",
+    remarks=("one", "two"),
+    uframe=1,
+    utool=2,
+    position=RNG.normal(size=(N, 3)),
+    rotation=rotation_matrix(0.3 * RNG.normal(size=(N, 3))),
+    posture=Posture(),
+    turns=np.arange(3 * N).reshape(N, 3) // 20,
+    speed=RNG.uniform(0.1, 0.3, N - 1),
+    fine=np.isin(np.arange(N), [0, 4, 7, N - 1]),
+)
+PAGES = [excerpt(WHOLE, first, last) for first, last in ((0, 4), (4, 7), (7, N - 1))]
+
+
+def test_pages_joined_are_the_program_and_each_begins_where_the_one_before_stopped():
+    whole, starts = join_programs(PAGES)
+    assert starts.tolist() == [0, 4, 7]
+    for name in ("position", "rotation", "turns", "speed", "fine", "via"):
+        assert np.array_equal(getattr(whole, name), getattr(WHOLE, name))
+
+
+def moved(page, mm=0.0, mrad=0.0):
+    """A page that begins elsewhere."""
+    position, rotation = page.position.copy(), page.rotation.copy()
+    position[0] += np.array([0, mm, 0]) * MM
+    rotation[0] = rotation[0] @ rotation_matrix(np.array([[0, 0, mrad * 1e-3]]))[0]
+    return replace(page, name="SECOND", position=position, rotation=rotation)
+
+
+@pytest.mark.parametrize(
+    ("second", "why"),
+    [
+        (moved(PAGES[1], mm=0.25), "page SECOND: it starts 0.250 mm from where WHOLE stopped"),
+        (moved(PAGES[1], mrad=0.1), "page SECOND: it starts turned by 0.005[0-9] deg against where WHOLE stopped"),
+        (replace(PAGES[1], turns=PAGES[1].turns + 1), "its turns differ"),
+        (replace(PAGES[1], utool=3), "its utool differ"),
+    ],
+)
+def test_a_page_that_does_not_begin_where_the_one_before_stopped_is_refused(second, why):
+    with pytest.raises(JoinError, match=why):
+        join_programs([PAGES[0], second])
+
+
+def test_a_page_written_anew_may_begin_as_far_off_as_it_was_told():
+    """The joined program then has the place of the stop; a turn of a degree is too much all the same."""
+    steps = {"SECOND": 0.25 * MM}
+    whole, _ = join_programs([PAGES[0], moved(PAGES[1], mm=0.25, mrad=15)], steps)
+    assert_allclose(whole.position, WHOLE.position[:8], atol=0)
+    for mm, mrad in ((0.26, 0), (0.1, 25)):
+        with pytest.raises(JoinError, match="page SECOND"):
+            join_programs([PAGES[0], moved(PAGES[1], mm=mm, mrad=mrad)], steps)
+
+
+def test_a_page_that_runs_through_at_its_end_is_refused():
+    rolling = replace(PAGES[0], fine=np.zeros(5, dtype=bool))
+    with pytest.raises(JoinError, match="page WHOLE: it does not stop"):
+        join_programs([rolling, PAGES[1]])
+
+
+def test_a_programs_size_has_the_lines_that_its_text_counts():
+    (count,) = re.findall(rb"LINE_COUNT\t= (\d+)", fanuc.compose(WHOLE))
+    size = canonical_size(N, len(WHOLE.remarks))
+    assert (size.lines, size.positions) == (int(count), N)
+
+
+def test_a_controller_without_room_for_a_page_is_told():
+    """One whose memory holds less than two positions beside the main program."""
+    controller = SimpleNamespace(max_lines=9999, max_positions=9999, memory=500.0, name_length=8)
+    path = SimpleNamespace(arc=np.arange(100.0), stop=np.isin(np.arange(100), [0, 99]))
+    robot, tool_path = cast(Robot, SimpleNamespace(controller=controller)), cast(ToolPath, path)
+    stops = place_page_stops(robot, tool_path, np.zeros((100, 6)), 3, on_the_part=True, payload=False)
+    assert stops is not None
+    assert "no room for a page" in stops.obstacle
+    assert np.array_equal(stops.stop, path.stop)
+    assert not stops.added.any()
+
+
+def test_a_path_on_the_part_that_may_not_stop_there_gets_no_stop_and_is_told():
+    on_part, stop = np.ones(30, dtype=bool), np.isin(np.arange(30), [0, 29])
+    stops = add_stops(np.ones(30), stop, on_part, 10, on_the_part=False)
+    assert "between waypoints 2 and 10" in stops.obstacle
+    assert np.array_equal(stops.stop, stop)
+    assert not stops.added.any()
+    assert stops.on_the_part == 0
