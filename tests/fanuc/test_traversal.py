@@ -61,6 +61,13 @@ def test_a_step_leads_to_no_place_and_its_way_is_not_told(arm, option):
     assert np.isfinite(poses.theta).all()
 
 
+def test_a_program_without_motions_has_no_stations_and_waits(arm):
+    read = fanuc.loads(program(["WAIT   2.50(sec)"], [cartesian(1, PLACES[0])]))
+    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    assert len(drive.pose) == len(drive.via) == len(drive.stop) == 0
+    assert drive.rest == 2.5
+
+
 def test_a_turn_on_the_spot_takes_its_angle_over_its_rate(arm):
     _, drive = traversal(arm, "L P[2] 100mm/sec CNT100", "L P[3] 30deg/sec CNT100")
     assert_allclose(drive.length[2], 0.0, atol=1e-12)

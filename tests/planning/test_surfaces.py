@@ -53,6 +53,21 @@ def height_over(surface, xy):
     return surface.lift(xy, np.zeros(len(xy)))[0][:, 2] - surface.origin[2]
 
 
+def test_any_quadric_goes_through_its_points_square_to_its_normals():
+    """One that is twisted and stands askew: its equation p' A p + b' p = 0, and the gradient of that."""
+    A = np.array([[0.3, 0.2, -0.1], [0.2, -0.25, 0.15], [-0.1, 0.15, 0.2]])
+    b = np.array([0.2, -0.1, 1.0])
+    surface = surfaces.Quadric(ORIGIN, A, b)
+    xy = disc(0.3)
+    position, normal = surface.lift(xy, np.zeros(len(xy)))
+    local = position - ORIGIN
+    assert_allclose(local[:, :2], xy, atol=ATOL_M)
+    assert_allclose(np.einsum("ni,ij,nj->n", local, A, local) + local @ b, 0, atol=ATOL_M)
+    gradient = 2 * local @ A + b
+    assert_allclose(normal, gradient / np.linalg.norm(gradient, axis=1)[:, None], atol=1e-13)
+    assert np.ptp(local[:, 2]) > 0.05
+
+
 def test_plane_is_flat_and_faces_up():
     xy = disc(1.0)
     position, normal = surfaces.plane(ORIGIN).lift(xy, np.zeros(len(xy)))

@@ -1,5 +1,6 @@
 """Pages joined to the program that they are of, what keeps two apart, and what a program takes of a controller."""
 
+import json
 import re
 from dataclasses import replace
 from types import SimpleNamespace
@@ -14,7 +15,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import MM
 from compgen.planning.toolpath import ToolPath
 from compgen.program.page_stops import add_stops, canonical_size, place_page_stops
-from compgen.program.pages import JoinError, excerpt, join_programs
+from compgen.program.pages import JoinError, excerpt, is_as_written, join_programs, with_checksum
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
@@ -108,3 +109,11 @@ def test_a_path_on_the_part_that_may_not_stop_there_gets_no_stop_and_is_told():
     assert np.array_equal(stops.stop, stop)
     assert not stops.added.any()
     assert stops.on_the_part == 0
+
+
+def test_a_manifest_is_as_it_was_written_whatever_its_layout_until_it_says_something_else():
+    written = json.loads(with_checksum({"name": "PART", "pages": [{"order": 1, "start_h": 2.5}]}))
+    assert is_as_written(json.loads(json.dumps(written, indent=7)))
+    assert not is_as_written({**written, "name": "OTHER"})
+    assert not is_as_written({key: value for key, value in written.items() if key != "pages"})
+    assert not is_as_written({key: written[key] for key in ("name", "pages")})

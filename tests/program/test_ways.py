@@ -92,6 +92,12 @@ def test_three_places_in_one_line_make_no_arc(arm):
     assert not ways.circular_ways(straight).any()
 
 
+@pytest.mark.parametrize("unknown", ["P[9]", "PR[1]"])
+def test_an_arc_to_a_place_that_is_not_known_is_none(arm, unknown):
+    moves = [*MOVES[:2], f"C P[3]\n    :  {unknown} 100mm/sec CNT100", *MOVES[3:]]
+    assert not driven(arm, moves, PLACES).circular.any()
+
+
 def reach(arm, x, y, z):
     """How far inside the reach places are with the tool straight down [m]."""
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (len(x), 1, 1))

@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.timing import RAMP_ACCELERATION, RAMP_JERK, ramp_duration, time_program
 
 PER_METRE = 1.2  # rad, of every joint
@@ -131,3 +132,12 @@ def test_3_19_mm_hold_the_feed_on_a_controller_that_rounds_up_and_3_2_do_not(rob
     feed = lengths[middle].sum() / np.diff(timing.time)[middle].sum() * 1e3
     assert lowest < feed < highest
     assert_allclose(timing.unrounded[-1], lengths.sum() / 0.2, rtol=0.02)
+
+
+@pytest.mark.parametrize(("length", "highest"), [(1.0, 0.2), (0.02, 0.1), (0.01, 0.05)])
+def test_smoothing_reaches_the_word_on_a_long_line_and_a_share_of_it_on_a_short_one(robot, length, highest):
+    """By means over 200 and 100 ms: a line that is commanded for 100 or 50 ms at 200 mm/s is spread over 200 ms."""
+    smoothing = replace(robot, motion=ControllerMotion(moving_averages=(0.2, 0.1)))
+    timing = clocked(smoothing, [length, length], [0.2, 0.2], stops=[1])
+    assert_allclose(timing.highest, highest, rtol=2e-3)
+    assert_allclose(timing.driven, length / np.diff(timing.time), rtol=1e-12)
