@@ -102,7 +102,7 @@ def with_uncertain_scales(model: ArmModel, data: Measurements, fitted: Fit) -> F
         return fitted
     problem, scales = fitted.problem(model, data), fitted.posterior.scales
     n = NU + np.bincount(problem.prior.group, fitted.posterior.gamma, len(scales.group))
-    factor = np.where(n > 2, np.minimum(n / np.maximum(n - 2, 1e-9), WIDEST), WIDEST)
+    factor = np.minimum(n / np.maximum(n - 2, 1e-9), WIDEST)
     wider = np.minimum(scales.group * factor, np.maximum(model.ceiling, scales.group))
     solution = replace(problem, scales=replace(scales, group=wider)).solve()
     sigma, gamma = fitted.sigma.copy(), fitted.gamma.copy()

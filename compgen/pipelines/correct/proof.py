@@ -123,7 +123,7 @@ def flat_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]
     """That the three places of arcs lie in one line, in the planned or in the corrected text."""
     drive = planned
     via = np.flatnonzero(drive.via & ~drive.line & ~drive.joint & (drive.origin != NONE))
-    via = via[(drive.pose[via] != NONE) & (drive.pose[np.minimum(via + 1, len(drive.pose) - 1)] != NONE)]
+    via = via[(drive.pose[via] != NONE) & (drive.pose[via + 1] != NONE)]  # an end follows each via
     flat = via[arcs_in_line(drive, via) | arcs_in_line(replace(drive, at=corrected.at), via)]
     if not len(flat):
         return []
