@@ -27,7 +27,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study import ASKS, build, run
 from compgen.pipelines.study.geometry import execute_with, lay_out
-from compgen.pipelines.study.questions import answer_questions, passes, when_settled
+from compgen.pipelines.study.questions import answer_questions, first_above, first_below, passes, when_settled
 from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import StudyOutcome, answer_csv, headline, study_csv
@@ -338,7 +338,8 @@ def test_warm_up_is_long_enough_and_no_longer():
 
 def test_what_follows_the_warm_up_stays_behind_it():
     """Six hours of it are what the file says: the drift of its own program, after the rest."""
-    rests = """before=[{state="moving", feed_mm_s=200, duration_h=6}, {state="idle", duration_h=2}]"""
+    warm = """{state="moving", feed_mm_s=200, duration_h=%d}"""
+    rests = f"""before=[{warm % 1}, {warm % 6}, {{state="idle", duration_h=2}}]"""
     job = load_job(PATH, overrides=[rests, "process.feed_mm_s=20"])
     table, geometry = ASKS["warmup"](job, UM).table, lay_out(job)
     rise = execute_with(job, geometry).rise
@@ -351,6 +352,48 @@ def test_runs_with_dwells_have_no_length_to_vary():
     runs = """before=[{state="moving", feed_mm_s=200, repeat=9, dwell_s=30}]"""
     with pytest.raises(InputError, match="say them as duration_h with a duty"):
         ASKS["warmup"](load_job(PATH, overrides=[runs]), UM)
+
+
+def test_a_curve_is_followed_to_where_it_meets_the_limit():
+    """10 exp(-x) falls to 2 at ln 5 and x^2 rises to 2 at the root of it, from inside: no limit is rounded up."""
+    x = np.linspace(0, 4, 9)
+    fall, rise = (lambda x: 10 * np.exp(-x)), (lambda x: x**2)
+    assert first_below(fall, x, fall(x), 2.0) == pytest.approx(np.log(5), rel=1e-8)
+    assert first_above(rise, x, rise(x), 2.0) == pytest.approx(np.sqrt(2), rel=1e-8)
+    assert fall(first_below(fall, x, fall(x), 2.0)) <= 2.0
+    assert rise(first_above(rise, x, rise(x), 2.0)) <= 2.0
+    assert first_below(fall, x, fall(x), 10.0) == first_above(fall, x, fall(x), 9.0) == 0.0
+    assert first_below(fall, x, fall(x), fall(4.0) * 0.99) is None
+    assert first_below(fall, x, fall(x), fall(3.75)) == pytest.approx(3.75)
+    assert first_above(rise, x, rise(x), 16.0) is None
+
+
+def test_a_curve_that_meets_its_limit_twice_is_below_it_for_good_and_above_it_at_once():
+    x = np.linspace(0, 5, 26)
+    wave = lambda x: np.sin(np.pi * x)  # noqa: E731  above 1/2 from 1/6 to 5/6, and so on each two
+    assert first_above(wave, x, wave(x), 0.5) == pytest.approx(1 / 6)
+    assert first_below(wave, x, wave(x), 0.5) == pytest.approx(4 + 5 / 6)
+
+
+def test_validity_is_looked_for_over_sixteen_hours_and_five_kelvin(line):
+    answer = ASKS["validity"](line, 1.0)
+    assert "for a start even 16 h late, or an ambient within" in answer.sentence
+    late, warm = answer.table[:, 0], answer.table[:, 2]
+    assert np.nanmax(late) == 960
+    assert (np.nanmin(late), np.nanmin(warm), np.nanmax(warm)) == (0, -5, 5)
+    assert (np.isnan(late) == np.isfinite(warm)).all()
+
+
+def test_a_late_start_on_a_day_that_warms_is_off_by_what_starting_then_would_show():
+    """The same path with its standing and the air of an hour later, on the twin."""
+    air = 'ambient={kind="wave",value_degC=21,amplitude_K=2,period_h=24,peak_h=15}'
+    moving, idle = '{state="moving", feed_mm_s=200, duration_h=2}', '{state="idle", duration_h=1}'
+    job = load_job(PATH, overrides=[air, f"before=[{moving}]"])
+    later = load_job(PATH, overrides=[air, f"before=[{moving}, {idle}]"])
+    geometry = lay_out(job)
+    apart = execute_with(later, geometry).actual.position - execute_with(job, geometry).actual.position
+    table = ASKS["validity"](job, 5 * UM).table
+    assert table[table[:, 0] == 60, 1] * UM == pytest.approx(np.linalg.norm(apart, axis=1).max(), rel=0.02)
 
 
 def test_validity_is_the_start_window(line):
@@ -442,6 +485,11 @@ def test_steady_is_in_the_air_of_the_job():
     final = np.linalg.norm(ends[0] - ends[1], axis=1).max() / UM
     answer = ASKS["steady"](job, 5 * UM)
     assert float(answer.sentence.split("the final ")[1].split()[0]) == pytest.approx(final, abs=0.3)
+
+
+def test_what_the_day_adds_to_the_air_never_settles_and_is_left_out(line):
+    air = 'ambient={kind="wave",value_degC=20,amplitude_K=3,period_h=24,peak_h=15}'
+    assert ASKS["steady"](load_job(PATH, overrides=[air]), 5 * UM).sentence == ASKS["steady"](line, 5 * UM).sentence
 
 
 def test_what_takes_longer_than_is_asked_is_said():

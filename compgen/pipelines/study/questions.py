@@ -46,7 +46,7 @@ def warmup(job: Job, limit: float) -> Answer:
     geometry, moving, before = lay_out(job), _moving(job), job.history.before
     last = max((n for n, duty in enumerate(before) if duty.state == "moving"), default=len(before))
     steps = [step for step in job.inputs["path"]["before"] if step["state"] == "moving"]
-    if last < len(before) and steps and steps[-1]["dwell_s"]:
+    if steps and steps[-1]["dwell_s"]:
         raise InputError(
             f"{job.source}: before: runs with dwells have no one length; say them as duration_h with a duty"
         )
@@ -64,7 +64,7 @@ def warmup(job: Job, limit: float) -> Answer:
 
     hours = np.concatenate([np.linspace(0, 4, 17), np.arange(5.0, 49.0)])
     table = np.array([[h, drift(h * HOUR) / UM] for h in hours])
-    needed = _first_below(lambda h: drift(h * HOUR), hours, table[:, 1] * UM, limit)
+    needed = first_below(lambda h: drift(h * HOUR), hours, table[:, 1] * UM, limit)
     feed = f" at {moving.feed / MM:g} mm/s"
     if needed is None:
         sentence = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
@@ -97,7 +97,7 @@ def validity(job: Job, limit: float) -> Answer:
 
     minutes = np.concatenate([np.arange(0.0, 60.0, 5.0), np.arange(60.0, 961.0, 20.0)])
     delays = np.array([late(m * MINUTE) for m in minutes])
-    valid = _first_above(lambda m: late(m * MINUTE), minutes, delays, limit)
+    valid = first_above(lambda m: late(m * MINUTE), minutes, delays, limit)
     kelvins = np.linspace(-5, 5, 21)
     offs = np.array([warmer(k) for k in kelvins])
     above = warmer(1.0)
@@ -346,7 +346,7 @@ def _largest(vectors: Array) -> float:
     return float(np.linalg.norm(vectors, axis=1).max())
 
 
-def _first_below(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
+def first_below(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
     """Where a curve falls below a limit and stays there; None where it ends above it."""
     over = np.flatnonzero(y > limit)
     if not len(over):
@@ -355,7 +355,7 @@ def _first_below(f: Callable[[float], float], x: Array, y: Array, limit: float) 
     return None if k == len(x) - 1 else _last_inside(f, float(x[k + 1]), float(x[k]), limit)
 
 
-def _first_above(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
+def first_above(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
     """Where a curve that begins below a limit first crosses it; None where it never does."""
     over = np.flatnonzero(y > limit)
     if not len(over):
