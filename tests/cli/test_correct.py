@@ -448,8 +448,11 @@ def codes(folder):
 
 @pytest.mark.parametrize(
     ("remark", "named"),
-    [("LR Mate 200iD", "LRMATE200ID"), ("R-2000iC/165F", "R2000IC165F"), ("ARC MATE 120iC", "ARCMATE120IC")],
-)
+    [
+        ("LR Mate 200iD", "LRMATE200ID"), ("R-2000iC/165F", "R2000IC165F"), ("ARC MATE 120iC", "ARCMATE120IC"),
+        ("M-710iC/50H", "M710IC50H"),  # of five axes
+    ],
+)  # fmt: skip
 def test_a_remark_that_names_another_robot_is_a_warning(remark, named, folder):
     (folder / "OTHER.LS").write_bytes(part().replace(b"   1:J", f"   1:  !{remark} ;\n   2:J".encode()))
     assert correct(folder, "-q", name="OTHER.LS").returncode == 0
@@ -458,7 +461,9 @@ def test_a_remark_that_names_another_robot_is_a_warning(remark, named, folder):
     assert named in finding["message"]
 
 
-@pytest.mark.parametrize("remark", ["M-710iC", "R-30iB Plus", "p1 in place", "M-710iC/50", "move mate 200"])
+@pytest.mark.parametrize(
+    "remark", ["M-710iC", "R-30iB Plus", "p1 in place", "M-710iC/50", "M-710iC/50 2nd cell", "move mate 200"]
+)
 def test_a_remark_that_names_this_robot_or_none_is_no_warning(remark, folder):
     (folder / "OTHER.LS").write_bytes(part().replace(b"   1:J", f"   1:  !{remark} ;\n   2:J".encode()))
     assert correct(folder, "-q", name="OTHER.LS").returncode == 0

@@ -334,6 +334,20 @@ def test_without_a_robot_inspect_says_nothing_of_an_arm_and_the_rest_as_with_one
     assert json.loads(run("inspect", demo, "--json").stdout)["robot"] == "m710ic50"
 
 
+@pytest.mark.parametrize(
+    ("remark", "named"),
+    [
+        ("LR Mate 200iD", ["lrmate200id"]), ("LR Mate 200iD/7L", ["lrmate200id7l"]), ("M-20iA/10L", ["m20ia10l"]),
+        ("lr mate 200iD 7L", ["lrmate200id7l"]), ("LR Mate 200iD/4S", []), ("LR Mate 200iD 4S", []),
+        ("M-710iC/50H", []), ("M-710iC/50 2nd cell", ["m710ic50"]), ("XM-710iC/50", []),
+        ("M-20iA and M-20iA/10L", ["m20ia", "m20ia10l"]),
+    ],
+)  # fmt: skip
+def test_a_model_is_named_by_its_whole_name(remark, named):
+    text = program([f"  !{remark} ;", "J P[1] 10% FINE    ;"], {})
+    assert inspection.robots_named(text, ["lrmate200id", "lrmate200id7l", "m20ia", "m20ia10l", "m710ic50"]) == named
+
+
 def test_every_sample_is_inspected():
     if not SAMPLES.is_dir():
         pytest.skip("the sample programs are not here")

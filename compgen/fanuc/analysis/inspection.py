@@ -224,9 +224,11 @@ class Unattainable:
 
 
 def robots_named(program: LsProgram, names: Sequence[str]) -> list[str]:
-    """Those of some robots that a program's remarks or comment name, blanks and marks left out."""
-    spoken = set(_names_in(program))
-    return [name for name in names if _plain(name) in spoken]
+    """Those of some robots that a program's remarks or comment name, blanks and marks left out.
+
+    M-710iC/50 is not named by M-710iC/50H, nor LR Mate 200iD by LR Mate 200iD/4S: other arms.
+    """
+    return [name for name in names if "" in _named_with(program, _plain(name))]
 
 
 def other_models(program: LsProgram, robot: Robot) -> list[str]:
@@ -236,6 +238,7 @@ def other_models(program: LsProgram, robot: Robot) -> list[str]:
         return []  # a name of the user's own: no model to compare with
     models = [name for name in _names_in(program) if _MODEL.fullmatch(name)]
     others = [name for name in models if not (own.startswith(name) or name.startswith(own))]
+    others += [own + more for more in _named_with(program, own) if more and _MODEL.fullmatch(own + more)]
     return sorted({name for name in others if not any(name != other and other.startswith(name) for other in others)})
 
 
@@ -253,10 +256,20 @@ def unattainable(program: LsProgram, poses: Poses, traversal: DrivenProgram, rob
     return Unattainable(tuple(poses.number[rows[far | beyond]].tolist()), int(known.sum()))
 
 
+def _named_with(program: LsProgram, name: str) -> set[str]:
+    """What the remarks and the comment say behind a plain name before the model's name ends: nothing, or 50's H."""
+    more = r"[ /-]?\d+[A-Z]{1,2}(?![A-Z0-9])|/?[A-Z0-9]+" if name[-1:].isalpha() else "[A-Z0-9]+"
+    says = re.compile(f"(?<![A-Z0-9]){'[^A-Z0-9]*'.join(name)}({more})?")
+    return {_plain(match[1] or "") for text in _texts(program) for match in says.finditer(text.upper())}
+
+
+def _texts(program: LsProgram) -> list[str]:
+    return [dict(program.attributes).get("COMMENT", ""), *program.remarks]
+
+
 def _names_in(program: LsProgram) -> list[str]:
     """Words of the remarks and the comment, alone and with those that follow, in capitals."""
-    texts = [dict(program.attributes).get("COMMENT", ""), *program.remarks]
-    runs = [[w.upper() for w in _WORD.findall(text)] for text in texts]
+    runs = [[w.upper() for w in _WORD.findall(text)] for text in _texts(program)]
     return [
         "".join(words[i : i + n])
         for words in runs
