@@ -239,6 +239,8 @@ def test_registers_are_followed_as_far_as_constants_tell(statements, known, hot)
         (["OFFSET CONDITION PR[5]", "PR[5,1]=7", "L P[1] 50mm/sec FINE Offset"], "behind its OFFSET CONDITION"),
         (["IF DI[1]=ON,JMP LBL[1]", "OFFSET CONDITION PR[5]", "LBL[1]", "L P[1] 50mm/sec FINE Offset"], "CONDITION"),
         (["L P[1] 50mm/sec FINE Offset,PR[6]"], "PR[6] is not known: give it with --registers"),
+        (["PR[6]=PR[7]", "L P[1] 50mm/sec FINE Offset,PR[6]"], "PR[6] may have been written before it"),
+        (["PR[6,1]=R[9]", "L P[1] 50mm/sec FINE Offset,PR[6]"], "PR[6] may have been written before it"),
         (["L P[1] 50mm/sec FINE Offset,PR[5] INC"], "INC moves relative"),
         (["L P[1] 50mm/sec FINE VOFFSET,VR[1]"], "VOFFSET is added"),
         (["UFRAME[4]=PR[6]", "L P[5] 50mm/sec FINE"], "UFRAME[] is written"),

@@ -202,8 +202,9 @@ class _Motions:
         numbers = self.flow.numbers(register, f"PR[{number}]")
         if numbers is None:
             form = "is in joint form" if register.form == JOINT else "is not known: give it with --registers"
-            if register.form != JOINT and number in self.given:
-                form = "may have been written before it (a call, a macro, ways that differ)"
+            if register.form != JOINT and (number in self.given or ("PR", number) in state):
+                form = "may have been written before it (from what --registers does not give, in a loop, by a call, "
+                form += "a macro, on ways that differ)"
             return f"{name} is added at run time: PR[{number}] {form}"
         if any(self.flow.row_of.get(n) in self.flow.joint_form for n in m.position[motion]):
             return f"{name} is added at run time: to a position in joint form it is not followed"
