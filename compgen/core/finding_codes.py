@@ -360,7 +360,7 @@ class Code(StrEnum):
     CORRECTION_NONE = ("correction.none", "pipelines", "Nothing was corrected.",
         "Do what the message says: cgen inspect, cgen identify, or [thermal].", OUTSIDE)
     CORRECTION_WORSE = ("correction.worse", "pipelines", "A line would become worse.",
-        "Do not load it; find what is special at this line.", OUTSIDE)
+        "Do not load it; find what is special at this line.", OUTSIDE, WARNING)
     CORRECTION_TURN = ("correction.turn", "pipelines", "A joint turns further than corrected: a singularity is near.",
         "Teach the position elsewhere.", OUTSIDE)
     CORRECTION_REACH = ("correction.reach", "pipelines", "The straight way between two positions leaves the reach.",

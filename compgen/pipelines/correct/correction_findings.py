@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import DEG, KB, MM, UM
@@ -107,12 +107,13 @@ def _bound_findings(result: Correction) -> list[Finding]:
     findings = job_findings.nothing_to_correct(result.cell)
     before, after = result.error.distance[judged], result.residual.distance[judged]
     worse = np.flatnonzero(after > before + ROUNDING)
-    coarse = _decimal_places(result).min(initial=3) < 3 or result.plan.poses.joint_form.any()
-    if len(worse) and not coarse:
-        k = int(worse[np.argmax((after - before)[worse])])
+    coarse = _between_coarse(result, np.flatnonzero(judged)[worse])
+    for some, level in ((worse[~coarse], Level.OUTSIDE), (worse[coarse], Level.WARNING)):
+        k = int(some[np.argmax((after - before)[some])]) if len(some) else 0
         line = _line_of(result, int(result.execution.station[judged][k]))
         message = f"line {line}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
-        findings.append(Finding(Level.OUTSIDE, Code.CORRECTION_WORSE, message))
+        message += ", in digits that are coarse" if level is Level.WARNING else ""
+        findings += [Finding(level, Code.CORRECTION_WORSE, message)] if len(some) else []
     if (result.turn > 0).any():
         k, i = (int(index) for index in np.unravel_index(np.argmax(result.turn), result.turn.shape))
         line, way = _line_of(result, int(result.execution.station[k])), result.execution.fraction[k] < 1
@@ -129,6 +130,15 @@ def _bound_findings(result: Correction) -> list[Finding]:
         message = f"line {line}: {size} um after correction, above the {bound / UM:g} um of --max-um"
         findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX, message))
     return findings
+
+
+def _between_coarse(result: Correction, samples: IntArray) -> BoolArray:
+    """Samples (n,) at or between positions in joint form, or of fewer than three decimals."""
+    flight, drive, poses = result.execution, result.plan.drive, result.plan.poses
+    station = flight.station[samples]
+    ends = drive.pose[np.stack([station, np.where(flight.fraction[samples] < 1, drive.origin[station], station)])]
+    decimals = decimals_of(result.plan.program, poses.row[ends.ravel()]).min(axis=1, initial=3)
+    return np.asarray((poses.joint_form[ends] | (decimals < 3).reshape(ends.shape)).any(axis=0))
 
 
 def _missing_bound(result: Correction) -> list[Finding]:
