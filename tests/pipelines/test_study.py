@@ -444,7 +444,16 @@ def test_a_cold_arm_has_no_warmth_to_ask_about():
     job = load_job(PATH, "m710ic45m", ["before=[]", "robot.sources.joint_zeros.offset_mdeg=[0,30,-20,0,15,0]"])
     sentence = ASKS["contributions"](job, 5 * UM).sentence
     assert re.fullmatch(r"the largest error, ([\d.]+) um; the cold arm errs \1 um of it", sentence)
-    assert "or any ambient; regenerate beyond" in ASKS["validity"](job, 5 * UM).sentence
+    sentence = ASKS["validity"](job, 5 * UM).sentence  # more: beside the um that the file leaves in any case
+    assert re.fullmatch(
+        r"one corrected file errs at most 5 um more for a start .*, or any ambient; regenerate beyond", sentence
+    )
+
+
+def test_answers_name_the_duty_that_they_are_of():
+    job = load_job(PATH, overrides=["before.0.duty=0.6"])
+    assert " h at 200 mm/s with a duty of 60 % (95 %); within 5 um " in ASKS["steady"](job, 5 * UM).sentence
+    assert " at 200 mm/s with a duty of 60 %: drift within " in ASKS["warmup"](job, 5 * UM).sentence
 
 
 def test_an_arm_that_errs_nothing_has_nothing_to_part():

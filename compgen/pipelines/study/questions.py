@@ -65,7 +65,7 @@ def warmup(job: Job, limit: float) -> Answer:
     hours = np.concatenate([np.linspace(0, 4, 17), np.arange(5.0, 49.0)])
     table = np.array([[h, drift(h * HOUR) / UM] for h in hours])
     needed = first_below(lambda h: drift(h * HOUR), hours, table[:, 1] * UM, limit)
-    feed = f" at {moving.feed / MM:g} mm/s"
+    feed = f" at {_pace(moving)}"
     if needed is None:
         sentence = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
     elif needed == 0:
@@ -104,7 +104,7 @@ def validity(job: Job, limit: float) -> Answer:
     span = limit / above if above > 0 else np.inf  # the models are linear in the air, the error nearly so
     when = f"up to {int(valid)} min late" if valid is not None else f"even {minutes[-1] * MINUTE / HOUR:g} h late"
     air = f"an ambient within +-{span:.2f} K of the planned" if span < np.inf else "any ambient"
-    sentence = f"one corrected file stays within {limit / UM:g} um for a start {when}, or {air}; regenerate beyond"
+    sentence = f"one corrected file errs at most {limit / UM:g} um more for a start {when}, or {air}; regenerate beyond"
     rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays, strict=True)]
     rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs, strict=True)]
     return Answer(
@@ -171,8 +171,7 @@ def steady(job: Job, limit: float) -> Answer:
     end = _largest(final)
     near, most = (when_settled(hours, gaps, g) for g in (limit, 0.05 * end))
     sentence = (
-        f"steady {most} at {moving.feed / MM:g} mm/s (95 %); within {limit / UM:g} um of the final "
-        f"{end / UM:.1f} um {near}"
+        f"steady {most} at {_pace(moving)} (95 %); within {limit / UM:g} um of the final {end / UM:.1f} um {near}"
     )
     table = np.column_stack([hours, errors / UM, gaps / UM])
     return Answer(key="steady", sentence=sentence, columns=("hours", "error_um", "to_go_um"), table=table, limit=limit)
@@ -333,6 +332,11 @@ def _moving(job: Job) -> Duty:
     if job.history.standing.loss:
         raise InputError(f"{job.source}: before: no motion to ask about; give a [[before]] with state = 'moving'")
     return Duty("moving", job.feed, HOUR)
+
+
+def _pace(moving: Duty) -> str:
+    share = f" with a duty of {100 * moving.share:g} %" if moving.share != 1 else ""
+    return f"{moving.feed / MM:g} mm/s{share}"
 
 
 def when_settled(hours: Array, gaps: Array, limit: float) -> str:
