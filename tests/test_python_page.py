@@ -53,6 +53,15 @@ def test_the_examples_run_and_print_what_they_say(tmp_path, monkeypatch):
     assert (tmp_path / "results" / "report.json").is_file()
 
 
+def test_the_page_names_the_commands_that_are_functions():
+    said = re.search(r"^Six commands are functions: (.*?)\. ", PAGE, re.MULTILINE)
+    assert said is not None
+    commands = re.findall(r"^### cgen (\S+)$", (ROOT / "docs" / "commands.md").read_text(), re.MULTILINE)
+    functions = {"whatif" if name == "study" else name for name in compgen.__all__} & set(commands)
+    assert set(re.findall(r"`(\S+)`", said[1])) - {"study"} == functions
+    assert len(functions) == 6
+
+
 def test_every_public_function_and_exception_is_on_the_page():
     for name in compgen.__all__[:10]:
         assert f"compgen.{name}(" in "".join(BLOCKS) or name == "load_robot"
