@@ -10,12 +10,14 @@ joint i alone is E_i. What depends on loads, on directions or on other joints' a
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from compgen.core.arrays import Array, owns
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_matrix
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import build_error_model
 from compgen.error_model.source import Source
 from compgen.robot.arm_geometry import axes_of_poses, spread_joints
@@ -24,6 +26,8 @@ from compgen.robot.robot import Robot
 QUARTER = np.pi / 2
 POSES = 1000  # at which the chain is compared with the model
 SAME = 1e-9  # m and rad
+#: the sides that six joints may come from, and the tool along World's axes
+SIDES = [DirectionState(np.array([side]), np.array([side[:3]])) for side in product((1.0, -1.0), repeat=6)]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -35,7 +39,7 @@ class RigidChain:
     point: Array  # (6, 3) [m] p
     flange: Pose
     left_out: tuple[str, ...]  # sources that are no fixed lines
-    off: float  # [m] by which the arm's model leaves the chain at most, over its joints' ranges: what is left out
+    off: float  # [m] by which the model leaves the chain at most, at poses over the joints' ranges, from any side
 
     def flange_pose(self, q: Array) -> Pose:
         """Flange poses in World of joints counted from pendant zero as theta counts, (N, 6) [rad]."""
@@ -61,14 +65,14 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
     low, high = robot.lower - zero, robot.upper - zero
     q = low + (high - low) * spread_joints(POSES)
 
-    def flange_with(parts: Sequence[Source], q: Array) -> Pose:
+    def flange_with(parts: Sequence[Source], q: Array, side: DirectionState = NO_DIRECTION) -> Pose:
         model = build_error_model(robot, parts, len(rise), IDENTITY)
-        return model.actual_pose(zero + q, np.tile(rise if len(rise) else np.zeros(1), (len(q), 1)))
+        return model.actual_pose(zero + q, np.tile(rise if len(rise) else np.zeros(1), (len(q), 1)), side)
 
     def chain_with(parts: Sequence[Source]) -> tuple[RigidChain, float]:
         axes = axes_of_poses(flange_with(parts, np.vstack([np.zeros(6), QUARTER * np.eye(6)])))
         chain = RigidChain(axes.line, axes.point, axes.flange, (), 0.0)
-        ours, its = chain.flange_pose(q), flange_with(parts, q)
+        ours, its = chain.flange_pose(q), flange_with(parts, q, SIDES[0])
         off = float(np.abs(ours.position - its.position).max())
         return chain, max(off, float(np.abs(ours.rotation - its.rotation).max()))
 
@@ -79,5 +83,6 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
     left = tuple(source.NAME for source in sources if source not in kept)
     if not left:
         return chain
-    gap = flange_with(sources, q).position - chain.flange_pose(q).position
-    return RigidChain(chain.line, chain.point, chain.flange, left, float(np.linalg.norm(gap, axis=1).max()))
+    ours = chain.flange_pose(q).position
+    gaps = [np.linalg.norm(flange_with(sources, q, side).position - ours, axis=1).max() for side in SIDES]
+    return RigidChain(chain.line, chain.point, chain.flange, left, float(max(gaps)))

@@ -52,3 +52,31 @@ def test_heat_moves_the_chain_by_what_the_arm_grows():
     cold, hot = (rigid_chain(arm.robot, sources, r) for r in (np.zeros(5), np.array([11.0, 3.9, 13.0, 3.0, 2.3])))
     assert np.abs(cold.flange.position - rigid_chain(arm.robot, (), np.zeros(0)).flange.position).max() < 1e-12
     assert 5e-5 < np.linalg.norm(hot.flange.position - cold.flange.position) < 3e-4
+
+
+@pytest.mark.parametrize(
+    ("table", "name", "least_um", "most_um"),
+    [
+        # 3 mdeg at 1.5 to 2.3 m from axis 1
+        (
+            "[sources.hysteresis]\nbacklash_mdeg = [3, 0, 0, 0, 0, 0]\nwidth_mdeg = [9, 9, 9, 9, 9, 9]",
+            "hysteresis",
+            78,
+            121,
+        ),
+        # the reverse way at an end is 200 um off along x and 50 along z, the forward way 100 and 50
+        (
+            "[[sources.map]]\naxis = 'y'\nat_mm = [1350, 0, 203]\nstation_mm = [-700, 0, 700]\n"
+            "forward_um = [[100, 0, 50], [0, 20, 0], [0, 0, 0]]\nreverse_um = [[200, 0, 50], [0, 20, 0], [0, 0, 0]]",
+            "map",
+            206.1,
+            206.2,
+        ),
+    ],
+)
+def test_what_depends_on_the_side_that_joints_come_from_is_left_out(tmp_path, table, name, least_um, most_um):
+    (tmp_path / "played.toml").write_text((ROOT / "robots" / "m710ic50.toml").read_text() + table + "\n")
+    arm = load_arm(str(tmp_path / "played.toml"))
+    chain = rigid_chain(arm.robot, [known.source for known in arm.known], np.zeros(5))
+    assert chain.left_out == (name,)
+    assert least_um < chain.off * 1e6 < most_um

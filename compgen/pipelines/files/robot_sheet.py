@@ -14,7 +14,7 @@ from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.toml import suggest
 from compgen.core.units import DEG, UM
-from compgen.error_model.rigid_chain import RigidChain, rigid_chain
+from compgen.error_model.rigid_chain import POSES, RigidChain, rigid_chain
 from compgen.pipelines.files.robot_file import Arm, load_arm
 from compgen.program.digits import pose_numbers
 from compgen.robot.configuration import config_letters, postures_of, turn_digits
@@ -142,9 +142,8 @@ class ExportedArm:
         lines = [f"{robot.name} as its robot file knows it, {warm}; base is World; {joint_3}"]
         if self.chain.left_out:
             left = ", ".join(self.chain.left_out)
-            lines.append(
-                f"left out, for they are no fixed lines: {left}; up to {self.chain.off / UM:.3g} um of the flange"
-            )
+            most = f"up to {self.chain.off / UM:.3g} um of the flange at {POSES:,} poses"
+            lines.append(f"left out, for they are no fixed lines: {left}; {most}")
         return tuple(lines)
 
 
