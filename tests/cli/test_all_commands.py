@@ -272,7 +272,9 @@ def test_an_error_beyond_max_um_is_exit_1_and_within_it_0(folder, call):
 def test_a_bound_that_is_none_is_refused_alike(folder, command, value):
     words = next(c for c in CALLS.values() if c[0] == command)
     unbounded = [word for n, word in enumerate(words) if word != "--max-um" and words[n - 1] != "--max-um"]
-    refused(run(*unbounded, "--max-um", value, cwd=folder), 2, f"--max-um {float(value):g}: must be 0.001 to 1e+06 um")
+    refused(
+        run(*unbounded, "--max-um", value, cwd=folder), 2, f"--max-um {float(value):.10g}: must be 0.001 to 1000000 um"
+    )
 
 
 NO_ROWS = "it reads and writes files; there is nothing to share out over cores"

@@ -1,9 +1,12 @@
 """docs/commands.md says what the application's help says. To renew it: python docs/command_tables.py."""
 
+import re
+import shlex
 import sys
 
 import pytest
 import typer
+from command_line import run
 from shipped import ROOT
 
 from compgen.cli.app import NAMES, PAGES
@@ -26,3 +29,11 @@ def test_the_page_has_every_command_with_where_it_is_explained():
 )
 def test_the_page_of_commands_is_current():
     assert command_tables.page() == PAGE
+
+
+@pytest.mark.parametrize("call", re.findall(r"^cgen (generate .*)$", PAGE, re.MULTILINE))
+def test_what_is_shown_of_generate_writes_its_program(call, tmp_path):
+    """50 mm higher the study's spiral is out of reach: it was the example of a dry run."""
+    done = run(*shlex.split(call), "-o", tmp_path / "out", cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert list((tmp_path / "out").glob("*.LS"))

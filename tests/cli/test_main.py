@@ -67,7 +67,7 @@ def test_an_option_without_its_value_names_the_command_s_help(command):
         (["check", "paths/line_y.toml", "--workers", "-1"], "'--workers'"),
         (["check", "paths/line_y.toml", "--workers", "two"], "'--workers'"),
         (["heat", "paths/line_y.toml", "--figures", "gif"], "'--figures': 'gif' is not one of 'svg', 'png', 'pdf'"),
-        (["check", "paths/line_y.toml", "--max-um", "nan"], "--max-um nan: must be 0.001 to 1e+06 um"),
+        (["check", "paths/line_y.toml", "--max-um", "nan"], "--max-um nan: must be 0.001 to 1000000 um"),
     ],
 )
 def test_wrong_use_names_what_is_near(arguments, words):

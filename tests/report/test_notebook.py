@@ -323,7 +323,7 @@ BAD = [
     (compgen.correct, (b"",), {}, "program: line 1: it does not begin with /PROG"),
     (compgen.correct, (STRANGER,), {}, "which robot is it for"),
     (compgen.correct, (STRANGER, "m710ic50"), {"max_um": "3"}, "max_um: '3' is not a number"),
-    (compgen.correct, (STRANGER, "m710ic50"), {"max_um": -1}, "--max-um -1: must be 0.001 to 1e"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"max_um": -1}, "--max-um -1: must be 0.001 to 1000000 um"),
     (compgen.correct, (STRANGER, "m710ic50"), {"insert_um": np.nan}, "--insert nan: must be"),
     (compgen.correct, (STRANGER, "m710ic50"), {"mark": "ink"}, "--mark 'ink': must be digits or remark"),
     (compgen.correct, (STRANGER, "m710ic50"), {"split": 1}, "split: 1 is no bool"),

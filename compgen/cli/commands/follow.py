@@ -143,8 +143,8 @@ def follow(
     """Follow a running job by its log: forecast the pages to come, and write the next one anew when it is due.
 
     Examples:
-        cgen follow outputs/optic_spiral --log temperatures.csv --within-um 5
-        cgen follow outputs/optic_spiral --log temperatures.csv --started 0s --once --json
+        cgen follow outputs/optic_raster --log temperatures.csv --within-um 5
+        cgen follow outputs/optic_raster --log temperatures.csv --started 0s --once --json
     """
     from compgen.pipelines.resume.written_job import read_written_job
 

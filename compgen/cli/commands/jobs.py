@@ -69,7 +69,7 @@ def generate(
     Examples:
         cgen generate paths/spiral_1300.toml -o out
         cgen generate paths/optic_raster.toml --set path.stepover_mm=2 --set before.0.duration_h=3
-        cgen generate paths/spiral_1300.toml --lift-all 50 -o dry
+        cgen generate paths/optic_raster.toml --lift-all 50 -o dry
     """
     from compgen.cli.screen.job_table import show_job
     from compgen.cli.screen.progress_bar import GENERATE, show_progress

@@ -114,8 +114,8 @@ def resume(
     """Write the remaining pages of a job anew, under their names, for what the robot is when the next one starts.
 
     Examples:
-        cgen resume outputs/optic_spiral --from-page 2 --late 35min
-        cgen resume outputs/optic_spiral --from-page 2 --log temperatures.csv --max-um 5
+        cgen resume outputs/optic_raster --from-page 5 --late 35min
+        cgen resume outputs/optic_raster --from-page 5 --log temperatures.csv --max-um 5
     """
     from compgen.cli.output_files.replace_together import finish_replacing
     from compgen.cli.screen.progress_bar import CORRECT, RESUME, show_progress

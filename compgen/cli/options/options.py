@@ -36,7 +36,7 @@ def in_range(least: float, most: float, unit: str = "") -> Callable[[typer.Callb
 
     def checked(param: typer.CallbackParam, value: float | None) -> float | None:
         if value is not None and not least <= value <= most:
-            raise InputError(f"{param.opts[0]} {value:g}: must be {least:g} to {most:g} {unit}".rstrip())
+            raise InputError(f"{param.opts[0]} {value:.10g}: must be {least:.10g} to {most:.10g} {unit}".rstrip())
         return value
 
     return checked
@@ -77,7 +77,7 @@ PathFiles = Annotated[
     list[str],
     typer.Argument(
         autocompletion=complete_paths, callback=every_file(".toml", "path file (.toml)"),
-        metavar="PATH...", help="Path files, their folder, or a pattern, e.g. paths/*.toml", show_default=False,
+        metavar="PATH", help="Path files, their folder, or a pattern, e.g. paths/*.toml", show_default=False,
     ),
 ]  # fmt: skip
 RobotArgument = Annotated[
@@ -154,7 +154,7 @@ ProgramFiles = Annotated[
     list[str],
     typer.Argument(
         autocompletion=complete_programs, callback=every_file(".ls", "program (.LS)"),
-        metavar="PROGRAM...", help="FANUC programs NAME.LS, their folder, or a pattern", show_default=False,
+        metavar="PROGRAM", help="FANUC programs NAME.LS, their folder, or a pattern", show_default=False,
     ),
 ]  # fmt: skip
 Sarif = Annotated[str | None, typer.Option("--sarif", help="Write what is found as SARIF 2.1.0, whatever the outcome.")]

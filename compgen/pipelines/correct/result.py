@@ -73,7 +73,7 @@ def options_of(  # noqa: PLR0913  the options of a command, each by its name
         check_height(lift_all * MM)
     for name, value, least, most in (("--insert", insert_um, 0.1, 1e4), ("--max-um", max_um, 0.001, 1e6)):
         if value is not None and not least <= value <= most:
-            raise InputError(f"{name} {value:g}: must be {least:g} to {most:g} um")
+            raise InputError(f"{name} {value:.10g}: must be {least:.10g} to {most:.10g} um")
     if mark not in ("digits", "remark"):
         raise InputError(f"--mark {mark!r:.40}: must be digits or remark")
     return Options(
