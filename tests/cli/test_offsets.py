@@ -56,7 +56,8 @@ def test_a_corrected_program_is_refused(planned, tmp_path):
     alone.write_bytes(corrected.read_bytes())
     refused(run("offsets", alone, *WARM), 2, "corrected already", "its remark or its digits")
     assert run("generate", "paths/line_x.toml", "-o", tmp_path / "g", "-q").returncode == 0
-    refused(run("offsets", tmp_path / "g" / "LINE_X.LS", "--robot", "m710ic50"), 2, "corrected already", "remark")
+    written = tmp_path / "g" / "LINE_X.LS"
+    refused(run("offsets", written, "--robot", "m710ic50"), 2, "corrected already", "predict PATH --program")
 
 
 @pytest.mark.parametrize(

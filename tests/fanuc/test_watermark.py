@@ -268,7 +268,7 @@ def test_what_generate_writes_is_refused_and_its_planned_program_is_not():
     planned, done = generate.generate(job, quiet)
     frames = Frames({0: IDENTITY}, {0: IDENTITY, 1: job.tool.pose})
     cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
-    with pytest.raises(InputError, match=r"its remark says 'compgen .*--again"):
+    with pytest.raises(InputError, match=r"its remark says 'compgen .*predict PATH --program writes it.*--again"):
         correct(done.text, cell, frames, job.history.before, Options(), quiet)
     assert correct(done.text, cell, frames, job.history.before, Options(again=True), quiet).changed
     text = compose(planned_program(job, planned.path, planned.theta, planned.trajectory))

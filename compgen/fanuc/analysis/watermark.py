@@ -55,6 +55,14 @@ def remark_of(program: LsProgram) -> str | None:
     return remarks[0] if remarks else None
 
 
+def planned_source(program: LsProgram) -> str:
+    """How the planned program is had of a marked one: ``correct`` keeps it, ``generate`` does not."""
+    remark = remark_of(program)
+    if remark is None or remark.endswith(CORRECTED):
+        return "cgen correct --restore gives it back"
+    return "cgen predict PATH --program writes it"
+
+
 def mark_of(program: LsProgram, poses: Poses, traversal: DrivenProgram, free: BoolArray) -> Mark:
     """Where a program carries the mark.
 

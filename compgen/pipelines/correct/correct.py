@@ -219,7 +219,7 @@ def _refuse_marked(program: LsProgram, mark: Mark) -> None:
         evidence = remark if mark is Mark.REMARK else "the last digits of its positions do"
         raise InputError(
             f"program {program.name}: it carries compgen's mark ({evidence}): it would be corrected twice; "
-            "start from the planned program, get it back with --restore, or say --again"
+            f"start from the planned program ({watermark.planned_source(program)}), or say --again"
         )
 
 

@@ -19,7 +19,7 @@ from compgen.core.toml import check, read_toml
 from compgen.core.units import HOUR, MINUTE
 from compgen.fanuc import LsProgram, loads
 from compgen.fanuc.analysis.inspection import inspect, robots_named
-from compgen.fanuc.analysis.watermark import Mark, carries_mark
+from compgen.fanuc.analysis.watermark import Mark, carries_mark, planned_source
 from compgen.job.anchored_start import Before, Beginning, begin
 from compgen.pipelines.files.robot_file import known_robots, load_cell, load_robot
 from compgen.pipelines.files.schema import HISTORY, BeforeFile, PathFile
@@ -137,12 +137,12 @@ def refuse_corrected(source: Path, content: bytes) -> None:
 
 def refuse_any_corrected(source: Path, content: bytes, robot: Robot) -> None:
     """Raises InputError for a corrected program, where nothing may be done to one: an offset would correct it twice."""
-    beside = provenance_beside(source, content)
-    if beside is not None or carries_mark(loads(content), robot):
+    beside, program = provenance_beside(source, content), loads(content)
+    if beside is not None or carries_mark(program, robot):
         where = f"{beside.name} beside it says so" if beside is not None else "its remark or its digits say so"
         raise InputError(
             f"it is corrected already ({where}): an offset on top would correct it twice; take the planned program "
-            "(cgen correct --restore gives it back)"
+            f"({planned_source(program)})"
         )
 
 
