@@ -32,18 +32,18 @@ class PatternTable(Table):
     """What every pattern has: where its centre stands."""
 
     x_mm: Coordinate
-    """Centre of the pattern, World x."""
+    """Centre of the pattern, x in the frame, else in World."""
     y_mm: Coordinate
-    """Centre of the pattern, World y."""
+    """Centre of the pattern, y in the frame, else in World."""
     z_mm: Coordinate
-    """Centre of the pattern, World z."""
+    """Centre of the pattern, z in the frame, else in World."""
 
 
 class LineTable(PatternTable):
-    """A straight line along an axis of World."""
+    """A straight line along an axis of the frame, else of World."""
 
     pattern: Literal["line"]
-    """A straight line along an axis of World."""
+    """A straight line along an axis of the frame, else of World."""
     axis: Literal["x", "y", "z"]
     """Direction: x or y through the centre, z upwards from it."""
     length_mm: Length
