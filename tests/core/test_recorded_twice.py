@@ -202,6 +202,15 @@ def test_a_row_that_is_named_a_sum_is_no_reading_and_the_note_has_its_line(tmp_p
     assert table.notes[0].endswith(f"no readings in line {', '.join(str(8 + n) for n in range(row.count(chr(10))))}")
 
 
+def test_a_remark_like_a_reading_is_none_and_the_note_has_its_line(tmp_path):
+    table = read(tmp_path, "# a remark\n" + SHOTS.replace("\n3;", "\n#3;"))
+    assert table.line == [3, 4, 6, 7, 8]
+    assert table.notes[0].endswith("no readings in line 5")
+    assert "no readings" not in read(tmp_path, "# a remark; of 4; cells; 0\n" + SHOTS).notes[0]
+    many = SHOTS + "".join(f"#{n};1,5;{n},25;3,5\n" for n in range(7, 20))
+    assert read(tmp_path, many).notes[0].endswith("no readings in line 8, 9, 10, 11, 12, 13, 14, 15, 16 and 4 more")
+
+
 @pytest.mark.parametrize("row", ["\n;1,5;3,75;3,5\n", "all shots;1,5;3,75;3,5\n", ";1,5;3,75;3,5\n;0;1,7;0\n"])
 def test_a_row_that_may_be_a_sum_is_refused(tmp_path, row):
     assert f"line {SHOTS.count(chr(10)) + 1 + (row[0] == chr(10))}, column 1 'No': another kind" in refusal(

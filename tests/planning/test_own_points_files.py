@@ -51,6 +51,14 @@ def test_csv_with_everything(tmp_path):
         (f"{HEAD},contact\n1,2,3,2\n", "line 2, column contact: 2 is neither 0 nor 1"),
         (f"{HEAD}\n1,2,20000\n", "beyond 10000"),
         ("X [mm],Y [mm],Z [mm],Qw,Qx,Qy,Qz\n1,2,3,0,1,0,0\n", "columns Qw, Qx, Qy, Qz may say how the tool stands"),
+        (
+            "X [mm],Y [mm],Z [mm],F\n1,2,3,900\n",
+            r'column F may be the feed.* feed_mm_s = "F" } in .path., or feed_mm_min,',
+        ),
+        (
+            "X [mm],Y [mm],Z [mm],i,j,k,Speed [m/min]\n1,2,3,0,0,1,9\n",
+            r'column Speed .m/min. may be the feed.* feed = "Speed .m/min." } in .path. or take',
+        ),
         ("X [mm];Y [mm];Z [mm];A [deg];B [deg];C [deg]\n1;2;3;0;9;180\n", "B .deg., C .deg. may say how the tool"),
     ],
 )
@@ -59,6 +67,14 @@ def test_bad_csv(tmp_path, text, words):
         read_points(written(tmp_path, text))
     assert "given.txt" in str(refusal.value)
     assert len(str(refusal.value)) < 300 + len(str(tmp_path))
+
+
+def test_the_feed_of_another_writer_is_the_column_that_the_path_file_names_and_a_spindles_speed_is_none(tmp_path):
+    text = "X [mm],Y [mm],Z [mm],{},Spindle Speed [1/min]\n1,2,3,9,9000\n2,2,3,6,9000\n"
+    for name, key, factor in (("F", "feed_mm_min", 60), ("F", "feed_mm_s", 1), ("Speed [m/min]", "feed", 0.06)):
+        named = DialectTable(columns={key: name})
+        points = read_points(written(tmp_path, text.format(name)), named)
+        assert_allclose(points.feed, np.array([0.009, 0.006]) / factor)
 
 
 def test_normals_of_another_writer_are_those_that_the_path_file_names_and_offsets_are_none(tmp_path):

@@ -70,7 +70,7 @@ class Layout(NamedTuple):
     line: int  # of the header
     parted: str  # by what
     body: Sequence[Row]
-    summed: Sequence[str]  # lines behind it that are no readings, though they have numbers
+    summed: Sequence[str]  # lines behind it, and remarks like readings, that are none, though they have numbers
 
     def column(self, k: int) -> list[str]:
         """The cells of a column."""
@@ -136,6 +136,7 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
         )
     behind = rows[first + len(body) :]
     beside = [*sheet.remarks, *rows[: max(head, 0)], *rows[head + 1 : first], *behind]
+    like = [(n, cells) for n, cells in sheet.remarks if kinds(cells[1:]) == kinds(body[0][1][1:])]
     polar = next((n for n, cells in beside if _POLAR.search(" ".join(cells))), None)
     if polar is not None:
         raise InputError(f"{source}: line {polar}: it says that the places are no X, Y, Z; export Cartesian ones")
@@ -149,7 +150,7 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
         line=line,
         parted=sheet.name,
         body=body,
-        summed=[str(n) for n, cells in behind if "0" in kinds(cells)],
+        summed=[str(n) for n, cells in sorted([*behind, *like]) if "0" in kinds(cells)],
     )
 
 

@@ -43,6 +43,7 @@ _DAYS = {"date", "datum", "day", "tag", "fecha", "jour", "giorno"}
 _MOMENT = "2026-11-22 08:15:00"
 _WORDS = {"d": "dates", "c": "clock times", "dc": "dates and times"}
 _SIGNS = {"point": ".", "comma": ","}
+_NAMED = 9  # lines in a note
 
 
 def read_findings(notes: Iterable[str]) -> list[Finding]:
@@ -242,7 +243,8 @@ def _table(layout: Layout, assigned: Mapping[str, tuple[int, str]], times: Seque
         if plain_name(c) != plain_name(layout.names[k])
     )
     words += f"; left out: {', '.join(map(brief_name, left))}" if left else ""
-    words += f"; no readings in line {', '.join(layout.summed)}" if layout.summed else ""
+    words += f"; no readings in line {', '.join(layout.summed[:_NAMED])}" if layout.summed else ""
+    words += f" and {len(layout.summed) - _NAMED} more" if len(layout.summed) > _NAMED else ""
     return CsvTable(
         source=layout.place,
         header=tuple(cells),

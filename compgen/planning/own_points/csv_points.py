@@ -25,6 +25,8 @@ STANDS = re.compile(
     r"[abcwpruvijk]|roll|pitch|yaw|r[xyz]|n ?[xyz]|q[wxyz0-3]|"
     r"(?:.*[ .])?(?:q|norm\w*|vec\w*|vek\w*|dir\w*|quat\w*|axis)[ .:\[]*[wxyzijk0-3]\]?"
 )
+#: what others call a feed
+FED = re.compile(r"f|(?:(?:path|tcp|tool) )?(?:feed ?rate|feed|speed|velocity|vel|vorschub|(?:bahn)?geschwindigkeit)")
 UNIT = 0.01  # that a normal's length may differ from one
 LARGEST = 1e4  # mm
 
@@ -46,7 +48,7 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
 
     Raises:
         InputError: What ``read_csv`` refuses; a column of one kind without the others, or of both; columns of another
-            writer that say in another way how the tool stands; a normal that is no
+            writer that say in another way how the tool stands, or may be the feed; a normal that is no
             unit vector; a feed that no program can say; a flag that is neither 0 nor 1.
     """
     table = points_table(source, dialect) or read_csv(source, PLACE, KNOWN)
@@ -56,8 +58,15 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
     for column in given[0] if given else ():
         if not table.has(column):
             raise InputError(f"{source}: column {column}: missing; give {', '.join(given[0])} together, or none")
-    left_out = table.recorded.left_out if table.recorded and not given else ()
-    stands = [name for name in left_out if STANDS.fullmatch(name_and_unit(name)[0])]
+    left_out = table.recorded.left_out if table.recorded else ()
+    fed = [name for name in left_out if FED.fullmatch(name_and_unit(name)[0]) and not table.has("feed_mm_s")]
+    if fed:
+        key = "feed" if name_and_unit(fed[0])[1] else "feed_mm_s"
+        raise InputError(
+            f'{source}: column {fed[0]} may be the feed, and is not read; say columns = {{ {key} = "{fed[0]}" }} in '
+            f"[path]{', or feed_mm_min,' * (key != 'feed')} or take the column out"
+        )
+    stands = [name for name in left_out if not given and STANDS.fullmatch(name_and_unit(name)[0])]
     if len(stands) > 2:
         raise InputError(
             f"{source}: columns {', '.join(stands)} may say how the tool stands, and are not read; give i, j, k or "
