@@ -15,11 +15,11 @@ NOTCHED = (
 )
 
 
-def job_of(folder, raster="", boundary=RECTANGLE):
+def job_of(folder, raster="", boundary=RECTANGLE, lift=20):
     file = folder / "part.toml"
     file.write_text(
         f'[path]\npattern = "raster"\nstepover_mm = 50\nx_mm = 1100\ny_mm = 0\nz_mm = 100\n{raster}\n'
-        f'[process]\nfeed_mm_s = 100\n[[before]]\nstate = "moving"\nfeed_mm_s = 200\nduration_h = 3\n'
+        f'[process]\nfeed_mm_s = 100\nlift_mm = {lift}\n[[before]]\nstate = "moving"\nfeed_mm_s = 200\nduration_h = 3\n'
         f"[bounds]\nmax_um = 5\n[boundary]\n{boundary}"
     )
     return load_job(str(file))
@@ -89,3 +89,10 @@ def test_the_tool_is_off_the_part_on_its_way_back(tmp_path):
 def test_what_does_not_fit_is_refused(tmp_path, raster, boundary, words):
     with pytest.raises(InputError, match=words):
         job_of(tmp_path, raster, boundary)
+
+
+@pytest.mark.parametrize("raster", ['sweeps = "one way"', "cross_hatch = true"])
+def test_a_tool_that_goes_back_over_the_part_is_lifted(tmp_path, raster):
+    with pytest.raises(InputError, match=r"process\.lift_mm: 0, and the tool goes over the part between sweeps"):
+        job_of(tmp_path, raster, lift=0)
+    assert job_of(tmp_path, lift=0).plan.process.lift == 0

@@ -87,12 +87,17 @@ def cross_hatch(first: PiecewiseCurve, second: PiecewiseCurve, lift: float) -> P
 
 
 def _over_the_part(parts: Sequence[PiecewiseCurve], lift: float) -> list[PiecewiseCurve]:
-    """Curves with a way up, across and down between each two."""
+    """Curves with a way up, across and down between each two.
+
+    Raises:
+        InputError: There is no way up.
+    """
+    if lift == 0 and len(parts) > 1:
+        raise InputError("process.lift_mm: 0, and the tool goes over the part between sweeps; lift it off")
     joined = [parts[0]]
     for part in parts[1:]:
         end, start = joined[-1].end()[0], part.start()[0]
         high_end, high_start = (np.append(p[:2], lift) for p in (end, start))
-        corners = [end, high_end, high_start, start] if lift > 0 else [end, start]
-        joined += [curves.line(a, b, stop=True, working=False) for a, b in pairwise(corners)]
+        joined += [curves.line(a, b, stop=True, working=False) for a, b in pairwise([end, high_end, high_start, start])]
         joined.append(part)
     return joined
