@@ -196,7 +196,7 @@ def _planned_day(path: PathFile, programs: Programs, air: Ambient) -> History:
     source, feed = programs.plan("").source, programs.plan("").process.feed
     stretches = (("before", path.before), ("cycle", path.cycle), ("after", path.after))
     parts = [tables.steps_of(rows, name, source, feed) for name, rows in stretches]
-    shifts = tables.shifts_of(path.shift, source)
+    shifts = tables.shifts_of(path.shift, [row for _, rows in stretches for row in rows], source)
     return plan_history(programs, air, parts, shifts, path.ambient.clock_h * HOUR)
 
 

@@ -43,16 +43,17 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
     files, programs = read_job_files(path_file, robot, overrides), programs_of(job.plan, job.cell)
     path = check(PathFile, files.path_data, path_file)
     stages = list(_stages(path, programs, job))
+    shifts = shifts_of(path.shift, (*path.before, *path.cycle, *path.after), path_file)
     parts = (_before(path, stages), _air(path, job), _start(path, job), _cte(files.robot_text.tables))
     if path.state is None:  # what the cycle begins with before its first run
         steps, clock = [stage.step for stage in stages], path.ambient.clock_h * HOUR
-        day = plan_history(programs, job.history.air, (steps, (), ()), shifts_of(path.shift, path_file), clock)
+        day = plan_history(programs, job.history.air, (steps, (), ()), shifts, clock)
         stages += _fixed(job.history.before[len(day.before) :], job)
     return Day(
         stages=tuple(stages),
         sliders=tuple(slider for sliders, _ in parts for slider in sliders),
         missing=tuple(dict.fromkeys(words for _, missing in parts for words in missing)),
-        shifts=shifts_of(path.shift, path_file),
+        shifts=shifts,
         clock=path.ambient.clock_h * HOUR,
         cell=job.cell,
         history=job.history,

@@ -30,14 +30,15 @@ def steps_of(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: floa
         moving = row.state == "moving"
         if moving and row.feed_mm_s is None and row.program is None and name == "before":
             raise InputError(f"{key}.feed_mm_s: missing; state 'moving' needs it, or a program that has one")
-        for optional in ("program", "repeat", "dwell_s", "dwell", "duty", "shifts"):
+        for optional in ("program", "feed_mm_s", "repeat", "dwell_s", "dwell", "duty", "shifts"):
             if not moving and getattr(row, optional) not in (None, False):
                 raise InputError(f"{key}.{optional}: state '{row.state}' has none; set state = 'moving' or remove it")
         if (row.duration_h is None) == (row.repeat is None):
             reason = "missing" if row.repeat is None else "conflicts with repeat"
             raise InputError(f"{key}.duration_h: {reason}; give a duration_h" + (" or a repeat, one of them" * moving))
         if row.repeat is None and (row.dwell_s is not None or row.dwell is not None):
-            raise InputError(f"{key}.dwell_s: only a repeat has a dwell; give repeat instead of duration_h, or a duty")
+            dwell = "dwell_s" if row.dwell is None else "dwell"
+            raise InputError(f"{key}.{dwell}: only a repeat has a dwell; give repeat instead of duration_h, or a duty")
         steps.append(
             Step(
                 key=key,
@@ -64,11 +65,11 @@ def _feed(row: sh.StepTable, own_feed: float) -> float:
     return 0.0 if row.program else own_feed
 
 
-def shifts_of(rows: Sequence[sh.ShiftTable], where: str) -> tuple[Shift, ...]:
+def shifts_of(rows: Sequence[sh.ShiftTable], stretches: Sequence[sh.StepTable], where: str) -> tuple[Shift, ...]:
     """The shifts of a day.
 
     Raises:
-        InputError: They overlap.
+        InputError: They overlap, or no stretch says whether it keeps to them.
     """
     for i, row in enumerate(rows):
         if not row.from_h < row.to_h <= row.from_h + 24:
@@ -80,6 +81,8 @@ def shifts_of(rows: Sequence[sh.ShiftTable], where: str) -> tuple[Shift, ...]:
         Shift(r.from_h * HOUR, r.to_h * HOUR, tuple((a * HOUR, b * HOUR) for a, b in r.breaks_h)) for r in rows
     )
     check_shifts(shifts, where)
+    if rows and not any("shifts" in stretch.model_fields_set for stretch in stretches):
+        raise InputError(f"{where}: shift: no stretch keeps to its hours; say shifts = true where the program moves")
     return shifts
 
 
