@@ -60,6 +60,12 @@ def check_arm_class(robot: Robot, source: str) -> None:
             f"{source}: dh: no closed-form inverse kinematics for this arm; "
             "paths and programs need the layout of the M-710iC (parallel J2 and J3, spherical wrist)"
         )
+    straight, folded = (np.floor((robot.upper[4] - at) / (2 * np.pi)) * 2 * np.pi + at for at in (0.0, np.pi))
+    if folded >= robot.lower[4] > straight:
+        raise InputError(
+            f"{source}: dh: within J5's limits the flange never stands along the forearm, and folds back onto it; "
+            "mend the sign of d4 or d6, or J5's pendant.offset_deg"
+        )
 
 
 def flange_from_tool(pose: Pose, tool: Pose) -> Pose:

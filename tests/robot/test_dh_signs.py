@@ -174,3 +174,12 @@ def test_exported_joints_turn_as_the_pendant_counts(tmp_path, way):
     joints: Any = export_record(arm.robot, rigid_chain(arm.robot, (), np.zeros(0)), {}, "")["joints"]
     assert_allclose(joints[0]["axis"], [0, 0, way], atol=1e-9)
     assert_allclose(joints[4]["axis"], [0, -way, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize(("length", "by"), [("-1016", "1016"), ("-175", "175")])
+def test_a_length_of_the_wrong_sign_is_named_before_anything_is_driven(tmp_path, length, by):
+    text = (ROOT / "robots" / "m710ic50.toml").read_text()
+    assert f" {length}" in text
+    (tmp_path / "arm.toml").write_text(text.replace(f" {length}", f" {by}", 1))
+    with pytest.raises(InputError, match=r"dh: within J5's limits .* folds back onto it; mend the sign of d4 or d6"):
+        load_robot(str(tmp_path / "arm.toml"))
