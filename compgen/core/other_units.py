@@ -8,7 +8,8 @@ A rule holds keys whose values cannot sensibly be so small, and why:
 - a pattern lies around no place within 100 mm of the J1 axis: a coordinate below 3 mm there is in metres;
 - a tool lifts by millimetres: 0.02 is metres;
 - materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;
-- tools travel at 1 mm/s or more: 0.2 is m/s; robots turn at 12 deg/s or more at their fastest: 3 is rad/s;
+- tools travel at 1 mm/s or more: 0.2 is m/s; robots turn at 12 deg/s or more at their fastest: 3 is rad/s; their joints
+  turn by more than 7 deg to one side: 3.14 is radians;
 - a controller smooths over an interpolation period at least: 0.2 ms is seconds;
 - masses lie centimetres and more from their joint; joints give 0.01 urad/(N m) and more: 3e-7 is rad/(N m);
 - a tool leads or leans by half a degree or more: 0.14 is radians;
@@ -59,8 +60,22 @@ _RULES = (
     _Rule(keys=r"process\.(lead|lean)_deg", together=True, least=0.5, factor=1 / DEG, unit="radians", expected="deg"),
     _Rule(keys=r"process\.lift_mm", together=False, least=0.1),
     _Rule(keys=r"path\.(length|diameter|size)_mm|boundary\.(?!corners)\w+_mm", together=False, least=_SHORT),
-    _Rule(keys=r"thermal\.cte_um_m_K(\.\w+)?", together=False, least=1e-3, factor=1e6, unit="1/K", expected="um/m/K"),
-    _Rule(keys=r"thermal\.cte_um_m_K(\.\w+)?", together=False, least=0.1, factor=1e3, unit="mm/m/K", expected="um/m/K"),
+    _Rule(
+        keys=r"thermal\.(uncertainty\.)?cte_um_m_K(\.\w+)?",
+        together=False,
+        least=1e-3,
+        factor=1e6,
+        unit="1/K",
+        expected="um/m/K",
+    ),
+    _Rule(
+        keys=r"thermal\.(uncertainty\.)?cte_um_m_K(\.\w+)?",
+        together=False,
+        least=0.1,
+        factor=1e3,
+        unit="mm/m/K",
+        expected="um/m/K",
+    ),
     _Rule(
         keys=r"(process|before|cycle|after)\.feed_mm_s",
         together=False,
@@ -85,6 +100,7 @@ _RULES = (
         unit="rad/(N m)",
         expected="urad/(N m)",
     ),
+    _Rule(keys=r"limits\.j\w+_deg", together=True, least=7, factor=1 / DEG, unit="radians", expected="deg"),
     _Rule(keys=r"limits\.speed_deg_s", together=True, least=12, factor=1 / DEG, unit="rad/s", expected="deg/s"),
 )
 _ANGLES = (

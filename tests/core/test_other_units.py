@@ -45,6 +45,9 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
         (PATH, "before.0.feed_mm_s=0.2", "before.0.feed_mm_s = 0.2: did you mean 200?"),
         (ROBOT, "thermal.cte_um_m_K=12e-6", "did you mean 12? it looks like 1/K, the key is in um/m/K"),
         (ROBOT, "thermal.cte_um_m_K=0.012", "did you mean 12? it looks like mm/m/K"),
+        (ROBOT, "thermal.uncertainty.cte_um_m_K=[10e-6,15]", "did you mean 10? it looks like 1/K"),
+        (ROBOT, "limits.j1_deg=[-3.14,3.15]", "limits.j1_deg.1 = 3.15: did you mean 180.5? it looks like radians"),
+        (ROBOT, "limits.j2_plus_j3_deg=[-2.8,4.89]", "did you mean 280.2? it looks like radians"),
         (ROBOT, "dh.a_mm=[0.15,0.87,0.17,0,0,0]", "dh.a_mm.1 = 0.87: did you mean 870?"),
         (ROBOT, "dh.alpha_deg=[-90,180,-1.5708,90,-90,180]", "dh.alpha_deg.2 = -1.5708: did you mean -90?"),
         (
