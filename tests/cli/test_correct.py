@@ -213,6 +213,7 @@ CONTROLLERS = [
         ("controller.identified_with", "S-1", "S-2", "identify again"),
     ),
     ([('compensation = "none"', 'compensation = "signature"\nsignature = "S-2"')], ("identified_with", "S-2")),
+    ([('compensation = "none"', 'compensation = "none"\nsignature = "S-1"')], ("controller.signature", "'S-1'")),
     ([('compensation = "none"', 'compensation = "none"\nidentified_with = "S-1"')], ("identified_with", "S-1")),
 ]  # fmt: skip
 

@@ -305,6 +305,11 @@ def _refuse_double(facts: RobotFile, where: str) -> None:
             f"{where}: controller.signature: missing; compensation = 'signature' needs the name of the calibration "
             "that is active on the controller"
         )
+    if controller.signature and not active:
+        raise InputError(
+            f"{where}: controller.signature: '{controller.signature}' is active, and compensation = 'none' says that "
+            "nothing is; say 'signature', or remove the name"
+        )
     if active != controller.identified_with:
         have = f"'{controller.identified_with}'" if controller.identified_with else "no calibration"
         now = f"'{active}'" if active else "none"
