@@ -8,6 +8,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import POSE_KEYS, Pose
+from compgen.core.toml import suggest
 from compgen.planning.tables import FrameTable, TaughtTable
 from compgen.program.digits import printed_poses
 from compgen.program.frames import load_frames, place_of, read_frame_file
@@ -61,10 +62,11 @@ def _rounded(number: int, place: Pose, taught: TaughtTable | None, decimals: int
     return PartFrame(number, place, printed_poses(Pose.stack([place]), decimals)[0], taught)
 
 
-def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Finding]:
-    """What a user must know of how the frame was taught."""
+def frame_findings(frame: PartFrame | None, robot_file_hash: str, nodes: Sequence[str]) -> Sequence[Finding]:
+    """What a user must know of how the frame was taught; ``nodes`` are those of the arm's heat."""
+    findings: list[Finding] = []
     if frame is None:
-        return ()
+        return findings
     taught = frame.taught
     if taught is None:
         message = (
@@ -73,16 +75,19 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Fi
         )
         return (Finding(Level.NOTE, Code.FRAME_TAUGHT, message),)
     hottest = max(taught.rise_K.values(), default=0.0)
+    strange = [node for node in taught.rise_K if node not in nodes]
+    if strange:
+        message = f"frame.taught.rise_K: the robot file has no node '{strange[0]}': its rise does not count"
+        findings.append(Finding(Level.NOTE, Code.FRAME_TAUGHT, message + suggest(strange[0], nodes)))
     if taught.through == "pendant":
         if hottest > WARM:
             message = (
                 f"the frame was taught on the pendant by an arm {hottest:.1f} K warm, without a model: the heat is in "
                 "it and would be corrected twice; teach it with cgen teach-frame"
             )
-            return (Finding(Level.WARNING, Code.FRAME_HOT, message),)
+            return (*findings, Finding(Level.WARNING, Code.FRAME_HOT, message))
         message = "the frame was taught on the pendant: what the arm errs by at the touched places is in it"
-        return (Finding(Level.NOTE, Code.FRAME_PENDANT, message),)
-    findings = []
+        return (*findings, Finding(Level.NOTE, Code.FRAME_PENDANT, message))
     if taught.robot_file and not taught.robot_file.endswith(robot_file_hash[:16]):
         message = f"the frame was taught through {taught.robot_file}, another robot file than this; teach it anew"
         findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))

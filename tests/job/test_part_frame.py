@@ -103,7 +103,7 @@ def test_a_program_in_world_is_what_a_frame_at_world_says(tmp_path):
 def codes(job):
     from compgen.job.part_frame import frame_findings
 
-    return [(f.level.value, f.code) for f in frame_findings(job.frame, job.cell.robot_file_hash)]
+    return [(f.level.value, f.code) for f in frame_findings(job.frame, job.cell.robot_file_hash, job.cell.heat.names)]
 
 
 def test_how_a_frame_was_taught_is_a_finding(tmp_path):
@@ -112,6 +112,8 @@ def test_how_a_frame_was_taught_is_a_finding(tmp_path):
     cold = '\n[frame.taught]\nthrough = "pendant"\n'
     assert codes(job_in(tmp_path, frame_text() + cold)) == [("note", "frame.pendant")]
     assert codes(job_in(tmp_path, frame_text())) == [("note", "frame.taught")]
+    strange = hot.replace("j3", "J3")
+    assert codes(job_in(tmp_path, frame_text() + strange)) == [("note", "frame.taught"), ("warning", "frame.hot")]
     other = '\n[frame.taught]\nthrough = "model"\nrobot_file = "other 0123456789abcdef"\n'
     assert codes(job_in(tmp_path, frame_text() + other)) == [("warning", "frame.model")]
     assert codes(load_job(path_file("circle_1300"))) == []

@@ -313,7 +313,7 @@ def _frame_findings(result: Correction) -> Sequence[Finding]:
     """How the frame of the corrected positions was taught, where the frames table says it."""
     frames, frame = result.around.frames, part_frame_of(result.plan, result.around.frames)
     if frame is not None or not frames.taught:
-        return frame_findings(frame, result.cell.robot_file_hash)
+        return frame_findings(frame, result.cell.robot_file_hash, result.cell.heat.names)
     names = ", ".join(map(str, sorted(frames.taught)))
     message = (
         f"frame {names} of the frames table was taught; the corrected positions do not all stand in it, Cartesian, "

@@ -110,7 +110,7 @@ def _plan_findings(planned: Planned) -> Iterator[Finding]:
         *map_findings(job.sources, places[on_part], on_part),
         *joint_box_findings(job.robot, job.cell.joint_box, theta[on_part]),
         *unknown_start_findings(job.robot, job.sources, planned.model, driven),
-        *frame_findings(job.frame, job.cell.robot_file_hash),
+        *frame_findings(job.frame, job.cell.robot_file_hash, job.cell.heat.names),
         *assumed_findings(job.cell),
         *job.input_findings,
         *dry_run_findings(job, path),
