@@ -1,6 +1,7 @@
 """What the flight of a corrected text is judged by, and which stations are one run: by hand and by a naive reader."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ def driven(pose, position=None, **columns):
         margin=np.ones(K), posture=np.zeros(K, dtype=int), tool=np.zeros(K, dtype=int),
         tools=Pose(np.zeros((1, 3)), np.eye(3)[None]), first=np.arange(K),
     )  # fmt: skip
-    given = {
+    given: dict[str, Any] = {
         "at": at, "motion": np.arange(S), "pose": np.array(pose), "joint": no, "line": ~no, "via": no, "stop": no,
         "length": nothing + 1 * MM, "written": nothing, "duration": nothing, "pause": nothing, "untimed": (),
         "flow": (), "origin": np.arange(S) - 1, "carried": no, "circular": no, "beyond": nothing,
@@ -105,7 +106,7 @@ def flight(position, *, turn=0.0, theta=0.0, fraction=1.0, actual=0.0):
     place[:, 0] = position
     turned = rotation_matrix(np.broadcast_to(turn, N)[:, None] * np.eye(3)[0])
     return Flight(
-        station=np.arange(N), fraction=np.broadcast_to(fraction, N), time=np.arange(N) * 1.0, rise=np.zeros((N, 1)),
+        station=np.arange(N), fraction=np.broadcast_to(fraction, N), time=np.arange(N, dtype=float), rise=np.zeros((N, 1)),
         actual=Pose(place + np.broadcast_to(actual, N)[:, None] * np.eye(3)[1], turned),
         commanded=Pose(place, turned), theta=np.tile(np.broadcast_to(theta, N)[:, None], 6),
     )  # fmt: skip
@@ -139,11 +140,15 @@ def test_the_worst_of_corners_and_middle_is_what_is_judged():
     ensemble = Ensemble((0.0, 100.0))
     asked = []
 
-    def fly(starts):
+    def fly(starts) -> Any:
         asked.append(starts)
         return sum(weight * start.delay for weight, start in starts)
 
-    worst, served = worst_of_starts(ensemble, fly, lambda delay: Residue(delay * UM, 0.0))
+    def judge(delay: Any) -> Residue:
+        return Residue(delay * UM, 0.0)
+
+    worst: Any
+    worst, served = worst_of_starts(ensemble, fly, judge)
     assert_allclose([worst, served.at_mean.largest / UM], [100.0, 50.0])
     assert {start: left.largest / UM for start, left in served.flown} == pytest.approx(
         {Start(): 0.0, Start(0, 50.0): 50.0, Start(0, 100.0): 100.0}

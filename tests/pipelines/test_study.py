@@ -380,7 +380,7 @@ def test_validity_is_looked_for_over_sixteen_hours_and_five_kelvin(line):
     assert "for a start even 16 h late, or an ambient within" in answer.sentence
     late, warm = answer.table[:, 0], answer.table[:, 2]
     assert np.nanmax(late) == 960
-    assert (np.nanmin(late), np.nanmin(warm), np.nanmax(warm)) == (0, -5, 5)
+    assert [float(np.nanmin(late)), float(np.nanmin(warm)), float(np.nanmax(warm))] == [0, -5, 5]
     assert (np.isnan(late) == np.isfinite(warm)).all()
 
 
