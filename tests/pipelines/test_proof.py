@@ -106,7 +106,8 @@ def flight(position, *, turn=0.0, theta=0.0, fraction=1.0, actual=0.0):
     place[:, 0] = position
     turned = rotation_matrix(np.broadcast_to(turn, N)[:, None] * np.eye(3)[0])
     return Flight(
-        station=np.arange(N), fraction=np.broadcast_to(fraction, N), time=np.arange(N, dtype=float), rise=np.zeros((N, 1)),
+        station=np.arange(N), fraction=np.broadcast_to(fraction, N), time=np.arange(N, dtype=float),
+        rise=np.zeros((N, 1)),
         actual=Pose(place + np.broadcast_to(actual, N)[:, None] * np.eye(3)[1], turned),
         commanded=Pose(place, turned), theta=np.tile(np.broadcast_to(theta, N)[:, None], 6),
     )  # fmt: skip
