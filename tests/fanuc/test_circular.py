@@ -15,6 +15,7 @@ from compgen.core.arcs import arcs_through, segment_lengths
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
+from compgen.fanuc.analysis.traversal import arc_lengths
 from compgen.program.digits import as_written
 from compgen.program.program import Program
 from compgen.program.speeds import writable_speed
@@ -198,3 +199,11 @@ def test_lengths_are_those_of_the_circle_to_the_last_digits():
         arc = arcs_through(*(q[None] for q in p))
         assert_allclose(arc.at(arc.angle)[0], p[1:], atol=1e-13)
         assert_allclose(arc.sagitta, 2 * radius * np.sin(end / 4) ** 2, rtol=1e-6)
+
+
+def test_an_arc_is_as_long_as_its_circle_and_as_its_two_lines_where_the_three_places_are_in_line():
+    turn = np.radians([[0, 20, 180], [0, 200, 270]])
+    circle = np.stack([3 * np.cos(turn), 3 * np.sin(turn), 0 * turn], axis=2)
+    line = np.array([[[0, 0, 0], [1, 2, 2], [4, 8, 8]], [[0, 0, 0], [3, 0, 0], [1, 0, 0]]], dtype=float)
+    lengths = arc_lengths(*np.concatenate([circle, line]).swapaxes(0, 1))
+    assert_allclose(lengths, [3 * np.pi, 4.5 * np.pi, 12, 5])

@@ -15,7 +15,11 @@ from compgen.fanuc.vocabulary import may_move_arm
 
 def origins(*statements, motionless=()):
     """The P number from which the robot comes to each motion, in the order listed; None where it is not sure."""
-    loaded = loads(program(statements, [joint_form(n, [n, 0, 0, 0, -60, 0]) for n in range(1, 10)]))
+    return origins_in(program(statements, [joint_form(n, [n, 0, 0, 0, -60, 0]) for n in range(1, 10)]), motionless)
+
+
+def origins_in(text, motionless=()):
+    loaded = loads(text)
     m = loaded.motions
     motion = np.flatnonzero(~m.disabled)
     motion = np.repeat(motion, [len(m.position[i]) for i in motion])
@@ -67,6 +71,16 @@ def test_a_jump_that_always_happens_is_followed_and_what_it_skips_joins_nothing(
 )  # fmt: skip
 def test_where_ways_differ_the_origin_is_not_known(statements, known):
     assert origins(*statements) == known
+
+
+@pytest.mark.parametrize(("inside", "known"), [("DO[8]=ON", [None, 1, 2, 3]), (go(9), [None, 1, None, None, 3])])
+def test_only_a_motion_in_a_motions_point_logic_leaves_the_place_unknown(inside, known):
+    points = [joint_form(n, [n, 0, 0, 0, -60, 0]) for n in range(1, 10)]
+    text = program([go(1), go(2, "TB    .10sec,P-SPS"), go(3), go(4)], points)
+    before, third, behind = text.partition(b"   3:L")
+    assert third
+    logic = f"   1:{inside} ;\n     ------\n".encode()
+    assert origins_in(before + logic + third + behind) == known
 
 
 @pytest.mark.parametrize(

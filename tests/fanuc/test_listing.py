@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from printed import programs
 
 from compgen.core.exceptions import InputError
+from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import dumps, edited, loads
 from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
 
@@ -275,6 +276,14 @@ def test_lines_are_counted_alike_with_every_line_end():
     lines = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
     assert [lines[i - 1].split(b"P[")[0].strip() for i in mixed.motions.line] == [b"1:J", b"3:C"]
     assert [lines[i - 1] for i in mixed.positions.line] == [b"P[1]{", b"P[2]{"]
+
+
+@pytest.mark.parametrize(
+    ("data", "end"),
+    [(b"a\r\nb\n", b"\r\n"), (b"a\nb\r\n", b"\n"), (b"a\rb\r", b"\r"), (b"a\n\r\n", b"\n"), (b"a", b"\r\n")],
+)
+def test_added_lines_end_as_the_files_first(data, end):
+    assert line_end(data) == end
 
 
 def test_lone_carriage_returns_end_lines():

@@ -288,6 +288,19 @@ def test_what_cannot_be_split_is_refused_with_its_line(body, message):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("limit", "line", "holds"),
+    [
+        ({"lines": 2}, 10, "2 lines, 50 positions"),
+        ({"positions": 1}, 10, "12 lines, 1 positions"),
+        ({"memory": 600}, 9, ""),
+    ],
+)
+def test_a_line_that_is_more_than_a_page_holds_is_named_with_what_a_page_holds(limit, line, holds):
+    with pytest.raises(ImpossibleError, match=rf"line {line} alone is more than a page holds \({holds}"):
+        split_text([move(1), move(2)] * 9, **limit)
+
+
 # What is in force ------------------------------------------------------------------------------------------------
 
 

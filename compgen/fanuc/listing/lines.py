@@ -2,7 +2,7 @@
 
 import re
 
-_END = re.compile(rb"[\r\n]")
+_END, _LINE_END = re.compile(rb"[\r\n]"), re.compile(rb"\r\n|\n|\r")
 
 
 def line_of(data: bytes, place: int) -> int:
@@ -31,5 +31,6 @@ def letters(text: str) -> str:
 
 
 def line_end(data: bytes) -> bytes:
-    """How the lines of a file end."""
-    return b"\r\n" if b"\r\n" in data else (b"\n" if b"\n" in data else b"\r")
+    """The line end that a file begins with; CR LF where it has none."""
+    match = _LINE_END.search(data)
+    return match.group() if match else b"\r\n"

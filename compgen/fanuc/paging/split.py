@@ -24,7 +24,7 @@ from compgen.core.exceptions import ImpossibleError
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.canonical.writer import compose
 from compgen.fanuc.listing.languages import in_german, is_german
-from compgen.fanuc.listing.lines import line_ends
+from compgen.fanuc.listing.lines import line_end, line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.paging.capacity import units_memory
@@ -121,7 +121,7 @@ def _body(
     joint_entry: int | None,
 ) -> list[bytes]:
     """The statements of a page, numbered from 1."""
-    end = _line_end(program.data)
+    end = line_end(program.data)
     texts = [b"   0:  !" + remark.encode("ascii", "replace") + b" ;" + end for remark in remarks]
     units = [*page.settings, *range(page.first, page.last)]
     statements = [program.source[start:stop] for start, stop in flow.span[units].tolist()]
@@ -179,7 +179,7 @@ def _page_text(
     program: LsProgram, name: str, body: list[bytes], blocks: list[tuple[int, int]], new: dict[int, int]
 ) -> bytes:
     """A page's file; ``blocks`` are the spans of its positions in the program's file."""
-    end = _line_end(program.data)
+    end = line_end(program.data)
     mn = _MN.search(program.source)
     head = _rename_head(program.source[: mn.end() if mn else 0], name, len(body), keep_subtype=False)
     positions = b"".join([program.source[start:stop] + end for start, stop in blocks])
@@ -188,7 +188,7 @@ def _page_text(
 
 def main_program_text(data: bytes, name: str, pages: Sequence[Page], remarks: Sequence[str]) -> bytes:
     """The program that calls the pages, under the head of ``data``; between loads it waits for the next."""
-    end = _line_end(data)
+    end = line_end(data)
     loads = pages[-1].load
     statements = [f"!{remark}" for remark in remarks]
     for before, page in zip([None, *pages[:-1]], pages, strict=True):
@@ -232,12 +232,6 @@ def _memory(flow: Flow, page: PageRange, body: list[bytes], positions: int) -> f
         is_motion[added - 1] = True
     length = np.array([len(text) for text in body], dtype=float)
     return MEMORY_PROGRAM + positions * MEMORY_POSITION + float(units_memory(length, is_motion).sum())
-
-
-def _line_end(data: bytes) -> bytes:
-    """The line end that the file begins with."""
-    match = re.search(rb"\r\n|\n|\r", data)
-    return match.group() if match else b"\r\n"
 
 
 #: Remarks of all pages, from the numbers of the positions (from 0) that each starts at.
