@@ -106,15 +106,13 @@ def diffuse_errors(late: Array, win: Array) -> BoolArray:
     start is off is carried along, so it does not add up either.
 
     Args:
-        late: Of each segment when rounded down, (S,) [s], from 0 to ``win``.
+        late: Of each segment when rounded down, (S,) [s], from 0 to ``win``; one at least.
         win: What one step more wins, (S,) [s]; 0 where there is no step more.
 
     Returns:
         (S,); the error stays within w/2 + w/16 of the largest w.
     """
     S = len(late)
-    if S == 0:
-        return np.zeros(0, dtype=bool)
     width = int(np.ceil(np.sqrt(S)))
     lanes = -(-S // width)
     padded = np.zeros((2, lanes * width))

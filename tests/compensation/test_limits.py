@@ -14,6 +14,7 @@ from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
+from compgen.robot.interference import Interference
 
 ATOL_M = 1e-9
 
@@ -283,3 +284,45 @@ def test_the_interior_point_is_the_general_solvers_optimum(kind):
     assert apart[:, 3:].max() < 4e-9  # rad
     assert np.array_equal(fast.correction[~free_rows], start[~free_rows])
     assert np.abs(fast.correction - unlimited.correction)[:, :3].max() > 1 * UM  # the limit bites
+
+
+def rectangle(robot, low, high):
+    """The polygon of the pendant's J2 and J3 between two corners [rad]."""
+    (a, b), (c, d) = low, high
+    corner = np.array([[a, b], [c, b], [c, d], [a, d]])
+    return Interference.of(corner, robot.pendant_map, robot.pendant_zero)
+
+
+def test_the_polygon_of_j2_and_j3_is_drawn_in_by_what_they_would_turn_to_follow_an_error(circle):
+    """As far at least as they turn together for three sigmas, and not three times as far."""
+    plane = rectangle(circle.robot, (-9, -9), (9, 9)).plane(circle.theta)
+    area = rectangle(circle.robot, (-9, -9), (9, plane[:, 1].max() + limits.NEAR_LIMIT / 2))
+    near = replace(circle, robot=replace(circle.robot, interference=area))
+    sigma, rows = np.array([30e-6, -20e-6, 50e-6]), np.arange(len(circle.arc))
+    moment = np.tile([sigma[i] * sigma[j] for i in range(3) for j in range(i, 3)], (len(rows), 1))
+    turned = circle.joints(np.tile(np.append(sigma, np.zeros(3)), (len(rows), 1))).theta - circle.theta
+    at_edge = area.clearance(circle.theta) < limits.NEAR_LIMIT
+    moved = 3 * np.linalg.norm(turned[at_edge] @ area.to_plane.T, axis=1).max()
+    drawn_in = limits.with_uncertainty_margin(near, rows, moment, 3.0).robot
+    assert drawn_in.interference is not None
+    assert 0.999 * moved <= drawn_in.interference.margin <= 3 * moved
+    assert moved > 1e-5
+    assert np.array_equal(drawn_in.lower, circle.robot.lower)
+    assert np.array_equal(drawn_in.upper, circle.robot.upper)
+
+
+def test_a_correction_stops_at_an_edge_of_the_polygon_of_j2_and_j3(circle):
+    """Where the unlimited one would cross it, and nowhere else."""
+    part = circle.window(slice(300, 400))
+    unlimited = optimise.optimise(part, Settings())
+    plane = rectangle(part.robot, (-9, -9), (9, 9)).plane
+    edge = 0.3 * plane(part.theta)[:, 1].min() + 0.7 * plane(unlimited.theta)[:, 1].min()
+    area = rectangle(part.robot, (-9, edge), (9, 9))
+    limited = replace(part, robot=replace(part.robot, interference=area))
+    crossing = limits.find_violations(limited, Settings(), unlimited.correction)
+    assert np.array_equal(crossing, plane(unlimited.theta)[:, 1] < edge)
+    assert 0 < crossing.sum() < 100
+    solution = optimise.optimise(limited, Settings())
+    assert solution.status is optimise.Status.LIMITED
+    assert area.clearance(solution.theta).min() == pytest.approx(0, abs=1e-9)
+    assert {name for _, name in solution.active_limits} == {"J2/J3 interference"}

@@ -8,7 +8,7 @@ import pytest
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError, TableError
-from compgen.core.toml import Table, check, override, read_toml, suggest, toml_value
+from compgen.core.toml import Table, check, dotted_keys, override, read_toml, suggest, table_of_words, toml_value
 from compgen.identification.tables import ArtefactFile
 from compgen.program.frames import load_frames
 
@@ -277,6 +277,27 @@ def test_an_override_that_leads_nowhere_is_refused(assignment):
 )
 def test_a_value_as_toml_is_read_as_itself(value):
     assert tomllib.loads(f"x = {toml_value(value)}") == {"x": value}
+
+
+@pytest.mark.parametrize("words", ["a=1, b='x'", "{a=1, b='x'}", "  { a = 1 , b = 'x' } "])
+def test_words_are_the_keys_of_a_table_with_braces_or_without(words):
+    assert table_of_words(words, "--some", "a=1") == {"a": 1, "b": "x"}
+
+
+@pytest.mark.parametrize("words", ["a", "a=1}, y={b=2", "a=1\ny=2", "a=1,,"])
+def test_words_that_are_no_table_are_shown_how_to_be_written(words):
+    with pytest.raises(InputError, match=r"^--some: .* is not understood; write it as in 'a=1, b=2'$"):
+        table_of_words(words, "--some", "a=1, b=2")
+
+
+def test_dotted_keys_set_one_after_the_other_are_the_tables_again():
+    tables = {"a": {"b": 1, "c": {"d": [1, 2]}}, "rows": [{"e": "x", "f": []}, {"e": "y"}], "g": True}
+    keys = dotted_keys(tables)
+    assert keys == {"a.b": 1, "a.c.d": [1, 2], "rows.0.e": "x", "rows.0.f": [], "rows.1.e": "y", "g": True}
+    again: dict[str, Any] = {}
+    for key, value in keys.items():
+        override(again, f"{key}={toml_value(value)}", key)
+    assert again == tables
 
 
 def test_a_file_as_windows_editors_save_it_is_read(tmp_path):

@@ -27,9 +27,12 @@ class CurvedError:
 
     actual = SimpleNamespace(size1_in=lambda input: 5)
 
+    def __init__(self, size=1e-3):
+        self.size = size
+
     def actual_pose(self, theta, rise, directions):
         x = directions.direction[:, 0] ** 2 + directions.travel[:, 1] ** 2
-        position = 1e-3 * np.column_stack([x, 0 * x, 0 * x]) * np.ones((len(theta), 1))
+        position = self.size * np.column_stack([x, 0 * x, 0 * x]) * np.ones((len(theta), 1))
         return Pose(position, np.tile(np.eye(3), (len(theta), 1, 1)))
 
 
@@ -56,6 +59,24 @@ def test_what_is_unknown_of_a_direction_is_added_to_what_is_assumed():
     lash = cast(Source, Lash(ReversalWidths(np.full(6, 1e3), np.full(3, 1e3))))
     (finding,) = unknown_start_findings(cast(Robot, robot), (lash,), cast(ErrorModel, CurvedError()), driven)
     assert "begins, J1 2000.0 um, y 1500.0 um of half-width" in finding.message
+
+
+@pytest.mark.parametrize(("um", "is_told"), [(0.45, False), (0.55, True)])
+def test_less_than_a_micrometre_of_what_is_unknown_is_not_told(um, is_told):
+    """Of a joint and an axis together."""
+    still = np.zeros((1, 6))
+    driven = DrivenPoses(
+        theta=still,
+        position=still[:, :3],
+        rise=still[:, :5],
+        directions=DirectionState(still, still[:, :3]),
+        contact=np.array([True]),
+    )
+    robot = cast(Robot, SimpleNamespace(joint_names=("J1", "J2", "J3", "J4", "J5", "J6")))
+    lash = cast(Source, Lash(ReversalWidths(np.full(6, 1e3), np.full(3, 1e3))))
+    findings = unknown_start_findings(robot, (lash,), cast(ErrorModel, CurvedError(um * 1e-6)), driven)
+    assert [f.code.value for f in findings] == ["sources.start"] * is_told
+    assert unknown_start_findings(robot, (), cast(ErrorModel, CurvedError()), driven) == []
 
 
 def measured_line(axis, first, last, place):

@@ -1,5 +1,6 @@
 """The twin: its own timing and heat, and what it refuses."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.program.frames import Frames
 from compgen.thermal import Duty, JointMotion, rises_during
-from compgen.verification.twin import TwinError, execute
+from compgen.verification.twin import TwinError, execute, prepare
 from compgen.verification.twin.timing import ramp_duration
 
 
@@ -64,6 +65,56 @@ def prepare_with_acc(made, percent):
     arm = replace(job.robot, acceleration=share * job.robot.acceleration, jerk=share * job.robot.jerk)
     twin = replace(twin_of(job), robot=arm)
     return execute(twin, corrected.program, job.history.before, air=job.history.air).time[-1]
+
+
+@pytest.mark.parametrize("rounds_up", [False, True])
+def test_half_the_override_takes_twice_as_long_or_the_whole_periods_of_that(generated, rounds_up):
+    job, _, corrected = generated
+    twin = twin_of(job)
+    controller = replace(twin.robot.controller, rounds_up_to_period=rounds_up)
+    twin = replace(twin, robot=replace(twin.robot, controller=controller, motion=None))
+    full = prepare(twin, corrected.program, job.history.before, job.history.air)
+    half = full.at_override(0.5)
+    took = 2 * np.diff(full.timing.unrounded)
+    if rounds_up:
+        took = np.ceil(took / controller.period - 1e-6) * controller.period
+    assert_allclose(np.diff(half.timing.time), took, atol=1e-9)
+    assert_allclose(half.timing.unrounded, 2 * full.timing.unrounded, atol=1e-9)
+    slower = np.diff(full.timing.time) / took
+    assert_allclose(half.timing.driven, full.timing.driven * slower, rtol=1e-9)
+    assert_allclose(half.timing.highest, full.timing.highest * slower, rtol=1e-9)
+    assert_allclose(half.written_path().time, full.written_path().time, atol=1e-9)  # which are those of its text
+
+
+@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize("is_lower", [True, False])
+def test_a_joint_beyond_its_limit_is_named_with_the_position_where_it_is_farthest(generated, joint, is_lower):
+    job, _, corrected = generated
+    twin = twin_of(job)
+    robot, lower, upper = twin.robot, np.array(twin.robot.lower), np.array(twin.robot.upper)
+    theta = prepare(twin, corrected.program, job.history.before, job.history.air).theta[:, joint]
+    row = int(theta.argmin() if is_lower else theta.argmax())
+    if is_lower:
+        lower[joint] = theta[row] + 1e-3
+    else:
+        upper[joint] = theta[row] - 1e-3
+    narrow = replace(twin, robot=replace(robot, lower=lower, upper=upper))
+    name = re.escape(robot.joint_names[joint])
+    with pytest.raises(TwinError, match=rf"^P\[{row + 1}\]: joint {name} is beyond its limit"):
+        prepare(narrow, corrected.program, job.history.before, job.history.air)
+
+
+def test_between_two_positions_a_network_warms_in_a_straight_line():
+    job = load_job(path_file("line_y"), None, ['robot.thermal.model="network"'])
+    _, corrected = generate.generate(job, quiet)
+    prepared = prepare(twin_of(job), corrected.program, job.history.before, job.history.air)
+    assert prepared.twin.heat.law is None
+    segment = np.array([0, 0, 0, 1])
+    rise, growth = prepared.rise_and_growth(segment, np.array([0.0, 0.25, 1.0, 1.0]), np.zeros(4))
+    a, b, c = prepared.rise[:3]
+    assert_allclose(rise, [a, 0.75 * a + 0.25 * b, b, c], atol=1e-13)
+    assert np.abs(b - a).max() > 1e-9
+    assert_allclose(growth, prepared.twin.growth(rise))
 
 
 def test_many_stops_are_timed_to_a_tenth():
