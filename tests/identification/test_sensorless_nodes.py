@@ -25,7 +25,7 @@ from compgen.identification.identified_robot_file import (
     sensorless_nodes,
     with_sensorless_nodes,
 )
-from compgen.identification.model import build_model
+from compgen.identification.model import build_model, fixed_source
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.robot_file import arm_of
 from compgen.pipelines.measure.identification_files import identified_robot_text
@@ -59,6 +59,28 @@ def test_the_course_without_a_sensor_is_the_others_in_the_files_proportions(warm
     others = [k for k in range(5) if k != NODE]
     assert_allclose(data.rise[:, others], true_rise[:, others], atol=1e-9)
     assert_allclose(data.rise[-1, NODE], true_rise[-1, NODE] / HIGH, rtol=0.15)
+
+
+def test_without_temperatures_a_node_warms_to_a_share_of_8_k_with_a_time_constant_about_2_h(truth):
+    """8 K (1 + y) (1 - exp(-t / (2 h e^x))): the arm stands where it does at that rise."""
+    arm = truth.arm
+    sources = [fixed_source(known.source) for known in arm.known]
+    hours, x, y = np.array([0.0, 1.0, 5.0, 40.0]), 0.3, -0.25
+    M = len(hours)
+    data: Any = SimpleNamespace(
+        theta=np.tile(arm.robot.pendant_zero, (M, 1)) + 0.2,
+        rise=np.zeros((M, 5)),
+        lag=np.zeros((M, 5)),
+        direction=np.zeros((M, 6)),
+        warm=3600 * hours,
+    )
+    model = build_model(arm.robot, sources, 5, (NODE,))
+    assert [t.field for t in model.parameters] == ["log_tau", "rise"]
+    position, _ = model.pose(data, np.array([x, y]))
+    data.rise[:, NODE] = 8 * (1 + y) * (1 - np.exp(-hours / (2 * np.exp(x))))
+    expected, _ = build_model(arm.robot, sources, 5).pose(data, np.zeros(0))
+    assert_allclose(position, expected, atol=1e-12)
+    assert np.linalg.norm(position[-1] - position[0]) > 20e-6
 
 
 def test_its_height_is_fitted_along_and_written(truth, warm):
