@@ -61,6 +61,23 @@ def test_windows_give_what_one_long_run_gives(length):
     )
 
 
+def test_runs_between_stops_are_filtered_each_for_itself_and_counted_by_their_lengths():
+    """Three lines of 400, 600 and 50 mm, the last too short to say anything."""
+    ends = [(0.0, 0.0), (0.4, 0.0), (0.4, 0.6), (0.45, 0.6)]
+    table = curves.join(*(curves.line(a, b, stop=True) for a, b in zip(ends, ends[1:], strict=False)))
+    plane = surfaces.plane(np.array([1.2, 0.0, 0.2]))
+    path = laid(table, plane, unbounded(), chord=1.5 * UM, spacing=0.5 * MM)
+    first, second, last = np.flatnonzero(path.stop)[1:]
+    normal = np.cumsum(np.random.default_rng(5).normal(size=len(path.arc))) * NM
+    normal[second + 1 :] += 50 * UM
+    alone = [straight(length) for length in (0.4, 0.6)]
+    parts = (normal[: first + 1], normal[first : second + 1])
+    each = [mid_spatial.mid_spatial(p, along_normal(p, n)) for p, n in zip(alone, parts, strict=True)]
+    pooled = np.sqrt((0.4 * each[0] ** 2 + 0.6 * each[1] ** 2) / 1.0)
+    assert mid_spatial.mid_spatial(path, along_normal(path, normal)) == pytest.approx(pooled, rel=1e-9)
+    assert path.arc[last] - path.arc[second] == pytest.approx(0.05)
+
+
 @pytest.mark.parametrize("points", [2, 3, 4])
 def test_a_long_line_of_a_few_waypoints_puts_nothing_on_the_surface(points):
     path = straight(3.0)

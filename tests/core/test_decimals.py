@@ -40,6 +40,7 @@ def test_consecutive_numbers_are_those_of_python():
         (9990, 10_010, 4),
         (4000, 5000, 0),
         (10**6, 10**6 + 9, 4),
+        (123_456_789, 123_456_799, 0),
     ):
         expected = "".join([f"{n:{pad}d};" for n in range(first, last)]).encode()
         assert bytes(join_columns(last - first, [consecutive(first, last, pad), b";"])) == expected

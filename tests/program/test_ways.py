@@ -1,5 +1,7 @@
 """Lines and arcs of a program between its stations, by hand: which they are, the places on them, and the reach."""
 
+from dataclasses import replace
+
 import naive_arm
 import numpy as np
 import pytest
@@ -128,3 +130,12 @@ def test_an_arc_that_bulges_out_of_the_reach_is_none_to_correct(arm):
     assert bulging.beyond[2] > 5 * MM
     assert bulging.circular.tolist() == [False, True, True]
     assert not ways.circular_ways(bulging).any()
+
+
+@pytest.mark.parametrize(("x", "told"), [(30.0, True), (-30.0, True), (500.0, False)])
+def test_a_line_past_the_j1_axis_is_told_by_how_far_it_stays_from_it(arm, x, told):
+    ends = [(x, y, 700, 180, 0, 0) for y in (-700, 700)]
+    passing = driven(arm, ["J P[1] 10% FINE", "L P[2] 100mm/sec FINE"], ends)
+    near = replace(arm, shoulder_margin=0.05, elbow_margin=0.0, wrist_margin=0.0)
+    assert ways.singular_ways(near, passing) == [(1, "the J1 axis by 30.00 mm")] * told
+    assert ways.singular_ways(replace(near, shoulder_margin=0.02), passing) == []
