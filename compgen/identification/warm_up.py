@@ -75,7 +75,7 @@ def with_temperatures(
     filled = fill_rises(rises, heat, data.time, cold=reference == "start")
     moved = fill_rises(rises, heat, np.add.outer(CLOCK_SHIFTS, data.time).ravel(), cold=reference == "start").rise
     shifted = moved.reshape(len(CLOCK_SHIFTS), *filled.rise.shape)
-    warm = np.maximum(filled.rise.max(axis=1) > 0.5, 0.0) * (data.time - log.time[0])
+    warm = (filled.rise.max(axis=1) > 0.5) * (data.time - log.time[0])
     modelled = tuple(np.flatnonzero(filled.modelled).tolist())
     findings = [
         *read_findings(log.notes),
@@ -196,7 +196,7 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
     expected = {n: float(heat.reference_rise[heat.names.index(n)]) for n in highest}
     for a in highest:
         for b in highest:
-            opposite = expected[a] >= SWAPPED * expected[b] and highest[b] >= SWAPPED * max(highest[a], 0.0)
+            opposite = expected[a] >= SWAPPED * expected[b] and highest[b] >= SWAPPED * highest[a]
             if opposite and highest[b] > USED:
                 message = (
                     f"{log.table.source}: are {log.column[a]} and {log.column[b]} swapped? they rise by "
@@ -219,8 +219,8 @@ def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:
     """Sensors without a reading for half an hour or more around poses."""
     for name, values in log.readings.items():
         at = log.time[np.isfinite(values)]
-        after = np.searchsorted(at, time).clip(1, max(len(at) - 1, 1))
-        between = at[after] - at[after - 1] if len(at) > 1 else np.full(len(time), np.inf)
+        after = np.searchsorted(at, time).clip(1, len(at) - 1)  # 0 of a single reading
+        between = at[after] - at[after - 1]
         between[np.isin(time, at)] = 0.0
         beyond = np.maximum(at[0] - time, time - at[-1])
         lost = int(((between > 30 * MINUTE) & (beyond <= 0) | (beyond > 30 * MINUTE)).sum())
