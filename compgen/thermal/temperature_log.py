@@ -24,7 +24,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.recorded.cells import LONG, brief_name, name_and_unit
 from compgen.core.recorded.layout import PLAIN, DialectTable
-from compgen.core.recorded.table import dialect_beside, read_recorded
+from compgen.core.recorded.table import dialect_beside, in_other_units, read_recorded
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MINUTE
 from compgen.thermal.state_from_log import TemperatureLog
@@ -111,6 +111,11 @@ def read_temperature_log(
     return temperatures_of(_table(source, required, nodes, sensors, dialect), nodes, sensors, air=air)
 
 
+def _known(nodes: Sequence[str], sensors: Mapping[str, str]) -> tuple[str, ...]:
+    """The columns of compgen's own form."""
+    return ("time_s", "ambient_degC", *(f"{name}_degC" for name in (*nodes, *sensors)))
+
+
 def _table(
     source: str | Path,
     required: Sequence[str],
@@ -120,7 +125,7 @@ def _table(
     data: bytes | None = None,
 ) -> CsvTable:
     """The table of a log, of compgen's own form or a logger's."""
-    known = ("time_s", "ambient_degC", *(f"{name}_degC" for name in (*nodes, *sensors)))
+    known = _known(nodes, sensors)
     dialect, where = dialect_beside(source) if type(dialect) is DialectTable else (dialect, "[log]")
     table = read_recorded(source, required, known, dialect, where, data) or read_csv(source, required)
     if table.recorded and nodes and set(table.header) <= set(known[:2]):
@@ -280,10 +285,12 @@ def read_growing_log(
     data = read_named(source, "give the log's CSV file", MOST) if data is None else data
     rows = ended_rows(data)
     header = rows[0][1] if rows else []
-    if rows and "time_s" not in header:
+    known = _known(nodes, sensors)
+    if rows and ("time_s" not in header or in_other_units({*header} - {*known}, known)):
         whole = data[: data.rfind(b"\n") + 1]
         begun = temperatures_of(_table(source, ("time_s",), nodes, sensors, dialect, whole), nodes, sensors)
-        return GrowingLog(replace(begun, time=begun.time - begun.time[0]), 0, 0, 0.0)
+        since = 0.0 if "time_s" in header else begun.time[0]
+        return GrowingLog(replace(begun, time=begun.time - since), 0, 0, 0.0)
     kept, left_out, shift = _in_order(rows)
     clean = [(n, [_temperature(*cell) for cell in zip(header, cells, strict=True)]) for n, cells in kept]
     gaps = sum(map(str.__ne__, (cell for _, row in kept for cell in row), (cell for _, row in clean for cell in row)))

@@ -236,3 +236,18 @@ def test_a_part_that_comes_to_rest_is_believed(tmp_path, digit, step_s, tau_h):
 def test_parts_that_all_come_to_rest_at_once_are_a_log_that_somebody_wrote_and_are_believed(tmp_path):
     time = np.arange(0.0, 4 * 3600 + 1, 60.0)
     checked(tmp_path, time, 20 + 25 * np.minimum(time / 7000, 1), 20 + 9 * np.minimum(time / 7000, 1))
+
+
+@pytest.mark.parametrize("header", ["time_s,j2_degF,ambient_degF", "time_s,j2_K,ambient_K"])
+def test_a_growing_log_in_another_unit_is_read_in_it_on_its_own_clock(header):
+    """It was refused, and named its column as if degC had to be written over it."""
+    cells = "86,68\n3660,86,68\n" if "degF" in header else "303.15,293.15\n3660,303.15,293.15\n"
+    readings = read(f"{header}\n3600,{cells}").readings
+    assert readings.time.tolist() == [3600.0, 3660.0]
+    assert_allclose(readings.readings["j2"], 30.0)
+    assert_allclose(readings.ambient, 20.0)
+
+
+def test_an_unknown_column_of_a_growing_log_is_refused_by_name():
+    with pytest.raises(InputError, match="column spindle_degC: unknown sensor"):
+        read("time_s,j2_degC,spindle_degC\n0,20,20\n60,20,20\n")

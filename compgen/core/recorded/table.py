@@ -94,7 +94,7 @@ def read_recorded(
     says = units_of_all((0, [line]) for line in lines if line.lstrip().startswith("#"))
     is_plain = not says and not any(getattr(dialect, key) for key in DialectTable.model_fields)
     head = {cell.strip(' "') for cell in first.split(",")}
-    if not first or (is_plain and set(required) <= head and not _in_other_units(head - {*known}, known)):
+    if not first or (is_plain and set(required) <= head and not in_other_units(head - {*known}, known)):
         return None
     layout = layout_of(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
     upright = next((k for k in range(len(layout.names)) if set("xyz") <= {*map(str.lower, layout.column(k))}), None)
@@ -121,7 +121,7 @@ def read_recorded(
     return _table(layout, assigned, times)
 
 
-def _in_other_units(cells: Iterable[str], known: Sequence[str]) -> bool:
+def in_other_units(cells: Iterable[str], known: Sequence[str]) -> bool:
     """Whether one of some names is a column that is known, in another unit."""
     measured = {(base, measured_by(unit)) for base, unit in map(name_and_unit, known) if unit}
     return any((base, measured_by(unit)) in measured for base, unit in map(name_and_unit, cells) if unit)
