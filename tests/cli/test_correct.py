@@ -390,7 +390,7 @@ def test_nothing_corrected_is_not_inside(folder):
 
 def test_a_program_the_controller_cannot_load_is_not_inside(folder):
     result = correct(folder, "--max-um", "5", "--set", "controller.max_lines=5")
-    refused(result, 1, "cgen: not loadable: ", "8 lines", "cgen pages", "written all the same")
+    refused(result, 1, "cgen: not loadable: ", "8 lines", "cgen pages parts it at FINE", "written all the same")
     assert "verdict: not loadable" in result.stdout
     assert report(folder)["verdict"] == "not loadable"
     assert "<b>More than the controller can load.</b>" in (folder / "out" / "report.html").read_text()

@@ -364,7 +364,7 @@ def _controller_findings(result: Correction) -> Iterator[Finding]:
     size = program_size(result.plan.program)
     message = f"{size.lines} lines, {size.positions} positions, about {size.memory / KB:.0f} kB on the controller"
     if not size.within(controller_capacity(result.cell.robot)):
-        message = f"{message}: more than it holds in one file, it cannot be loaded; cgen pages parts it"
+        message = f"{message}: more than it holds in one file, it cannot be loaded; cgen pages parts it at FINE"
         yield Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)
     elif result.added:
         yield Finding(Level.NOTE, Code.CONTROLLER_SIZE, f"{result.added} positions are new: {message}")
