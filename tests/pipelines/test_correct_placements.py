@@ -418,6 +418,9 @@ def test_where_the_axis_moves_the_station_is_held_and_the_others_are_not(hot, tm
     assert changed(data, result) == {2, 5}  # to P[4] it moves, to P[1] it may
     carried = [u for u in result.plan.scope.unsafe if "moves on the way there" in u.reason]
     assert [u.text.split("]")[0] for u in carried] == ["J P[1", "J P[4"]
+    (timed,) = [f for f in result.findings if f.code == "timing.assumed"]
+    assert timed.message.startswith("line 6: ")  # to P[4], as if the arm alone moved
+    assert "a moving extended axis" in timed.message
 
 
 def test_a_positioner_that_stands_still_leaves_the_arm_where_it_is(hot, tmp_path):

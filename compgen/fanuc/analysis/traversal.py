@@ -65,6 +65,7 @@ def read_traversal(
     waits = [number for number, text in others if UNTIMED.match(text)]
     origin = _known_origins(station_origins(program, motion, motionless, poses.placements.shifted), known)
     carried = _carried(poses, pose, origin)
+    untimed[1:] |= carried[1:]  # how fast the axis moves is not told; the first way is never counted
     return DrivenProgram(
         at=poses,
         motion=motion,
