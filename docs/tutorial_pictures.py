@@ -141,17 +141,17 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
         line = f'<line x1="{left}" x2="{right}" y1="{level:.1f}" y2="{level:.1f}" stroke="{INK}"'
         body.append(f'{line} stroke-dasharray="1 4"/>')
         body.append(text(right + 8, level + 5, limit[0], colour=INK))
-    heights: list[float] = []
+    ends: dict[str, float] = {}
+    for name, x, y in sorted(curves, key=lambda curve: curve[2][-1]):
+        ends[name] = place(x[-1], y[-1])[1] + 5
+        while any(abs(ends[name] - other) < 17 for at, other in ends.items() if at != name):
+            ends[name] -= 4
     for (name, x, y), (tint, dashes) in zip(curves, CURVES, strict=False):
         line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y, strict=False))
         body.append(
             f'<polyline points="{line}" fill="none" stroke="{tint}" stroke-width="2.5" stroke-dasharray="{dashes}"/>'
         )
-        end = place(x[-1], y[-1])[1] + 5
-        while any(abs(end - other) < 17 for other in heights):
-            end -= 4
-        heights.append(end)
-        body.append(text(right + 8, end, name, colour=tint))
+        body.append(text(right + 8, ends[name], name, colour=tint))
     return svg(900, 390, alt, body)
 
 
@@ -205,7 +205,7 @@ def identify_my_robot(folder: Path) -> str:
 def ci_gate(folder: Path) -> str:
     """What is left along the circle, as agreed and as changed."""
     curves = []
-    for name in ("agreed", "changed"):
+    for name in ("changed", "agreed"):
         points = [row for row in rows(folder / name / "waypoints.csv") if row["contact"] == "1"]
         size = [math.hypot(*(float(row[f"after_d{axis}_um"]) for axis in "xyz")) for row in points]
         curves.append((name, [float(row["time_s"]) for row in points], size))

@@ -118,7 +118,8 @@ def plot(file: str, title: str, curves: list, points: Sequence[tuple[float, floa
             f'<text x="{place + 27}" y="{38 + 14 * (n // 4)}" fill="#475569">{name}</text>'
         )
     out += [f'<circle cx="{sx(x):.1f}" cy="{sy(y):.1f}" r="4" fill="none" stroke="#1e293b"/>' for x, y in points]
-    out.append(f'<text x="{right}" y="{base + 36}" text-anchor="end" fill="#475569">{xlabel}; circles: quoted</text>')
+    below = f"{xlabel}; circles: quoted" if points else xlabel
+    out.append(f'<text x="{right}" y="{base + 36}" text-anchor="end" fill="#475569">{below}</text>')
     out.append(f'<text x="{left}" y="{base + 36}" fill="#475569">{ylabel}</text></svg>')
     (HERE / file).write_text("\n".join(out) + "\n")
 

@@ -11,6 +11,8 @@ from shipped import ROOT
 sys.path.insert(0, str(ROOT / "docs"))
 import gallery
 import gallery_touches
+import rooms
+import tutorial_pictures
 
 
 def run_here(command, folder, output=""):
@@ -56,3 +58,16 @@ def test_the_touches_are_those_of_their_script():
     for row, anew in zip(*cells, strict=True):
         assert row[0] == anew[0]
         assert [float(x) for x in row[1:4]] == pytest.approx([float(x) for x in anew[1:4]], abs=0.0011)
+
+
+def test_names_beside_a_chart_stand_in_the_order_of_their_curves():
+    """Of link 1 and the wrist, 0.2 K apart, the cooler stood above the warmer."""
+    ends = {"j3": 2.84, "j2": 2.95, "link1": 0.85, "wrist": 0.63}
+    curves = [(name, [0, 14, 24], [0, 13.3, end]) for name, end in ends.items()]
+    drawn = tutorial_pictures.chart(curves, "rises", across="h", up="K")
+    height = {name: float(y) for y, name in re.findall(r'y="([\d.]+)"[^<]*>(\w+)</text>', drawn) if name in ends}
+    assert sorted(ends, key=ends.__getitem__) == sorted(height, key=height.__getitem__, reverse=True)
+
+
+def test_what_is_said_of_a_room_fits_its_box():
+    assert max(len(rooms.sentence(room)) for room in rooms.ROOMS) <= 92

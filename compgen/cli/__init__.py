@@ -1,1 +1,1 @@
-"""The command line: the only place that prints, writes files, catches exceptions and sets exit codes."""
+"""The command line: the only place that prints, writes files and exits."""

@@ -1,1 +1,1 @@
-"""What any program is, whoever wrote it: where it drives to, on which ways, when, and what the arm does along them."""
+"""What any program is, whoever wrote it: where it drives to, when, and what the arm does."""
