@@ -43,6 +43,8 @@ def test_a_plan_says_before_after_and_the_gain_of_each_touch(tmp_path):
     assert leaves[-1] == record["after"]["rms_um"]
     assert f"{leaves[0]:.1f} um rms" in result.stdout
     assert f"one more gains {100 * record['one_more']['gain']:.0f} %" in result.stdout
+    assert "after 5 touches " in result.stdout
+    assert "after 1 touch " in plan(artefact(tmp_path), tmp_path / "one", "-n", "1").stdout
     assert record["touches"][2]["gain"] == pytest.approx(1 - leaves[3] / leaves[2])
     again = {p.name: p.read_bytes() for p in (tmp_path / "o").iterdir()}
     assert set(again) == {"compgen.json", "CIRCLE_1300_TOUCHES.LS", "plan.json", "touches.csv"}

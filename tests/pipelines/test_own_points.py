@@ -111,7 +111,13 @@ def test_normals_beside_a_curved_surface_are_refused(tmp_path):
 def test_what_the_curve_makes_of_the_points_is_told(tmp_path):
     square = [(1000 + x, y, 100.0) for x, y in ((0, 0), (50, 0), (100, 0), (100, 50), (100, 100))]
     note = next(f for f in job_of(tmp_path, np.array(square)).input_findings if f.code == "path.points")
-    assert "it stops at 1 corners" in note.message
+    assert "it stops at 1 corner (" in note.message
+
+
+def test_points_on_a_line_leave_no_line(tmp_path):
+    straight = [[5.0 * k, 0, 0] for k in range(8)]
+    note = next(f for f in job_of(tmp_path, np.array(straight)).input_findings if f.code == "path.points")
+    assert note.message.endswith("by up to 0 mm")  # 8.67e-16 was said
 
 
 def mesh_job(folder, corners, path, surface="", boundary=""):

@@ -319,9 +319,10 @@ def _show_plan(record: dict[str, Any], folder: Path, files: list[str], *, verbos
     before, after, n = record["before"], record["after"], record["planned_touches"]
     by_anchoring = record["by_anchoring_rms_um"]
     expected = "" if by_anchoring is None else f" (cgen anchor will leave {by_anchoring:.1f} um rms)"
+    touches = "1 touch" if n == 1 else f"{n} touches"
     console.print(
         f"what is not known of the path's place (standard deviation): {before['rms_um']:.1f} um rms, "
-        f"{before['p99_um']:.1f} um p99; after {n} touches {after['rms_um']:.1f} and {after['p99_um']:.1f} um"
+        f"{before['p99_um']:.1f} um p99; after {touches} {after['rms_um']:.1f} and {after['p99_um']:.1f} um"
         f"{expected}; one more gains {100 * record['one_more']['gain']:.0f} %"
     )
     print_findings(console, record["findings"], verbose=verbose)

@@ -168,7 +168,8 @@ def through(table: OwnPoints) -> str:
 
 
 def _of_lines(path: SpaceCurve, ways: int) -> Finding:
-    stops = "no stop at a corner" if not path.corners else f"{path.corners} stops at corners that no rounding can hold"
+    counted = {0: "no stop at a corner", 1: "1 stop at a corner that no rounding can hold"}
+    stops = counted.get(path.corners, f"{path.corners} stops at corners that no rounding can hold")
     return Finding(
         Level.NOTE, Code.PATH_LINES, f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}"
     )
@@ -177,8 +178,9 @@ def _of_lines(path: SpaceCurve, ways: int) -> Finding:
 def _of_curve(path: SpaceCurve, points: GivenPoints, local: LocalPoints, table: OwnPoints) -> list[Finding]:
     """What the curve through a user's points does that the points do not say."""
     bulge, allowed = path.bulge, table.bulge_um * UM
-    stops = f"; it stops at {path.corners} corners (path.corner_deg)" if path.corners else ""
-    message = f"the curve leaves the lines between points by up to {bulge.size / MM:.3g} mm{stops}"
+    corners = "1 corner" if path.corners == 1 else f"{path.corners} corners"
+    stops = f"; it stops at {corners} (path.corner_deg)" if path.corners else ""
+    message = f"the curve leaves the lines between points by up to {round(bulge.size / MM, 6):.3g} mm{stops}"
     findings = [Finding(Level.NOTE, Code.PATH_POINTS, message)]
     if bulge.beyond > allowed:
         message = (
