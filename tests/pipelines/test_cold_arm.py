@@ -73,6 +73,18 @@ def test_a_program_that_exists_is_not_called_corrected_either(tmp_path):
     assert json.loads(run.stdout)["verdict"] == "nothing corrected"
 
 
+def test_a_planned_program_that_is_not_written_says_what_keeps_it_back(tmp_path):
+    (tmp_path / "own.csv").write_text("x_mm,y_mm,z_mm\n1300,0,200\n1310,4,200\n1320,0,200\n1330,-4,200\n")
+    (tmp_path / "own.toml").write_text(
+        '[path]\npattern = "points"\nfile = "own.csv"\ncorner_deg = 90\n'
+        "[process]\nfeed_mm_s = 50\n[bounds]\nmax_um = 50\n"
+    )
+    robot, out = cold_robot(tmp_path), tmp_path / "out"
+    result = run("generate", tmp_path / "own.toml", "--robot", robot, "-o", out, "-q")
+    refused(result, 1, "nothing corrected", "behind it the curve leaves", "OWN.LS not written")
+    assert "makes this arm err" not in result.stderr
+
+
 def test_its_planned_program_is_written_and_not_called_corrected(tmp_path):
     robot, out = cold_robot(tmp_path), tmp_path / "out"
     result = run("generate", path_file("line_x"), "--robot", robot, "-o", out, "-q")

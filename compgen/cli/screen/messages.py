@@ -47,7 +47,9 @@ def outside_words(findings: Sequence[Finding]) -> str:
     """What a run that is not inside its bounds ends with, and the first reason, for the error line; empty of others."""
     from compgen.verification.verdict import Verdict, verdict_of
 
-    broken, verdict = first_message(Level.OUTSIDE, findings), verdict_of(findings)
+    verdict = verdict_of(findings)
+    others = (f for f in findings if f.code != Code.CORRECTION_NONE)  # that alone keeps no planned program back
+    broken = first_message(Level.OUTSIDE, others) or first_message(Level.OUTSIDE, findings)
     return f"{'outside bounds' if verdict is Verdict.OUTSIDE else verdict}: {broken}" if broken else ""
 
 
