@@ -58,6 +58,7 @@ def test_the_rises_of_a_clock_that_is_off_are_those_of_poses_so_much_later(tmp_p
     log, heat = course(tmp_path, arm)
     data = poses(arm, [2 * HOUR, 2.2 * HOUR, 2.5 * HOUR])
     found, _ = with_temperatures(data, log, heat, "start")
+    assert found.shifted is not None
     assert CLOCK_SHIFTS.tolist() == [60 * m for m in (-180, -120, -60, -30, 30, 60, 120, 180)]
     for shifted, late in list(zip(found.shifted, CLOCK_SHIFTS, strict=True))[1:-2]:
         moved, _ = with_temperatures(replace(data, time=data.time + late), log, heat, "start")
@@ -109,7 +110,7 @@ def test_a_warm_up_without_a_log_counts_from_its_first_pose_and_takes_ten_minute
 )
 def test_poses_outside_a_log_are_refused_with_the_unit_that_puts_them_inside(tmp_path, arm, log, first, last, words):
     with pytest.raises(InputError, match="is outside the log") as caught:
-        told(tmp_path, arm, np.linspace(*log, 200), j2=AIR, at=(first, last))
+        told(tmp_path, arm, np.linspace(log[0], log[1], 200), j2=AIR, at=(first, last))
     assert words in str(caught.value)
 
 
