@@ -129,3 +129,21 @@ def test_a_program_that_ends_on_an_arc_takes_the_arcs_time():
     drive = read_traversal(read, read_poses(read, None, default_frames()), None)
     assert_allclose(drive.length[1:], 0.05 * np.pi / 2)
     assert_allclose(drive.duration[1:].sum(), 0.5 * np.pi, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("axis", "carried"),
+    [
+        ((0, 0, 0), [False, False, False]),  # it stands wherever it is
+        ((0, 0, 100), [True, False, True]),  # where the first way begins is not known
+        ((0, 50, 50), [True, True, False]),
+        ((None, None, None), [False, False, False]),
+        ((5, None, 5), [False, False, True]),
+    ],
+)
+def test_a_way_on_which_an_extended_axis_moves_carries_the_arm(arm, axis, carried):
+    more = ["" if e is None else f",\n\tE1= {e:.3f}  mm" for e in axis]
+    points = [cartesian(n, p, more=e) for n, (p, e) in enumerate(zip(PLACES, more, strict=True), 1)]
+    read = fanuc.loads(program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE", "L P[3] 100mm/sec FINE"], points))
+    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    assert drive.carried.tolist() == carried
