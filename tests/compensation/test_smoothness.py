@@ -13,7 +13,7 @@ from compgen.core.units import MM
 @pytest.mark.parametrize(("period", "passed"), [(5e-3, 0.06), (10e-3, 0.5), (40e-3, 0.99)])
 def test_smoothing_halves_its_own_period_and_leaves_longer_ones(period, passed):
     arc = np.arange(0, 2, 0.2e-3)
-    settings = Settings(rate_period=0.0, curvature_period=10e-3)
+    settings = Settings(rate_period=0.0)  # the default's 10 mm
     wave = np.cos(2 * np.pi * arc / period)
     stop = np.zeros(len(arc), dtype=bool)
     out = solveh_banded(smoothing_matrix(arc, stop, settings), waypoint_lengths(arc) * wave)

@@ -14,7 +14,7 @@ from compgen.core.exceptions import CompgenError, ImpossibleError, InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.modal_state import read_modal_state
 from compgen.fanuc.paging.capacity import program_size
-from compgen.fanuc.paging.join_check import called_programs, check_join
+from compgen.fanuc.paging.join_check import called_programs, check_join, motion_sequence
 from compgen.fanuc.paging.plan import page_names
 from compgen.fanuc.paging.split import line_count, split_program
 from compgen.program.pages import Capacity, JoinError
@@ -254,6 +254,24 @@ def test_only_stops_are_cut():
     ]  # fmt: skip
     may = read_flow(ls.loads(text(body))).may_split_after
     assert [i for i, ok in enumerate(may) if ok] == [5]
+
+
+def test_each_motion_has_the_frames_that_were_set_last():
+    body = [
+        move(1),
+        "  UFRAME_NUM=2 ",
+        move(2),
+        move(3),
+        "  UTOOL_NUM=3 ",
+        "  UFRAME_NUM=4 ",
+        move(4),
+        "  UTOOL_NUM=5 ",
+    ]
+    sequence = motion_sequence(ls.loads(text(body)), {"UTOOL_NUM": "1"})
+    frames = [dict(sequence.motion(i).frames) for i in range(4)]
+    both = [("1", None), ("1", "2"), ("1", "2"), ("3", "4")]
+    assert [(f.get("UTOOL_NUM"), f.get("UFRAME_NUM")) for f in frames] == both
+    assert sequence.frames == {"UTOOL_NUM": "5", "UFRAME_NUM": "4"}
 
 
 def test_point_logic_goes_with_its_motion():

@@ -131,6 +131,12 @@ def test_a_program_that_ends_on_an_arc_takes_the_arcs_time():
     assert_allclose(drive.duration[1:].sum(), 0.5 * np.pi, atol=0.02)
 
 
+def test_a_way_from_a_place_that_is_not_known_has_no_origin_and_no_time(arm):
+    _, drive = traversal(arm, "L P[2] 100mm/sec CNT100", "L P[9] 100mm/sec CNT100", "L P[3] 100mm/sec CNT100")
+    assert drive.origin.tolist() == [NONE, 0, 1, NONE]
+    assert np.isnan(drive.length).tolist() == [True, False, True, True]
+
+
 @pytest.mark.parametrize(
     ("axis", "carried"),
     [

@@ -2,12 +2,15 @@
 
 from functools import cache, partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
+from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.planning import boundaries, curves, patterns, surfaces, toolpath
 from compgen.planning.exact_path import ExactPath
@@ -352,3 +355,23 @@ def test_where_lines_end_does_not_hang_on_a_processor_s_last_digits(pattern):
     found = [toolpath.balance_of(way.exact, way.piece, span, way.stop) for span in (way.span, shaken)]
     assert np.abs(found[0] - found[1]).max() < 1e-10
     assert np.abs(found[0]).max() > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "is_stop", "expected"),
+    [
+        (2.0, 1.0, False, 1.0),
+        (1.0, 3.0, False, 1.5),
+        (2.0, -1.0, False, 1.0),  # where a curve bends over to the other side it goes on
+        (2.0, -1.0, True, 0.0),  # a corner
+        (2.0, 1.0, True, 1.0),  # a stop on the way round
+        (2.0, 0.0, True, 1.0),  # of a curve that goes on as a straight line
+    ],
+)
+def test_a_waypoint_stands_beside_the_path_by_half_the_larger_sag_and_a_corner_on_it(before, after, is_stop, expected):
+    sag = np.array([[0, 0, before], [0, 0, after]]) * UM
+    exact: Any = SimpleNamespace(sag=lambda piece, span: sag)
+    stop = np.array([True, is_stop, True])
+    balance = toolpath.balance_of(exact, np.zeros(2, dtype=np.int64), np.zeros((2, 2)), stop)
+    assert_allclose(balance[:, 2] / UM, [before / 2, expected, after / 2], atol=1e-12)
+    assert not balance[:, :2].any()

@@ -111,6 +111,14 @@ def test_a_path_on_the_part_that_may_not_stop_there_gets_no_stop_and_is_told():
     assert stops.on_the_part == 0
 
 
+@pytest.mark.parametrize(("at", "added"), [(5, 0), (9, 0), (4, 1)])
+def test_a_stop_of_the_path_from_half_a_page_on_is_taken_before_one_is_added(at, added):
+    """Of pages of ten positions, on a path of 14 beside the part."""
+    stop, nowhere = np.isin(np.arange(14), [0, at, 13]), np.zeros(14, dtype=bool)
+    stops = add_stops(np.ones(14), stop, nowhere, 10, on_the_part=False)
+    assert (stops.added.sum(), stops.obstacle) == (added, "")
+
+
 def test_a_manifest_is_as_it_was_written_whatever_its_layout_until_it_says_something_else():
     written = json.loads(with_checksum({"name": "PART", "pages": [{"order": 1, "start_h": 2.5}]}))
     assert is_as_written(json.loads(json.dumps(written, indent=7)))
