@@ -119,6 +119,14 @@ def test_a_stop_of_the_path_from_half_a_page_on_is_taken_before_one_is_added(at,
     assert (stops.added.sum(), stops.obstacle) == (added, "")
 
 
+@pytest.mark.parametrize(("still", "at"), [([6], 6), ([5, 8], 8), ([3], 9), ([], 9)])
+def test_a_stop_is_added_where_the_joints_move_least_the_last_of_such(still, at):
+    """From half a page of ten positions on: elsewhere they move a tenth more."""
+    rate = np.where(np.isin(np.arange(14), still), 1.0, 1.1)
+    stops = add_stops(rate, np.isin(np.arange(14), [0, 13]), np.zeros(14, dtype=bool), 10, on_the_part=False)
+    assert np.flatnonzero(stops.added).tolist() == [at]
+
+
 def test_a_manifest_is_as_it_was_written_whatever_its_layout_until_it_says_something_else():
     written = json.loads(with_checksum({"name": "PART", "pages": [{"order": 1, "start_h": 2.5}]}))
     assert is_as_written(json.loads(json.dumps(written, indent=7)))
