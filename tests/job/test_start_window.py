@@ -94,3 +94,27 @@ def test_states_on_the_way_give_the_rises_there(overrides):
     states = states_at(job.heat, job.state(), driven, which, job.history.air, job.history.clock)
     assert_allclose(states @ job.heat.outputs.T, planned.rise[which], rtol=1e-12)
     assert np.ptp(planned.rise[which], axis=0).min() > 0.01
+
+
+@pytest.mark.parametrize("overrides", [(), (AIR,)])
+def test_what_a_late_start_adds_is_what_the_day_with_an_idle_stretch_more_has(overrides):
+    """Rises over a program of two hours behind work alone, and behind work and so long a wait."""
+    moving = '{state="moving", feed_mm_s=200, duration_h=2}'
+    time = np.linspace(0, 7200.0, 25)
+    driven = JointMotion(time, np.zeros((25, 6)), np.full(24, 0.1))
+
+    def day(*stretches):
+        return load_job(path_file("raster_1300"), overrides=[*overrides, f"before=[{', '.join(stretches)}]"])
+
+    def rises(job):
+        return rises_during(job.heat, job.state(), driven, job.history.air, job.history.clock)[0]
+
+    prompt = day(moving)
+    delay = np.array([600.0, 5400.0])
+    clock, state = np.full(2, prompt.history.clock), np.tile(prompt.state(), (2, 1))
+    added = start_window.late_rise(prompt, delay, np.tile(time, (2, 1)), state, clock)
+    for late, wait in zip(added, delay.tolist(), strict=True):
+        expected = rises(day(moving, f'{{state="idle", duration_h={wait / 3600}}}')) - rises(prompt)
+        assert np.abs(expected).max() > 0.1
+        assert_allclose(late, expected, atol=1e-9)
+    assert_allclose(start_window.late_rise(prompt, 600.0, time, prompt.state(), prompt.history.clock), added[0])
