@@ -180,3 +180,20 @@ def test_a_box_that_no_pose_is_in_is_said_with_its_corners(planned, monkeypatch)
     nowhere = replace(site, box=site.box + np.array([9.0, 0, 0]))
     with pytest.raises(ImpossibleError, match="0 of 20000 random poses are in the box 9600 -1000 -600 to 11000 1000"):
         plan_poses(robot, model, 0, nowhere, 2, lambda stage, share: None)
+
+
+def test_twice_as_many_poses_must_be_seen_as_are_planned(planned, monkeypatch):
+    robot, model, site, _ = planned
+    monkeypatch.setattr(pose_planning, "DRAWS", 20_000)
+    narrow = replace(site, box=np.array([[1.0, -0.25, 0.1], [1.5, 0.25, 0.6]]))
+
+    def plan(count):
+        return plan_poses(robot, model, 0, narrow, count, lambda stage, share: None)
+
+    with pytest.raises(ImpossibleError) as caught:
+        plan(700)
+    seen = int(str(caught.value).split()[1])
+    assert 6 < seen < 200
+    assert len(plan(seen // 2).theta) == seen // 2
+    with pytest.raises(ImpossibleError, match=f"{seen} of 20000 random poses"):
+        plan(seen // 2 + 1)
