@@ -42,7 +42,8 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
     written = corrected.written if corrected else planned.written()
     before, on_part = statistics(planned.deviation()), statistics(planned.deviation(), on_part=True)
     after = statistics(corrected.deviation) if corrected else None
-    unknown = with_motion(planned.not_known(band), planned.written().effect)
+    effect = planned.effect(written)
+    unknown = with_motion(planned.not_known(band), effect)
     return {
         "schema": SCHEMA,
         "command": Command.GENERATE if corrected else Command.PREDICT,
@@ -59,7 +60,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "band": band_record(band, unknown, corrected.draws if corrected else None),
         "bounds": _bounds(job.bounds),
         "findings": [f.record() for f in (corrected or planned).findings],
-        "motion": motion_record(planned.effect(written)),
+        "motion": motion_record(effect),
         "path": _path(planned),
         "timing": _timing(job, written, corrected.trajectory if corrected else planned.trajectory),
         "thermal": _thermal(planned, corrected),

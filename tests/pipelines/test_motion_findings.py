@@ -67,6 +67,16 @@ def test_a_robot_whose_file_says_nothing_is_expected_to_move_as_any_arm():
     assert f"by an expected {expected} um ({lowest} to {highest}), by logs and motion code of other arms" in message
 
 
+def test_arcs_are_looked_at_as_they_are_driven():
+    """The plan's lines round a small circle are shorter than a period, so that they run at 61 of 100 mm/s: not arcs."""
+    small = ("path.diameter_mm=40", "process.feed_mm_s=100", 'process.moves="arcs"')
+    summary, _, _ = run(*small)
+    motion = summary["motion"]
+    pull = pull_um(176, 168) * (0.1 / 0.2) ** 2 * 0.65 / 0.02
+    assert motion["off_path_um"] == pytest.approx(pull, rel=0.05)
+    assert row(summary)[0]["expected_um"] == pytest.approx(motion["off_path_um"], rel=1e-5)
+
+
 def test_straight_sweeps_have_nothing_to_fear():
     summary, _, finding = run(name="line_y")
     assert finding.level is Level.NOTE

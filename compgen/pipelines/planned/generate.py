@@ -10,7 +10,7 @@ from compgen.compensation import limits, optimise, simplify
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solution, Solver
 from compgen.core import stages
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
@@ -139,7 +139,7 @@ def generate(
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
     planned = _plan(job, progress, date, pages=pages)
-    job = planned.job
+    job, as_planned = planned.job, len(planned.path.arc)
     as_written = pages and keeps_waypoints(job.plan.process)  # uncorrected: what the day before was driven as
     other, unknown_form = model_form.plan_other_day(job, planned.joint_motion if as_written else None)
     planned, problem, solution, limited = find_correction(planned, progress)
@@ -157,7 +157,7 @@ def generate(
     del program, commanded
     planned.deviation()
     prepared = prepared_for(job, delivered.program)
-    touching = path.touching_segments() if job.robot.motion is not None else None  # else the plan's text tells it
+    touching = _moves_otherwise(planned, as_planned)
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)
@@ -184,6 +184,12 @@ def generate(
     )
     verdict = _verdict(planned, corrected, prepared, limited, [*unknown_form, *form_findings])
     return planned, replace(corrected, findings=tuple(verdict))
+
+
+def _moves_otherwise(planned: Planned, waypoints: int) -> BoolArray | None:
+    """The segments on the part of a text whose motion the plan's, of so many waypoints, does not tell; else None."""
+    longer = len(planned.path.arc) < waypoints  # lines, or arcs, which are driven faster than the plan's lines
+    return planned.path.touching_segments() if planned.job.robot.motion is not None or longer else None
 
 
 def _fly_corrected(

@@ -101,15 +101,15 @@ def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None,
         robot: The robot as the user named it.
         overrides: As the user gave them.
     """
-    live, job = live_job.live, live_job.job
+    live, job, planned = live_job.live, live_job.job, live_job.planned
     words = [path, *(["--robot", robot] if robot else []), *(w for item in overrides for w in ("--set", item))]
     command = " ".join(shlex.quote(word) for word in words)
     program = shlex.quote(f"outputs/{job.name}/{live_job.corrected.delivery.files[-1][0]}")
     record = {**live_record(live_job), "command": command, "program": program}
     data = json.dumps({"live": record}, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    setting, planned_band = planned_setting(live.day), live_job.planned.band_of_plan()
+    setting, planned_band = planned_setting(live.day), planned.band_of_plan()
     band = band_at(live, live_job.band, setting)
-    unknown = with_motion(live_job.planned.not_known(planned_band), live_job.planned.written().effect)
+    unknown = with_motion(planned.not_known(planned_band), planned.effect(live_job.corrected.written))
     return fragment(
         "live.html",
         data=Markup(data),
