@@ -83,7 +83,8 @@ def heat_sentences(job: Job, day: Timeline, *, verbose: bool = True) -> list[str
         worst = int(np.argmax(day.residual))
         sentences.append(
             f"{len(day.run)} runs: error {day.error.min() / UM:.1f} to {day.error.max() / UM:.1f} um uncorrected; "
-            f"{_file_of(job)} is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
+            f"{_file_of(job)} is off by up to {day.residual[worst] / UM:.2f} um besides rounding and chords "
+            f"(run {worst + 1})"
         )
     first, largest = _bands(job, day)
     by_model = f"by the model; uncertainty of the robot data: {known_words(first)}"
