@@ -90,7 +90,8 @@ def heat_sentences(job: Job, day: Timeline, *, verbose: bool = True) -> list[str
     by_model = f"by the model; uncertainty of the robot data: {known_words(first)}"
     if len(day.run) > 1:
         worst = int(np.argmax(day.error)) + 1
-        by_model += f"; that is the first run, {rounded(largest['p95_um'])} um in run {worst}, which errs most"
+        later = "" if worst == 1 else f" {rounded(largest['p95_um'])} um in run {worst},"
+        by_model += f"; that is the first run,{later} which errs most"
     unknown = unknown_words(first) if verbose else unknown_in_short(first)
     sentences.append(by_model + (f"; not measured on your robot: {unknown}" if unknown else ""))
     rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.rise[-1], strict=True))
