@@ -66,7 +66,7 @@ class Watch:
     ] = "0s"
     loaded: LoadedPages = 0
     lead: Annotated[
-        str, typer.Option("--lead", help="How long before the page that runs ends the next one is taken as loaded.")
+        str, typer.Option("--lead", help="So long before the running page ends the next one counts as loaded.")
     ] = "1min"
     once: Annotated[bool, typer.Option("--once", help="Look once and end; exit 1 when a page leaves the bound.")] = (
         False

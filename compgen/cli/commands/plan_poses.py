@@ -45,7 +45,7 @@ class SiteChoice:
         list[str] | None,
         typer.Option(
             "--reflector",
-            help="In the flange, 'x y z' in mm, off the last axis; default '60 0 100'; repeatable.",
+            help="Its place in the flange, 'x y z' in mm, off the last axis; default '60 0 100'; repeatable.",
         ),
     ] = None
     instrument: Annotated[
@@ -56,7 +56,10 @@ class SiteChoice:
         typer.Option("--view", callback=opt.in_range(1, 180), help="Widest angle at which reflectors are seen, deg."),
     ] = 60.0
     noise: Annotated[
-        float, typer.Option("--noise", callback=opt.in_range(0.1, 1e4), help="Of one measured coordinate, um.")
+        float,
+        typer.Option(
+            "--noise", callback=opt.in_range(0.1, 1e4), help="Standard deviation of a measured coordinate, um."
+        ),
     ] = 30.0
     share: Annotated[
         float, typer.Option("--range", callback=opt.in_range(0.01, 1.0), help="Share of each joint's range to use.")

@@ -229,10 +229,12 @@ def plan_motion_log(
     centre: Annotated[
         str | None,
         typer.Option(
-            "--centre", help="Of its figures, World 'x y z' in mm; default in front of J2, at 0.6 of the reach."
+            "--centre", help="Middle of its figures, World 'x y z' in mm; default in front of J2, at 0.6 of the reach."
         ),
     ] = None,
-    size: Annotated[float, typer.Option("--size", callback=opt.in_range(20, 2000), help="Of its figures, mm.")] = 300.0,
+    size: Annotated[
+        float, typer.Option("--size", callback=opt.in_range(20, 2000), help="Size of its figures, mm.")
+    ] = 300.0,
     speed: Annotated[
         float, typer.Option("--speed", callback=opt.in_range(2, 1500), help="The higher of its two speeds, mm/s.")
     ] = 200.0,

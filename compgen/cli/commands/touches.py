@@ -145,7 +145,7 @@ def teach_frame(
     reference: ReferenceOption = "start",
     number: Annotated[int, typer.Option("--number", help="UFRAME number.", min=1, max=9)] = 1,
     frames: UserFrames = None,
-    nominal: Annotated[bool, typer.Option("--nominal", help="As the pendant would: without the model.")] = False,
+    nominal: Annotated[bool, typer.Option("--nominal", help="Teach as the pendant would: without the model.")] = False,
     output: FrameOutput = None,
     screen: opt.FindingScreen,
 ) -> Outcome:
@@ -226,11 +226,16 @@ class SearchChoice:
         int, typer.Option("--utool", callback=opt.in_range(1, 29), help="Number of the probe's tool on the controller.")
     ] = 9
     sigma: Annotated[
-        float, typer.Option("--sigma", callback=opt.in_range(0.1, 1e4), help="Of one coordinate of a touch, um.")
+        float,
+        typer.Option(
+            "--sigma", callback=opt.in_range(0.1, 1e4), help="Standard deviation of a touch's coordinate, um."
+        ),
     ] = 12.0
     clearance: Annotated[
         float,
-        typer.Option("--clearance", callback=opt.in_range(1, 500), help="From where a search begins, mm before it."),
+        typer.Option(
+            "--clearance", callback=opt.in_range(1, 500), help="How far before the touch a search begins, mm."
+        ),
     ] = 20.0
     beyond: Annotated[
         float,
