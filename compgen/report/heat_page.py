@@ -89,9 +89,7 @@ def heat_sentences(job: Job, day: Timeline, *, verbose: bool = True) -> list[str
     first, largest = _bands(job, day)
     by_model = f"by the model; uncertainty of the robot data: {known_words(first)}"
     if len(day.run) > 1:
-        worst = int(np.argmax(day.error)) + 1
-        later = "" if worst == 1 else f" {rounded(largest['p95_um'])} um in run {worst},"
-        by_model += f"; that is the first run,{later} which errs most"
+        by_model += f"; that is the first run{_of_worst_run(day, largest, 'um')}, which errs most"
     unknown = unknown_words(first) if verbose else unknown_in_short(first)
     sentences.append(by_model + (f"; not measured on your robot: {unknown}" if unknown else ""))
     rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.rise[-1], strict=True))
@@ -130,7 +128,7 @@ def _facts(job: Job, day: Timeline, max_um: float | None) -> list[tuple[str, str
     facts = [] if max_um is None else [("bound", f"{max_um:g} µm for one file in every run")]
     for name, words in band_facts(first):
         if name == LEFT_OPEN and len(day.run) > 1:
-            words += f" in the first run, {rounded(largest['p95_um'])} µm in run {np.argmax(day.error) + 1}"
+            words += f" in the first run{_of_worst_run(day, largest, 'µm')}"
         facts.append((name, words))
     for when, hours, rises in (
         ("as the program starts", day.start / HOUR, day.run_rise[0]),
@@ -145,6 +143,12 @@ def _facts(job: Job, day: Timeline, max_um: float | None) -> list[tuple[str, str
 def _bands(job: Job, day: Timeline) -> list[dict[str, Any]]:
     """What the files leave open in the first run and in the one that errs most; no text is written here and flown."""
     return [band_record(band, with_motion(not_known(job.cell, band, day.setting), None)) for band in day.band]
+
+
+def _of_worst_run(day: Timeline, largest: dict[str, Any], unit: str) -> str:
+    """The band of the run that errs most, where that is not the first."""
+    worst = int(np.argmax(day.error)) + 1
+    return "" if worst == 1 else f", {rounded(largest['p95_um'])} {unit} in run {worst}"
 
 
 def _rises(job: Job, day: Timeline) -> Figure:

@@ -6,7 +6,7 @@ from shipped import path_file
 
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study import timeline
-from compgen.report.heat_page import heat_sentences
+from compgen.report.heat_page import heat_html, heat_sentences
 
 
 @pytest.mark.parametrize(
@@ -20,3 +20,4 @@ def test_the_run_that_errs_most_is_named_once(before, worst, said):
     assert int(np.argmax(day.error)) + 1 == worst
     (sentence,) = (s for s in heat_sentences(job, day) if "errs most" in s)
     assert said in sentence
+    assert (f"µm in run {worst}<" in heat_html(job, day).decode()) == (worst > 1)
