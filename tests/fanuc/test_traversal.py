@@ -69,9 +69,10 @@ def test_a_program_without_motions_has_no_stations_and_waits(arm):
 
 
 def test_a_turn_on_the_spot_takes_its_angle_over_its_rate(arm):
-    _, drive = traversal(arm, "L P[2] 100mm/sec CNT100", "L P[3] 30deg/sec CNT100")
-    assert_allclose(drive.length[2], 0.0, atol=1e-12)
-    assert_allclose(drive.duration[2], 3.0)
+    back_and_forth = ("L P[3] 30deg/sec CNT100", "L P[2] 45deg/sec CNT100")
+    _, drive = traversal(arm, "L P[2] 100mm/sec CNT100", *back_and_forth)
+    assert_allclose(drive.length[2:], 0.0, atol=1e-12)
+    assert_allclose(drive.duration[2:], [3.0, 2.0])
 
 
 def test_no_joint_outruns_its_speed_where_the_tool_turns_on_the_spot(arm):

@@ -54,6 +54,7 @@ def test_lines_and_arcs_between_known_places_are_told_apart(drive):
     assert ways.swept_angles(drive, np.array([2])) == pytest.approx([np.pi])
     assert ways.arcs_in_line(drive, np.array([2])).tolist() == [False]
     assert not drive.beyond.any()
+    assert_allclose(drive.length[1:5] / MM, [100, 25 * np.pi, 25 * np.pi, 200])
 
 
 def test_places_and_turns_on_the_way_are_those_of_the_line_and_of_the_circle(drive):
@@ -139,3 +140,11 @@ def test_a_line_past_the_j1_axis_is_told_by_how_far_it_stays_from_it(arm, x, tol
     near = replace(arm, shoulder_margin=0.05, elbow_margin=0.0, wrist_margin=0.0)
     assert ways.singular_ways(near, passing) == [(1, "the J1 axis by 30.00 mm")] * told
     assert ways.singular_ways(replace(near, shoulder_margin=0.02), passing) == []
+
+
+def test_a_short_way_that_comes_a_little_nearer_to_the_j1_axis_is_told_too(arm):
+    """From 289 mm to 285 and back, where 288 are allowed."""
+    passing = driven(arm, MOVES[:2], [(285, y, 700, 180, 0, 0) for y in (-50, 50)])
+    near = replace(arm, shoulder_margin=0.288, elbow_margin=0.0, wrist_margin=0.0)
+    assert ways.singular_ways(near, passing) == [(1, "the J1 axis by 285.00 mm")]
+    assert ways.singular_ways(replace(near, shoulder_margin=0.284), passing) == []

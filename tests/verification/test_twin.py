@@ -9,12 +9,14 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
 from compgen.core.pose import IDENTITY
+from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.program.frames import Frames
+from compgen.program.pages import excerpt
 from compgen.thermal import Duty, JointMotion, rises_during
 from compgen.verification.twin import TwinError, execute, prepare
 from compgen.verification.twin.timing import ramp_duration
@@ -102,6 +104,24 @@ def test_a_joint_beyond_its_limit_is_named_with_the_position_where_it_is_farthes
     name = re.escape(robot.joint_names[joint])
     with pytest.raises(TwinError, match=rf"^P\[{row + 1}\]: joint {name} is beyond its limit"):
         prepare(narrow, corrected.program, job.history.before, job.history.air)
+
+
+@pytest.mark.parametrize("degrees", [85, 95])
+def test_a_line_on_which_a_joint_turns_by_more_than_a_quarter_is_refused(generated, degrees):
+    job, _, corrected = generated
+    down = np.diag([1.0, -1.0, -1.0])
+    spun = down @ rotation_matrix(np.radians([[0, 0, degrees]]))[0]
+    spinning = replace(
+        excerpt(corrected.program, 0, 1),
+        position=np.array([[1.2, 0.0, 0.2], [1.21, 0.0, 0.2]]),
+        rotation=np.array([down, spun]),
+        turns=np.zeros((2, 3), dtype=np.int64),
+    )
+    if degrees > 90:
+        with pytest.raises(TwinError, match=r"^P\[1\] to P\[2\]: a joint turns by over 90 deg"):
+            prepare(twin_of(job), spinning, job.history.before, job.history.air)
+    else:
+        prepare(twin_of(job), spinning, job.history.before, job.history.air)
 
 
 def test_between_two_positions_a_network_warms_in_a_straight_line():
