@@ -141,3 +141,4 @@ def test_smoothing_reaches_the_word_on_a_long_line_and_a_share_of_it_on_a_short_
     timing = clocked(smoothing, [length, length], [0.2, 0.2], stops=[1])
     assert_allclose(timing.highest, highest, rtol=2e-3)
     assert_allclose(timing.driven, length / np.diff(timing.time), rtol=1e-12)
+    assert_allclose(timing.at_word, max(length - 0.3 * 0.2, 0.0), atol=1e-9)  # less what passes while it settles

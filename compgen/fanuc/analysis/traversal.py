@@ -177,7 +177,6 @@ def _lengths(position: Array, circular: BoolArray, last: BoolArray) -> Array:
     before = np.vstack([np.full((1, 3), np.nan), position[:-1]])
     length = np.linalg.norm(position - before, axis=1)
     via = np.flatnonzero(circular & ~last)
-    via = via[via + 1 < len(position)]
     halves = arcs_through(before[via], position[via], position[via + 1]).lengths
     curved = np.isfinite(halves).all(axis=1)
     length[via[curved]], length[via[curved] + 1] = halves[curved].T
