@@ -1,0 +1,229 @@
+"""How many numbers are enough, what is a copy, and which reading of the joints is named: counted by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compgen.core.exceptions import InputError
+from compgen.core.units import DEG
+from compgen.identification.measurement_checks import better_reading, check_copies, check_row_count, check_scale
+from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, blank_rows
+
+
+def rows(places, *, distances=0, instruments=1, reflectors=2, oriented=0, names=(), known=0, lengths=0):
+    """Places that instruments measured, then distances; of fixed places the first few known, with lengths between."""
+    N = places + distances
+    data = blank_rows(np.zeros((N, 6)), np.arange(N), [f"m.csv: line {n + 2}" for n in range(N)], 0)
+    fixed = np.full((len(names), 3), np.nan)
+    fixed[:known] = 0.5
+    rotation = np.full((N, 3, 3), np.nan)
+    rotation[:oriented] = np.eye(3)
+    return replace(
+        data,
+        position=np.where(np.arange(N)[:, None] < places, 1.0, np.nan) * np.ones(3),
+        ends=replace(
+            data.ends,
+            distance=np.where(np.arange(N) < places, np.nan, 0.3),
+            kind=np.where(np.arange(N) < places, 0, TOUCH),
+        ),
+        rotation=rotation,
+        reflectors=tuple("abcdef"[:reflectors]),
+        instruments=tuple("uvw"[:instruments]),
+        fixed=FixedPlaces(
+            names=names,
+            frame=np.zeros(len(names), dtype=int),
+            place=fixed,
+            sigma=np.zeros(len(names)),
+            between=np.zeros((lengths, 2), dtype=int),
+            length=np.full(lengths, 0.2),
+            length_sigma=np.zeros(lengths),
+        ),
+        aligned=np.zeros(instruments, dtype=bool),
+    )
+
+
+@pytest.mark.parametrize(
+    ("few", "unknowns", "missing"),
+    [
+        (dict(places=4), 12, 1),  # a frame of six, two reflectors of three each: 4 x 3 numbers just make it
+        (dict(places=3), 12, 2),
+        (dict(places=1), 12, 4),
+        (dict(places=6, instruments=2), 18, 1),
+        (dict(places=5, reflectors=3), 15, 1),
+        (dict(places=2, oriented=2), 12, 1),  # a row with its orientation is worth two
+        (dict(places=6, names=("s", "t"), known=0), 18, 1),
+        (dict(places=5, names=("s", "t"), known=1), 15, 1),
+        (dict(places=5, distances=2, names=("s", "t"), lengths=1), 17, 1),
+        (dict(places=0, distances=12), 12, 1),
+        (dict(places=0, distances=5, instruments=0, reflectors=3), 9, 5),
+    ],
+)
+def test_numbers_must_be_more_than_frames_reflectors_and_places_have_unknowns(few, unknowns, missing):
+    with pytest.raises(InputError, match=f"the {unknowns} unknowns") as caught:
+        check_row_count(rows(**few))
+    assert f"measure {missing} or more rows more" in str(caught.value)
+    assert f"{3 * few['places'] + 3 * few.get('oriented', 0) + few.get('distances', 0)} measured numbers" in str(
+        caught.value
+    )
+    kind = "places" if few["places"] else "distances"
+    check_row_count(rows(**few | {kind: few[kind] + missing}))
+    open_places = len(few.get("names", ())) - few.get("known", 0)
+    assert (f", {open_places} fixed place(s)" in str(caught.value)) == (open_places > 0)
+
+
+def test_touches_alone_tell_no_scale_without_a_certificate():
+    touches = rows(0, distances=20, names=("s",))
+    with pytest.raises(InputError, match=r"^m.csv: no row tells the scale"):
+        check_scale(touches)
+    check_scale(replace(touches, fixed=replace(touches.fixed, certified=True)))
+    check_scale(rows(1, distances=20, names=("s",)))
+
+
+def measured_again(same, others):
+    """Ten places; then some of them again to the last digit, and others again a little off."""
+    once = rows(10)
+    first = np.arange(10.0)[:, None] * np.ones(3)
+    again = first[: same + others] + np.where(np.arange(same + others) < same, 0.0, 1e-5)[:, None]
+    N = 10 + same + others
+    data = rows(N)
+    pose = np.concatenate([np.arange(10), np.arange(same + others)])
+    theta = np.tile(np.arange(10.0)[:, None], 6)[pose]
+    assert len(once.pose) == 10
+    return replace(data, theta=theta, position=np.concatenate([first, again]))
+
+
+@pytest.mark.parametrize(
+    ("same", "others", "refused"),
+    [(3, 0, True), (2, 0, False), (3, 2, True), (3, 3, False), (4, 3, True), (0, 5, False)],
+)
+def test_three_copies_and_more_than_half_of_what_was_measured_again_are_refused(same, others, refused):
+    data = measured_again(same, others)
+    if refused:
+        with pytest.raises(
+            InputError, match=f"m.csv: line 12: the joints and the place of m.csv: line 2 .*{same} rows"
+        ):
+            check_copies(data)
+    else:
+        check_copies(data)
+    check_copies(replace(data, aligned=np.ones(1, dtype=bool)))  # places on an axis test's line
+    check_copies(replace(data, reflector=np.arange(len(data.pose))))  # of other reflectors
+    if refused:
+        with pytest.raises(InputError, match="a copy is no second measurement"):
+            check_copies(replace(data, instrument=np.full(len(data.pose), WORLD)))
+
+
+def readings_of(right, pendant, scale=1.0):
+    """Distances [m] of a row for each pose, as far as its angles are from the right ones [m/rad]."""
+    return lambda angles: scale * np.abs(angles - right(pendant)).sum(axis=1)
+
+
+PENDANT = np.random.default_rng(2).uniform(-2, 2, (40, 6))
+
+
+def turned(k, degrees):
+    return lambda p: p + degrees * DEG * np.eye(6)[k]
+
+
+def signed(*joints):
+    return lambda p: p * np.where(np.isin(np.arange(6), joints), -1, 1)
+
+
+def exchanged(i, j):
+    order = list(range(6))
+    order[i], order[j] = j, i
+    return lambda p: p[:, order]
+
+
+def coupled(sign):
+    return lambda p: p + sign * p[:, [1]] * np.eye(6)[2]
+
+
+LINK = "J3 fits the convention of the angle against link 2 (theta_3 = J3), not of the horizontal"
+HORIZONTAL = "J3 fits the pendant's convention of the horizontal (theta_3 = J2 + J3)"
+TURNS = [(0, -90), (5, 90), (3, 180)]
+PAIRS = [(0, 1), (1, 2), (3, 4), (4, 5), (3, 5)]
+
+
+def sign_of_theta_2(pendant):
+    """Where J3 counts against the horizontal, and keeps its own sign."""
+    return signed(1)(pendant) + 2 * pendant[:, [1]] * np.eye(6)[2]
+
+
+@pytest.mark.parametrize(
+    ("right", "has_coupling", "words"),
+    [
+        *((signed(k), False, f"J{k + 1} fits with the opposite sign") for k in range(6)),
+        *((turned(k, d), True, f"J{k + 1} fits with its zero turned by {d:+d} deg") for k, d in TURNS),
+        *((exchanged(i, j), True, f"J{i + 1} and J{j + 1} fit exchanged") for i, j in PAIRS),
+        (coupled(-1), True, LINK),
+        (coupled(-1), False, f"{LINK}, with J2 of the opposite sign"),
+        (coupled(1), False, HORIZONTAL),
+        (coupled(1), True, f"{HORIZONTAL}, which the robot file has already"),
+        (sign_of_theta_2, True, "J2 fits with the opposite sign, and J3 as it is against the horizontal"),
+        (
+            lambda p: turned(5, 90)(signed(0)(p)),
+            False,
+            "J1 fits with the opposite sign; J6 fits with its zero turned by +90 deg",
+        ),
+    ],
+)
+def test_the_reading_that_explains_the_places_is_named(right, has_coupling, words):
+    distance_of = readings_of(right, PENDANT)
+    as_given = float(np.sort(distance_of(PENDANT))[:38].mean())
+    found = better_reading(PENDANT, distance_of, as_given, has_coupling=has_coupling)
+    assert found is not None
+    assert found[0] == words
+    assert found[1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_reading_is_named_from_five_times_nearer_on_and_by_all_but_a_twentieth_of_the_rows():
+    right = signed(2)
+    for far, named in ((5.2, True), (4.8, False)):
+        left = 0.05 / far  # what no reading explains, where the columns as they stand are 50 mm off
+
+        def distance_of(angles, left=left):
+            away = np.abs(angles - right(PENDANT)).max(axis=1) > 1e-9
+            distance = np.where(away.any(), 0.05, left) * np.ones(40)
+            distance[:2] = 9.0  # of forty rows, two that were misread
+            return distance
+
+        found = better_reading(PENDANT, distance_of, 0.05, has_coupling=False)
+        assert (found is not None) == named
+        if found is not None:
+            assert found == ("J3 fits with the opposite sign", pytest.approx(left))
+
+
+def weighed(right, weights):
+    """Distances [m] by how far each joint is from the right one, each with its lever [m/rad]."""
+    return lambda angles: np.abs(angles - right(PENDANT)) @ np.array(weights)
+
+
+J1_TURNED, J2_TURNED = "J1 fits with its zero turned by +180 deg", "J2 fits with its zero turned by +90 deg"
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (300, 10),  # mm: far nearer, but by no more than 8 mm is a right reading off
+        (14, 6),  # near, but not five times nearer
+    ],
+)
+def test_a_second_reading_is_looked_for_where_the_first_leaves_much(first, second):
+    weights = [first / 1e3 / np.pi, second / 1e3 / (np.pi / 2), 1.0, 1.0, 1.0, 1.0]
+    distance_of = weighed(lambda p: turned(1, 90)(turned(0, 180)(p)), weights)
+    found = better_reading(PENDANT, distance_of, (first + second) / 1e3, has_coupling=True)
+    assert found == (f"{J1_TURNED}; {J2_TURNED}", pytest.approx(0.0, abs=1e-9))
+
+
+def test_three_wrong_columns_and_two_that_only_together_come_nearer_are_not_guessed_at():
+    three = weighed(lambda p: turned(2, 90)(turned(1, 90)(turned(0, 180)(p))), [0.1] * 6)
+    assert better_reading(PENDANT, three, 0.2 * np.pi, has_coupling=True) is None
+    two = turned(1, 90)(turned(0, 90)(PENDANT))
+
+    def farther(angles):
+        """310 mm with both wrong, 260 with one of them."""
+        right = (np.abs(angles - two).max(axis=0) < 1e-9)[:2].sum()
+        return np.full(40, (0.31, 0.26, 0.0)[right])
+
+    assert better_reading(PENDANT, farther, 0.31, has_coupling=True) is None
