@@ -174,15 +174,15 @@ def _wrist(axes: Axes) -> Array:
     for i, k, angle in ((0, 1, 90), (1, 2, 0), (2, 3, 90), (3, 4, 90), (4, 5, 90)):
         between = np.arccos(np.clip(abs(w[i] @ w[k]), 0, 1)) / DEG
         if abs(between - angle) * DEG > UPRIGHT:
-            raise _no_class(f"axes {i + 1} and {k + 1} are {between:.1f} deg to each other, not {angle}")
+            raise _no_class(f"axes {i + 1} and {k + 1} are {between:.6g} deg to each other, not {angle}")
     wrist = _meeting(p[3], w[3], p[4], w[4])
     gap = max(_distance(p[i], w[i], wrist) for i in (3, 4, 5))
     beside = abs(float((wrist - p[0]) @ w[1]))
     off = _distance(p[5], w[5], axes.flange.position)
     for misses, what in (
-        (gap, f"axes 4, 5 and 6 do not meet: they pass {2 * gap / MM:.1f} mm from each other"),
-        (beside, f"the wrist stands {beside / MM:.1f} mm beside the plane of axis 1"),
-        (off, f"the flange is {off / MM:.1f} mm off axis 6: a tool, not the flange"),
+        (gap, f"axes 4, 5 and 6 do not meet: one passes {gap / MM:.3g} mm from where the wrist is"),
+        (beside, f"the wrist stands {beside / MM:.3g} mm beside the plane of axis 1"),
+        (off, f"the flange is {off / MM:.3g} mm off axis 6: a tool, not the flange"),
     ):
         if misses > SAME:
             raise _no_class(what)

@@ -50,7 +50,8 @@ def test_a_shipped_arm_goes_out_and_comes_back(tmp_path, name):
     ("changes", "words"),
     [
         ({"wrist": 0.03}, "axes 4, 5 and 6 do not meet"),
-        ({"beside": 0.1}, "the wrist stands 100.0 mm beside the plane of axis 1"),
+        ({"wrist": 2e-5}, "one passes 0.02 mm from where the wrist is"),  # 0.0 was said
+        ({"beside": 0.1}, "the wrist stands 100 mm beside the plane of axis 1"),
         ({"tip": np.array([0.3, 0.2, 1.0])}, "mm off axis 6: a tool, not the flange"),
     ],
 )
