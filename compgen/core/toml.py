@@ -252,8 +252,9 @@ def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[Error
             return f"{key}: {value} is not a number; give a finite one"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{key}: {_told(value)} must be a table"
-    reasons = dict.fromkeys(_reason(e) for s, e in below if s == steps)
-    return f"{key}: {_told(value)}: {', or '.join(reasons)}"
+        case "list_type" if isinstance(value, dict) and _tables(model, steps) != _tables(model, steps[:-1]):
+            return f"{key}: one table, and a list is wanted; say [[{'.'.join(s for s in steps if not s.isdigit())}]]"
+    return f"{key}: {_told(value)}: {', or '.join(dict.fromkeys(_reason(e) for s, e in below if s == steps))}"
 
 
 def _is_deeper(value: Any, levels: int) -> bool:

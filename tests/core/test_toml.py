@@ -146,6 +146,8 @@ def test_a_missing_key_is_shown_where_its_table_has_an_example():
         ({"name": 3}, "name: 3: must be a valid string"),
         ({"on": 1}, "on: 1: must be a valid boolean"),
         ({"rows": 3}, "rows: 3: must be a valid list"),
+        ({"rows": {"a": 1}}, "rows: a table: must be a valid list"),
+        ({"many": {"from": "z"}}, "many: one table, and a list is wanted; say [[many]]"),
         ({"rows": [1, 1.5]}, "rows.1: 1.5: must be a valid integer"),
         ({"inner": {"from": "z", "size": True}}, "inner.size: True: must be a valid number"),
         ({"inner": {"from": "z", "size": "2"}}, "inner.size: '2': must be a valid number"),
