@@ -64,9 +64,8 @@ def _rounded(number: int, place: Pose, taught: TaughtTable | None, decimals: int
 
 def frame_findings(frame: PartFrame | None, robot_file_hash: str, nodes: Sequence[str]) -> Sequence[Finding]:
     """What a user must know of how the frame was taught; ``nodes`` are those of the arm's heat."""
-    findings: list[Finding] = []
     if frame is None:
-        return findings
+        return ()
     taught = frame.taught
     if taught is None:
         message = (
@@ -75,19 +74,20 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str, nodes: Sequenc
         )
         return (Finding(Level.NOTE, Code.FRAME_TAUGHT, message),)
     hottest = max(taught.rise_K.values(), default=0.0)
-    strange = [node for node in taught.rise_K if node not in nodes]
-    if strange:
-        message = f"frame.taught.rise_K: the robot file has no node '{strange[0]}': its rise does not count"
-        findings.append(Finding(Level.NOTE, Code.FRAME_TAUGHT, message + suggest(strange[0], nodes)))
     if taught.through == "pendant":
         if hottest > WARM:
             message = (
                 f"the frame was taught on the pendant by an arm {hottest:.1f} K warm, without a model: the heat is in "
                 "it and would be corrected twice; teach it with cgen teach-frame"
             )
-            return (*findings, Finding(Level.WARNING, Code.FRAME_HOT, message))
+            return (Finding(Level.WARNING, Code.FRAME_HOT, message),)
         message = "the frame was taught on the pendant: what the arm errs by at the touched places is in it"
-        return (*findings, Finding(Level.NOTE, Code.FRAME_PENDANT, message))
+        return (Finding(Level.NOTE, Code.FRAME_PENDANT, message),)
+    findings = []
+    strange = [node for node in taught.rise_K if node not in nodes]
+    if strange:
+        message = f"frame.taught.rise_K: the robot file has no node '{strange[0]}': its rise does not count"
+        findings.append(Finding(Level.NOTE, Code.FRAME_TAUGHT, message + suggest(strange[0], nodes, listed=True)))
     if taught.robot_file and not taught.robot_file.endswith(robot_file_hash[:16]):
         message = f"the frame was taught through {taught.robot_file}, another robot file than this; teach it anew"
         findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))

@@ -136,7 +136,6 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
         )
     behind = rows[first + len(body) :]
     beside = [*sheet.remarks, *rows[: max(head, 0)], *rows[head + 1 : first], *behind]
-    like = [(n, cells) for n, cells in sheet.remarks if kinds(cells[1:]) == kinds(body[0][1][1:])]
     polar = next((n for n, cells in beside if _POLAR.search(" ".join(cells))), None)
     if polar is not None:
         raise InputError(f"{source}: line {polar}: it says that the places are no X, Y, Z; export Cartesian ones")
@@ -150,8 +149,14 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
         line=line,
         parted=sheet.name,
         body=body,
-        summed=[str(n) for n, cells in sorted([*behind, *like]) if "0" in kinds(cells)],
+        summed=[str(n) for n, cells in sorted([*behind, *_like(sheet.remarks, body[0][1])]) if "0" in kinds(cells)],
     )
+
+
+def _like(remarks: Sequence[Row], reading: Sequence[str]) -> list[Row]:
+    """The remarks that have a reading's cells behind the first."""
+    wanted = kinds(reading[1:])
+    return [(n, cells) for n, cells in remarks if kinds(cells[1:]) == wanted]
 
 
 def _header_row(rows: Sequence[Row], begin: int, dialect: DialectTable) -> int:

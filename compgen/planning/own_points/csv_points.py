@@ -1,6 +1,7 @@
 """A path's points from CSV: ``x_mm, y_mm, z_mm`` and how the tool stands, in the frame of the part."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,24 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
     for column in given[0] if given else ():
         if not table.has(column):
             raise InputError(f"{source}: column {column}: missing; give {', '.join(given[0])} together, or none")
+    _refuse_left_out(table, source, given)
+    position = np.column_stack([table.numbers(c, largest=LARGEST) for c in PLACE]) * MM
+    M = len(position)
+    return GivenPoints(
+        source=str(source),
+        line=np.array(table.line),
+        position=position,
+        normal=_normals(table) if given == [NORMAL] else None,
+        rotation=from_wpr(*(table.numbers(c, largest=3600) * DEG for c in ANGLES)) if given == [ANGLES] else None,
+        feed=_feeds(table) if table.has("feed_mm_s") else np.full(M, np.nan),
+        contact=_flags(table, "contact") if table.has("contact") else np.ones(M, dtype=bool),
+        stop=_flags(table, "stop") if table.has("stop") else np.zeros(M, dtype=bool),
+        read_as=table.notes,
+    )
+
+
+def _refuse_left_out(table: CsvTable, source: str | Path, given: Sequence[Sequence[str]]) -> None:
+    """Raises InputError for columns of another writer that may be the feed, or else say how the tool stands."""
     left_out = table.recorded.left_out if table.recorded else ()
     fed = [name for name in left_out if FED.fullmatch(name_and_unit(name)[0]) and not table.has("feed_mm_s")]
     if fed:
@@ -72,19 +91,6 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
             f"{source}: columns {', '.join(stands)} may say how the tool stands, and are not read; give i, j, k or "
             "w_deg, p_deg, r_deg (columns in [path] may name them so), or take these columns out"
         )
-    position = np.column_stack([table.numbers(c, largest=LARGEST) for c in PLACE]) * MM
-    M = len(position)
-    return GivenPoints(
-        source=str(source),
-        line=np.array(table.line),
-        position=position,
-        normal=_normals(table) if given == [NORMAL] else None,
-        rotation=from_wpr(*(table.numbers(c, largest=3600) * DEG for c in ANGLES)) if given == [ANGLES] else None,
-        feed=_feeds(table) if table.has("feed_mm_s") else np.full(M, np.nan),
-        contact=_flags(table, "contact") if table.has("contact") else np.ones(M, dtype=bool),
-        stop=_flags(table, "stop") if table.has("stop") else np.zeros(M, dtype=bool),
-        read_as=table.notes,
-    )
 
 
 def _normals(table: CsvTable) -> Array:
