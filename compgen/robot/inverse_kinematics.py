@@ -1,8 +1,8 @@
 r"""Closed-form inverse kinematics of a six-axis arm with a spherical wrist, for many poses at once.
 
-Arm class: alpha = (-90, 180, -90, 90, -90, 180 or 0) deg, d1 = d2 = d3 = d5 = 0, a4 = a5 = a6 = 0, a1 not negative, a2
-positive, d4 and d6 negative: FANUC M-710iC and its relatives (``arm_geometry`` turns rows of other signs into these).
-With W the wrist centre, r its distance from the J1 axis, R = +/- r - a1 and Z = W_z,
+Arm class: alpha = (-90, 180, -90, 90, -90, 180 or 0) deg, d1 = d2 = d3 = d5 = 0, a4 = a5 = a6 = 0, a2 positive, d4 and
+d6 negative: FANUC M-710iC and its relatives (``arm_geometry`` turns rows of other signs into these). With W the wrist
+centre, r its distance from the J1 axis, R = +/- r - a1 and Z = W_z,
 
     joint 1     theta_1 = atan2(+/- W_y, +/- W_x)                                 front: +, back: -
     triangle    a2, L = hypot(a3, d4), side R^2 + Z^2                             elbow up: +, down: -
@@ -42,6 +42,7 @@ class Posture:
     flip: bool = False
 
 
+FOLDED = 45 * DEG  # from the middle of J5's range, within which the flange on the forearm is no limit but a wrong sign
 ALL_POSTURES = tuple(Posture(f, u, w) for f in (True, False) for u in (True, False) for w in (False, True))
 
 
@@ -50,7 +51,7 @@ def is_class(robot: Robot) -> bool:
     twist = np.array([-90, 180, -90, 90, -90]) * DEG
     zero = np.concatenate([robot.d[[0, 1, 2, 4]], robot.a[3:]])
     is_covered = np.allclose(robot.alpha[:5], twist) and np.isclose(abs(np.cos(robot.alpha[5])), 1) and not zero.any()
-    return bool(is_covered and robot.a[0] >= 0 and robot.a[1] > 0 and robot.d[3] < 0 and robot.d[5] < 0)
+    return bool(is_covered and robot.a[1] > 0 and robot.d[3] < 0 and robot.d[5] < 0)
 
 
 def check_arm_class(robot: Robot, source: str) -> None:
@@ -61,7 +62,7 @@ def check_arm_class(robot: Robot, source: str) -> None:
             "paths and programs need the layout of the M-710iC (parallel J2 and J3, spherical wrist)"
         )
     straight, folded = (np.floor((robot.upper[4] - at) / (2 * np.pi)) * 2 * np.pi + at for at in (0.0, np.pi))
-    if folded >= robot.lower[4] > straight:
+    if robot.lower[4] > straight and abs(folded - (robot.lower[4] + robot.upper[4]) / 2) < FOLDED:
         raise InputError(
             f"{source}: dh: within J5's limits the flange never stands along the forearm, and folds back onto it; "
             "mend the sign of d4 or d6, or J5's pendant.offset_deg"

@@ -60,7 +60,6 @@ def rewritten(folder, flips, turns):
         *(((), (i,)) for i in range(1, 6)),
         ((1, 3), (2, 5)),
         ((2, 4), (1, 3)),
-        ((1, 3), (1, 2)),  # the same twists, with a1 and a3 below 0
         ((1, 2, 3, 4, 5), (1, 2, 3, 4, 5)),
     ],
 )

@@ -46,7 +46,7 @@ def warmup(job: Job, limit: float) -> Answer:
     geometry, moving, before = lay_out(job), _moving(job), job.history.before
     last = max((n for n, duty in enumerate(before) if duty.state == "moving"), default=len(before))
     steps = [step for step in job.inputs["path"]["before"] if step["state"] == "moving"]
-    if steps and steps[-1]["dwell_s"]:
+    if last < len(before) and steps and steps[-1]["dwell_s"]:  # a state stands in their place
         raise InputError(
             f"{job.source}: before: runs with dwells have no one length; say them as duration_h with a duty"
         )

@@ -81,7 +81,7 @@ def shifts_of(rows: Sequence[sh.ShiftTable], stretches: Sequence[sh.StepTable], 
         Shift(r.from_h * HOUR, r.to_h * HOUR, tuple((a * HOUR, b * HOUR) for a, b in r.breaks_h)) for r in rows
     )
     check_shifts(shifts, where)
-    if rows and not any("shifts" in stretch.model_fields_set for stretch in stretches):
+    if rows and stretches and not any("shifts" in stretch.model_fields_set for stretch in stretches):
         raise InputError(f"{where}: shift: no stretch keeps to its hours; say shifts = true where the program moves")
     return shifts
 
