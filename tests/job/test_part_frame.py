@@ -112,8 +112,9 @@ def test_how_a_frame_was_taught_is_a_finding(tmp_path):
     cold = '\n[frame.taught]\nthrough = "pendant"\n'
     assert codes(job_in(tmp_path, frame_text() + cold)) == [("note", "frame.pendant")]
     assert codes(job_in(tmp_path, frame_text())) == [("note", "frame.taught")]
-    strange = hot.replace("j3", "J3")
-    assert codes(job_in(tmp_path, frame_text() + strange)) == [("note", "frame.taught"), ("warning", "frame.hot")]
+    by_model = hot.replace("pendant", "model")
+    assert codes(job_in(tmp_path, frame_text() + by_model)) == []
+    assert codes(job_in(tmp_path, frame_text() + by_model.replace("j3", "J3"))) == [("note", "frame.taught")]
     other = '\n[frame.taught]\nthrough = "model"\nrobot_file = "other 0123456789abcdef"\n'
     assert codes(job_in(tmp_path, frame_text() + other)) == [("warning", "frame.model")]
     assert codes(load_job(path_file("circle_1300"))) == []

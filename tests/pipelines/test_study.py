@@ -19,6 +19,7 @@ from command_line import run as command
 from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
+from states import state_of, written
 
 from compgen.cli.output_files import study_files
 from compgen.core.exceptions import InputError
@@ -348,10 +349,13 @@ def test_what_follows_the_warm_up_stays_behind_it():
     assert table[table[:, 0] == 6.0, 1] * UM == pytest.approx(drift, rel=0.01)
 
 
-def test_runs_with_dwells_have_no_length_to_vary():
+def test_runs_with_dwells_have_no_length_to_vary(tmp_path):
     runs = """before=[{state="moving", feed_mm_s=200, repeat=9, dwell_s=30}]"""
+    job = load_job(PATH, overrides=[runs])
     with pytest.raises(InputError, match="say them as duration_h with a duty"):
-        ASKS["warmup"](load_job(PATH, overrides=[runs]), UM)
+        ASKS["warmup"](job, UM)
+    begun = load_job(PATH, overrides=[runs, f"state.file='{written(state_of(job), tmp_path)}'"])
+    assert "drift within one program" in ASKS["warmup"](begun, UM).sentence  # a state stands in the runs' place
 
 
 def test_a_curve_is_followed_to_where_it_meets_the_limit():

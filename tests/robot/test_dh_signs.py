@@ -182,3 +182,10 @@ def test_a_length_of_the_wrong_sign_is_named_before_anything_is_driven(tmp_path,
     (tmp_path / "arm.toml").write_text(text.replace(f" {length}", f" {by}", 1))
     with pytest.raises(InputError, match=r"dh: within J5's limits .* folds back onto it; mend the sign of d4 or d6"):
         load_robot(str(tmp_path / "arm.toml"))
+
+
+@pytest.mark.parametrize("limits", ["[10, 189.6]", "[10, 180]", "[-10, 350]", "[-120, -5]"])
+def test_limits_that_keep_the_wrist_bent_to_one_side_are_taken(tmp_path, limits):
+    text = (ROOT / "robots" / "m10ia.toml").read_text()
+    (tmp_path / "arm.toml").write_text(re.sub(r"j5_deg = \[.*?\]", f"j5_deg = {limits}", text))
+    assert load_robot(str(tmp_path / "arm.toml")).name

@@ -232,3 +232,8 @@ def test_history_passes_through_the_states_after_each_duty(job):
     for n in range(4):
         assert_allclose(rises[n], state_after(heat, day.history.before[:n], air=day.history.air), atol=1e-12)
     assert_allclose(rises[-1], day.start_rise())
+
+
+def test_shifts_of_a_day_that_is_left_out_are_no_fault():
+    """A log or a state stands in the place of all stretches; the shifts stay in the file."""
+    assert job_with("shift=[{from_h=6, to_h=14}]", "before=[]").history.before == ()
