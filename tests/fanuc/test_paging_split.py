@@ -467,6 +467,22 @@ def test_names_of_called_programs_are_taken():
     assert not {"LONG_01", "LONG"} & {p.name for p in paged.pages}
 
 
+def test_no_load_is_a_byte_beyond_the_memory_and_none_begins_early():
+    """Around where the memory holds two pages: one is loaded apart only where both would leave less than 40 bytes."""
+    body, counts = ["  UFRAME_NUM=1 ", "  PAYLOAD[1] ", *(move(n % 9 + 1) for n in range(60))], set()
+    for memory in range(2800, 3200, 10):
+        _, paged = split_text(body, lines=14, memory=float(memory))
+        main = 400 + sum(len(p.name) + 50 for p in paged.pages)
+        loads = [0.0] * (paged.load_count + 1)
+        for page in paged.pages:
+            if not loads[page.load]:
+                assert page.load == 1 or loads[page.load - 1] + page.size.memory + main > memory - 40
+            loads[page.load] += page.size.memory
+        assert max(loads) + main <= memory
+        counts.add(paged.load_count)
+    assert counts == {3, 5, 6}
+
+
 def test_beyond_the_memory_pages_come_in_loads():
     program, paged = split_text([move(n % 9 + 1) for n in range(60)], lines=12, memory=2600.0)
     assert paged.load_count > 2

@@ -191,7 +191,9 @@ def test_a_reading_is_named_from_five_times_nearer_on_and_by_all_but_a_twentieth
         found = better_reading(PENDANT, distance_of, 0.05, has_coupling=False)
         assert (found is not None) == named
         if found is not None:
-            assert found == ("J3 fits with the opposite sign", pytest.approx(left))
+            words, rest = found
+            assert words == "J3 fits with the opposite sign"
+            assert rest == pytest.approx(left)
 
 
 def weighed(right, weights):
@@ -213,7 +215,10 @@ def test_a_second_reading_is_looked_for_where_the_first_leaves_much(first, secon
     weights = [first / 1e3 / np.pi, second / 1e3 / (np.pi / 2), 1.0, 1.0, 1.0, 1.0]
     distance_of = weighed(lambda p: turned(1, 90)(turned(0, 180)(p)), weights)
     found = better_reading(PENDANT, distance_of, (first + second) / 1e3, has_coupling=True)
-    assert found == (f"{J1_TURNED}; {J2_TURNED}", pytest.approx(0.0, abs=1e-9))
+    assert found is not None
+    words, rest = found
+    assert words == f"{J1_TURNED}; {J2_TURNED}"
+    assert rest == pytest.approx(0.0, abs=1e-9)
 
 
 def test_three_wrong_columns_and_two_that_only_together_come_nearer_are_not_guessed_at():

@@ -9,14 +9,14 @@ from ls_text import cartesian, program
 from numpy.testing import assert_allclose
 
 from compgen import fanuc
-from compgen.core.pose import Pose
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program import ways
-from compgen.program.frames import default_frames
+from compgen.program.frames import Frames, default_frames
 from compgen.robot.inverse_kinematics import Posture, solve_flange
 
 #: mm and deg: ahead, a half circle of 50 mm radius to the left, back on a line while the tool spins by 60 deg
@@ -93,6 +93,23 @@ def test_three_places_in_one_line_make_no_arc(arm):
     straight = driven(arm, MOVES, [*PLACES[:2], (1450, 0, 203, 180, 0, 0), (1500, 0, 203, 180, 0, 0), *PLACES[4:]])
     assert ways.arcs_in_line(straight, np.array([2])).tolist() == [True]
     assert not ways.circular_ways(straight).any()
+
+
+@pytest.mark.parametrize(
+    ("second", "is_line"),
+    [
+        ({}, True),
+        ({"letters": "F U T, 0, 0, 0"}, False),
+        ({"ut": 2}, False),
+        ({"letters": "F U T, 0, 0, 0", "ut": 2}, False),
+    ],
+)
+def test_a_line_has_one_tool_and_one_posture_at_both_ends(arm, second, is_line):
+    points = [cartesian(1, PLACES[0], ut=1), cartesian(2, PLACES[1], **{"ut": 1, **second})]
+    read = fanuc.loads(program(MOVES[:2], points))
+    frames = Frames({0: IDENTITY}, {0: IDENTITY, 1: IDENTITY, 2: IDENTITY})
+    drive = read_traversal(read, read_poses(read, arm, frames), arm)
+    assert ways.between_known_ends(drive).tolist() == [False, is_line]
 
 
 @pytest.mark.parametrize("unknown", ["P[9]", "PR[1]"])
