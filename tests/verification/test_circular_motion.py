@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import EXACT, path_file
 
+import compgen.verification.twin.execution
 from compgen.core.rotations import rotation_matrix, rotation_vector
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
@@ -136,3 +137,17 @@ def test_a_commanded_motion_follows_the_arc_and_rounds_up_whole_statements(twin)
     halves = statement_times(length, program.speed, 0.008, rounds_up=True, via=program.via)
     assert_allclose((halves[::2] + halves[1::2]) / 0.008, np.ceil((length[::2] + length[1::2]) / 0.1 / 0.008 - 1e-9))
     assert_allclose(halves[::2] / halves[1::2], length[::2] / length[1::2])
+
+
+@pytest.mark.parametrize("segments", [1, 3])
+def test_a_program_flown_a_few_segments_at_a_time_is_the_same(twin, segments, monkeypatch):
+    program = on_circle(0.05, np.array([0, 0.45, 1.0, 1.6, 2.0]), (0, 0.2, 1), (0.02, -0.03, 0.05))
+    prepared = prepare(twin, program, [])
+    at_once = prepared.execute()
+    monkeypatch.setattr(compgen.verification.twin.execution, "CHUNK", segments)
+    parted = prepared.execute()
+    assert np.array_equal(parted.segment, at_once.segment)
+    for name in ("fraction", "time", "rise", "theta"):
+        assert_allclose(getattr(parted, name), getattr(at_once, name), atol=1e-13)
+    assert_allclose(parted.actual.position, at_once.actual.position, atol=1e-13)
+    assert len(set(at_once.segment.tolist())) == 4
