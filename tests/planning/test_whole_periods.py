@@ -16,7 +16,7 @@ from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.findings.job_findings import over_periods
 from compgen.pipelines.planned import generate
-from compgen.planning import patterns, surfaces, toolpath
+from compgen.planning import curves, patterns, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
 from compgen.planning.exact_path import ExactPath
 from compgen.planning.whole_periods import STRETCH, Cells, Periods, lay_out
@@ -82,6 +82,20 @@ def test_a_circle_of_four_pieces_has_one_rest_in_all():
     of_two_periods = (2 * period.length - period.rounding) / (1 + STRETCH)
     assert len(path.arc) - 1 == ceil(path.arc[-1] / of_two_periods) == 394
     assert np.ptp(np.diff(path.arc)) < 1e-3 * of_two_periods
+
+
+def test_a_line_that_goes_on_is_laid_out_as_one_up_to_a_stop_and_anew_from_there():
+    def laid_out(*pieces):
+        line = [curves.line((a, 0.0), (b, 0.0), stop=stop) for a, b, stop in pieces]
+        plane = surfaces.plane(np.array([1.2, 0.0, 0.2]))
+        exact = ExactPath(curve=curves.join(*line), surface=plane, boundary=unbounded(), spin=0.0)
+        settings = toolpath.LayoutSettings(1.5e-6, spacing=5e-3, periods=Periods(ONE, ROUNDING))
+        return toolpath.plan_tool_path(exact, settings)
+
+    long, short = laid_out((0.0, 0.2, True)), laid_out((0.0, 0.1, True))
+    path = laid_out((0.0, 0.1, False), (0.1, 0.2, True), (0.2, 0.3, True), (0.3, 0.4, False), (0.4, 0.5, True))
+    assert_allclose(path.arc[path.stop], [0.0, 0.2, 0.3, 0.5], atol=1e-12)
+    assert_allclose(np.diff(path.arc), np.diff([*long.arc, *(0.2 + short.arc[1:]), *(0.3 + long.arc[1:])]), atol=1e-12)
 
 
 def test_a_share_of_the_feed_is_counted_in_its_slowest_word():

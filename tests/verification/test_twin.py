@@ -137,6 +137,21 @@ def test_between_two_positions_a_network_warms_in_a_straight_line():
     assert_allclose(growth, prepared.twin.growth(rise))
 
 
+@pytest.mark.parametrize("model", ["nodes", "network"])
+def test_on_its_way_the_arm_is_as_warm_as_at_its_positions_in_air_that_moves_too(model):
+    air = ["ambient.kind=wave", "ambient.amplitude_K=3", "ambient.peak_h=6"]
+    job = load_job(path_file("line_y"), None, [f'robot.thermal.model="{model}"', *air])
+    _, corrected = generate.generate(job, quiet)
+    prepared = prepare(twin_of(job), corrected.program, job.history.before, job.history.air)
+    assert not prepared.air.is_still
+    rows = np.arange(len(corrected.program.position) - 1)
+    time = prepared.timing.time
+    for fraction, at in ((0.0, rows), (1.0, rows + 1)):
+        rise, growth = prepared.rise_and_growth(rows, np.full(len(rows), fraction), time[at])
+        assert_allclose(rise, prepared.rises_at(at), atol=1e-9)
+        assert_allclose(growth, prepared.twin.growth(rise), atol=1e-15)
+
+
 def test_many_stops_are_timed_to_a_tenth():
     job = load_job(path_file("raster_1300"), None, ["path.stepover_mm=5"])
     _, corrected = generate.generate(job, quiet)
