@@ -385,7 +385,20 @@ def test_validity_is_looked_for_over_sixteen_hours_and_five_kelvin(line):
     late, warm = answer.table[:, 0], answer.table[:, 2]
     assert np.nanmax(late) == 960
     assert [float(np.nanmin(late)), float(np.nanmin(warm)), float(np.nanmax(warm))] == [0, -5, 5]
+
+    assert late[np.isfinite(late)].tolist() == [*range(0, 60, 5), *range(60, 961, 20)]
+    assert warm[np.isfinite(warm)].tolist() == [n / 2 for n in range(-10, 11)]
     assert (np.isnan(late) == np.isfinite(warm)).all()
+
+
+def test_validity_says_where_its_table_meets_the_limit(line):
+    """Halfway between what 100 and 120 minutes add; in kelvin what one adds, for the error is linear in the air."""
+    table = ASKS["validity"](line, 5 * UM).table
+    minutes, late, kelvin, warm = table.T
+    limit = late[np.isin(minutes, (100, 120))].mean()
+    sentence = ASKS["validity"](line, limit * UM).sentence
+    assert 109 <= int(sentence.split(" up to ")[1].split()[0]) <= 111
+    assert float(sentence.split("+-")[1].split()[0]) == pytest.approx(limit / warm[kelvin == 1][0], abs=0.006)
 
 
 def test_a_late_start_on_a_day_that_warms_is_off_by_what_starting_then_would_show():
@@ -514,7 +527,24 @@ def test_what_takes_longer_than_is_asked_is_said():
 
 def test_steady_is_from_when_on_the_error_stays_near_its_end():
     """A gap that is closed on the way, and opens again, is not closed."""
-    assert when_settled(np.arange(5.0), np.array([9.0, 1.0, 4.0, 1.0, 0.5]), 2.0) == "after 3.0 h"
+    hours, gaps = np.arange(5.0), np.array([9.0, 1.0, 4.0, 3.0, 0.5])
+    assert when_settled(hours, gaps, 2.0) == "after 4.0 h"
+    assert when_settled(hours, gaps, 9.5) == "after 0.0 h"
+    assert when_settled(hours, gaps, 0.2) == "after more than 4 h"
+
+
+@pytest.mark.parametrize(
+    ("stretches", "feed"),
+    [
+        ([("moving", 100), ("moving", 150), ("idle", 0), ("moving", 250), ("idle", 0)], 250),
+        ([("idle", 0)], 90),  # without motion before it the program's own
+        ([], 90),
+    ],
+)
+def test_a_duty_that_is_asked_about_is_the_last_motion_before_the_program(stretches, feed):
+    told = [f'{{state="{state}", duration_h=1{f", feed_mm_s={speed}" if speed else ""}}}' for state, speed in stretches]
+    job = load_job(PATH, overrides=[f"before=[{', '.join(told)}]", "process.feed_mm_s=90"])
+    assert f" at {feed} mm/s " in ASKS["steady"](job, 5 * UM).sentence
 
 
 def ask_passes(*changes, passes):
