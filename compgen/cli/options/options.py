@@ -137,7 +137,7 @@ MaxUm = Annotated[
     typer.Option(
         "--max-um",
         callback=in_range(0.001, 1e6, "um"),
-        help="Largest error allowed on the part [um], in place of the files' bound; else exit 1.",
+        help="Largest error allowed [um], in place of a path file's bound; else exit 1.",
     ),
 ]
 
