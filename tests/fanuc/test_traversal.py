@@ -61,6 +61,13 @@ def test_a_step_leads_to_no_place_and_its_way_is_not_told(arm, option):
     assert np.isfinite(poses.theta).all()
 
 
+def test_a_speed_that_run_time_decides_counts_as_100_mm_s_and_a_quarter_of_the_joints_speed(arm):
+    poses, drive = traversal(arm, "L P[2] R[1]mm/sec CNT100", "J P[3] R[2]% CNT100")
+    joints = (np.abs(poses.theta[2] - poses.theta[1]) / arm.speed).max() / 0.25
+    assert_allclose(drive.duration[1:], [1.0, whole(joints)])
+    assert len(drive.untimed) == 2
+
+
 def test_a_program_without_motions_has_no_stations_and_waits(arm):
     read = fanuc.loads(program(["WAIT   2.50(sec)"], [cartesian(1, PLACES[0])]))
     drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)

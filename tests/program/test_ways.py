@@ -85,6 +85,9 @@ def test_each_sample_stands_for_half_of_the_ways_beside_it_arcs_and_joint_motion
     assert_allclose(lengths[:4], expected[:4], rtol=1e-9)
     some = ways.sample_lengths(arm, drive, station, fraction, np.array([1, 1, 0, 1, 1, 0], dtype=bool)) / MM
     assert_allclose(some, [50, 50, 0, 100, 100, 0], rtol=1e-9)
+    between = ways.path_samples(drive, np.array([0.5]))
+    halves = ways.sample_lengths(arm, drive, *between, np.ones(len(between[0]), dtype=bool)) / MM
+    assert_allclose(halves[:8], [25, 50, 25 + way[1] / 4, *3 * [way[1] / 2], way[1] / 4 + 50, 100], rtol=1e-9)
     alone = ways.sample_lengths(arm, drive, station, fraction, np.arange(6) % 2 == 0)
     assert alone.tolist() == [1, 0, 1, 0, 1, 0]
 
