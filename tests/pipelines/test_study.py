@@ -26,7 +26,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study import ASKS, build, run
+from compgen.pipelines.study import ASKS, build, questions, run
 from compgen.pipelines.study.geometry import execute_with, lay_out
 from compgen.pipelines.study.questions import answer_questions, first_above, first_below, passes, when_settled
 from compgen.pipelines.study.workers import geometry_key
@@ -444,6 +444,13 @@ def test_contributions_add_up(line):
     whole = generate.predict(line, quiet)
     assert sum(nodes) == pytest.approx(statistics(whole.deviation())["total"]["max_um"], abs=2.5)
     assert sum(lengths) == pytest.approx(sum(nodes), abs=0.05)
+    own = answer.table[:, 2]  # anywhere on the path
+    assert (own > np.abs(answer.table[:, 1]) - 1e-6).all()
+    assert own.max() < 2 * np.abs(answer.table[:, 1]).max()
+    for part in answer.sentence.split(", comes from ")[1].split("; by lengths "):
+        told = [abs(float(word.split()[1])) for word in part.split(", ")]
+        assert len(told) > 1
+        assert told == sorted(told, reverse=True)
 
 
 def test_no_node_counts_what_the_arm_errs_cold():
@@ -453,6 +460,7 @@ def test_no_node_counts_what_the_arm_errs_cold():
     total = float(answer.sentence.split("error, ")[1].split()[0])
     nodes = sum(share for label, share in shares.items() if label.startswith("node"))
     assert shares["cold arm"] > 100
+    assert dict(zip(answer.labels, answer.table[:, 2], strict=True))["cold arm"] >= shares["cold arm"]
     assert nodes + shares["cold arm"] == pytest.approx(total, abs=0.1)
     assert answer.sentence.endswith(f"; the cold arm errs {shares['cold arm']:.1f} um of it")
 
@@ -494,6 +502,7 @@ def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
 def test_steady_is_ninety_five_percent_of_the_end(line):
     answer = ASKS["steady"](line, 5 * UM)
     hours, error = answer.table[:, 0], answer.table[:, 1]
+    assert hours.tolist() == [*(n / 4 for n in range(49)), *range(13, 97)]
     late = load_job(PATH, overrides=["before.0.duration_h=2000"])
     cold, geometry = load_job(PATH, overrides=["before=[]"]), lay_out(late)
     end = np.linalg.norm(
@@ -564,6 +573,22 @@ def test_a_pass_is_the_path_in_question_however_it_is_spelt():
         ask_passes("before.0.duration_h=1", passes=[path_file("line_x")])
 
 
+def test_passes_are_driven_at_the_feeds_that_are_typed_or_at_a_quarter_a_half_and_all_of_their_own():
+    def feeds_of(typed):
+        answer = answer_questions(PATH, None, ["process.feed_mm_s=80"], ["passes"], 5 * UM, [], typed)[0]
+        return answer.table[:, 0].tolist()
+
+    assert feeds_of(None) == pytest.approx([20, 40, 80])
+    assert feeds_of("30, 60") == pytest.approx([30, 60])
+    with pytest.raises(InputError, match="--feeds 30;60: not numbers"):
+        feeds_of("30;60")
+
+
+def test_what_all_scenarios_share_is_a_job_where_the_files_make_one():
+    assert questions.base_job(PATH, None, ["process.feed_mm_s=80"]).feed == pytest.approx(0.08)
+    assert questions.base_job(PATH, None, ["process.feed_mm_s=-1"]) is None
+
+
 def test_passes_are_judged_on_the_part_as_a_bound_is():
     changes = ["process.lift_mm=400"]  # where the tool errs more than on the part
     planned = generate.predict(load_job(PATH, overrides=changes), quiet).deviation()
@@ -586,6 +611,32 @@ def test_passes_are_of_one_robot(tmp_path):
         ask_passes(passes=[PATH, str(other)])
 
 
+def test_more_passes_than_can_be_ordered_are_refused(line, monkeypatch):
+    monkeypatch.setattr(questions, "MOST_PASSES", 2)
+    assert len(passes([line, line], [0.1], lambda job, feed: job, 5 * UM).table) == 2
+    with pytest.raises(InputError, match="3 passes have too many orders; give at most 2"):
+        passes([line] * 3, [0.1], lambda job, feed: job, 5 * UM)
+
+
+@pytest.mark.parametrize(
+    ("asked", "limit", "varied", "words"),
+    [
+        (["steady", "everything"], 5, True, "--ask everything: unknown"),
+        (["steady"], 0, False, "--within-um 0: must be above 0"),
+        (["steady"], 1e6, False, "--within-um 1e.06"),
+        ([], 5, False, "nothing to study"),
+        (["passes"], 0.5, False, None),
+        ([], 9e5, True, None),
+    ],
+)
+def test_a_study_asks_or_varies_something_it_knows(asked, limit, varied, words):
+    if words is None:
+        questions.check_study(asked, limit, varied=varied)
+        return
+    with pytest.raises(InputError, match=words):
+        questions.check_study(asked, limit, varied=varied)
+
+
 def test_passes_take_the_quickest_that_stays_inside(line):
     cold = replace(line, history=History())
 
@@ -595,7 +646,8 @@ def test_passes_take_the_quickest_that_stays_inside(line):
     told = passes([cold, load_job(path_file("line_x"))], [0.1, 0.2], plan, 5 * UM)
     assert "at 200 mm/s" in told.sentence
     assert "stays within" in told.sentence
-    assert len(told.table) == 4
+    assert told.table[:, 0].tolist() == [100, 100, 200, 200]  # mm/s
+    assert f"{told.table[-1, 1]:.1f} min, largest error {told.table[-2:, 2].min():.1f} um" in told.sentence
     none = passes([cold], [0.2], plan, 1e-9)
     assert "no order and feed" in none.sentence
 
