@@ -184,6 +184,57 @@ def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
     assert all(w in str(told.value) for w in words), told.value
 
 
+@pytest.mark.parametrize(
+    ("typed", "values"),
+    [
+        ("20:200:10", ["20.0", "40.0", "60.0", "80.0", "100.0", "120.0", "140.0", "160.0", "180.0", "200.0"]),
+        ("0.1:0.4:4", ["0.1", "0.2", "0.3", "0.4"]),  # as they are typed, not as sums round
+        ("200:80:3", ["200.0", "140.0", "80.0"]),
+        ("50:50:1", ["50.0"]),
+        ("50:50:2", ["50.0", "50.0"]),
+    ],
+)
+def test_a_range_is_so_many_values_both_ends_among_them(typed, values):
+    ranged = build(PATH, None, (), (f"feed={typed}",), None, correct=False)
+    assert [s.overrides() for s in ranged.scenarios] == [[f"process.feed_mm_s={value}"] for value in values]
+
+
+def test_a_row_that_the_file_does_not_have_is_named_with_its_short_name():
+    with pytest.raises(InputError, match=r"no such \[\[before\]\] to vary; write it there") as told:
+        build(PATH, None, ("before=[]",), ("warmup_h=1,2",), None, correct=False)
+    assert str(told.value).startswith("--vary warmup_h, before.0.duration_h: ")
+
+
+def test_whatever_the_results_depend_on_makes_another_study(tmp_path):
+    """Also where the file alone makes no job: what is varied gives what it lacks."""
+    feed, broken = ("feed=20,30",), tmp_path / "p.toml"
+    text = Path(PATH).read_text()
+    line = next(line for line in text.splitlines() if line.startswith("feed_mm_s"))
+
+    def identity(path=PATH, robot=None, base=(), vary=feed, correct=False):
+        return build(path, robot, base, vary, None, correct=correct).identity
+
+    def of_text(content, robot="m710ic50"):
+        broken.write_text(content)
+        return identity(str(broken), robot)
+
+    first = identity()
+    assert identity() == first
+    without = text.replace(line, "")
+    asked = [
+        first,
+        identity(base=("process.chord_um=7",)),
+        identity(vary=("feed=20,31",)),
+        identity(correct=True),
+        identity(robot="m710ic70"),
+        of_text(without),
+        of_text(f"{without}\n# more"),
+        of_text(without, "m710ic70"),
+    ]
+    assert len(set(asked)) == len(asked)
+    assert of_text(without) == asked[5]
+
+
 def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
     first, second = ({"index": n, "x": 2.5, "state": "failed", "reason": "none"} for n in (1, 0))
     book = study_files.Journal(tmp_path, "one", [])
