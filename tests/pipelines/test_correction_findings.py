@@ -120,3 +120,18 @@ def test_lines_shorter_than_a_period_at_their_speed_are_counted_but_for_those_th
     assert not counted(duration=np.full(3, 0.5 * period), stop=lines)
     assert counted(duration=np.full(3, 0.5 * period))[0].startswith("2 straight lines")
     assert not counted(duration=np.full(3, 0.5 * period), line=~lines)
+
+
+def test_a_station_that_is_held_has_no_correction_and_stays_at_its_joints(result):
+    """With a clamp of a micrometre no correction is taken."""
+    ends = [arm.joints_at(arm.frame(0, y, 0, 0, 0, 0) @ arm.flange(HOME), HOME) for y in (-100, -200)]
+    data = program(MOVES, [at(1, HOME), *(at(n, q) for n, q in enumerate(ends, 2))])
+    held = corrected(data, result.cell, settings=replace(result.options.settings, clamp_position=1 * UM))
+    stations, drive = held.plan.stations, held.plan.drive
+    assert [station for station, _ in stations.held] == [0, 1, 2]
+    assert all("beyond the clamp" in why for _, why in stations.held)
+    assert not stations.correction.any()
+    assert (stations.theta == held.plan.poses.theta[drive.pose]).all()
+    assert not held.plan.free.any()
+    assert held.text == held.planned
+    assert np.abs(result.plan.stations.correction[:, :3]).max(axis=1).min() > 1 * UM
