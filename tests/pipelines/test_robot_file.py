@@ -14,7 +14,7 @@ from compgen.core import toml
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.files.robot_file import cell_of, find_robot, load_arm, load_cell
+from compgen.pipelines.files.robot_file import cell_of, find_robot, known_robots, load_arm, load_cell
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 PATH = (ROOT / "paths" / "line_y.toml").read_text()
@@ -153,3 +153,30 @@ def test_a_sensor_of_a_rise_that_no_heat_model_has_is_refused():
         load_cell("m710ic50", ['robot.thermal.sensors.part_3="jay2"'])
     cell = load_cell("m710ic50", ['robot.thermal.sensors.part_9="base"'])  # of the network, which may be chosen
     assert cell.sensors["part_9"] == "base"
+
+
+def test_an_arm_has_nodes_a_law_and_sensors_where_its_file_has_warmth():
+    warm, cold = load_arm("m710ic50"), load_arm("m710ic45m")
+    assert warm.nodes == ("j2", "link1", "j3", "wrist", "face")
+    assert warm.heat is not None
+    assert warm.law is warm.heat.law
+    assert warm.sensors["part_6"] == "j3"
+    assert (cold.nodes, cold.heat, cold.law, dict(cold.sensors)) == ((), None, None, {})
+
+
+def test_known_robots_are_those_of_the_folder_and_the_shipped_ones(tmp_path):
+    own = project(tmp_path / "p", 22.5)
+    (own / "robots" / "mine.toml").write_text(ROBOT)
+    with chdir(own):
+        assert {"mine", "m710ic50", "ur5"} <= set(known_robots())
+    with chdir(tmp_path):
+        known = known_robots()
+    assert "mine" not in known
+    assert known == sorted(set(known))
+
+
+def test_what_an_identification_held_out_is_in_micrometres(tmp_path):
+    file = tmp_path / "r.toml"
+    file.write_text(f"{ROBOT}\n[identified]\nheld_out_um = [37.5, 30.0, 80.0]\nreflector_mm = {{ r1 = [0, 0, 100] }}\n")
+    assert load_cell(str(file)).held_out == pytest.approx(37.5e-6)
+    assert load_cell(str(ROOT / "robots" / "m710ic50.toml")).held_out is None
