@@ -195,6 +195,9 @@ def test_a_reading_is_named_from_five_times_nearer_on_and_by_all_but_a_twentieth
             assert words == "J3 fits with the opposite sign"
             assert rest == pytest.approx(left)
 
+            assert found[0] == "J3 fits with the opposite sign"
+            assert found[1] == pytest.approx(left)
+
 
 def weighed(right, weights):
     """Distances [m] by how far each joint is from the right one, each with its lever [m/rad]."""
@@ -219,6 +222,9 @@ def test_a_second_reading_is_looked_for_where_the_first_leaves_much(first, secon
     words, rest = found
     assert words == f"{J1_TURNED}; {J2_TURNED}"
     assert rest == pytest.approx(0.0, abs=1e-9)
+
+    assert found[0] == f"{J1_TURNED}; {J2_TURNED}"
+    assert found[1] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_three_wrong_columns_and_two_that_only_together_come_nearer_are_not_guessed_at():

@@ -101,7 +101,9 @@ def test_the_noise_of_poses_is_found_as_well_as_it_says():
     for _ in range(200):
         data, z = shared(rng, 60, 3, 1.5, 2e-5)
         z /= data.sigma[:, None]  # of rows of one sigma
-        found.append(pose_noise(replace(data, sigma=np.ones(180)), z, np.ones(180, dtype=bool), 0.0))
+        noise = pose_noise(replace(data, sigma=np.ones(180)), z, np.ones(180, dtype=bool), 0.0)
+        assert noise is not None
+        found.append(noise)
     assert np.std([f.rho for f in found]) == pytest.approx(np.mean([f.spread for f in found]), rel=0.2)
 
 

@@ -108,6 +108,11 @@ def flight(position, *, turn=0.0, theta=0.0, fraction=1.0, actual=0.0):
     return Flight(
         station=np.arange(N), fraction=np.broadcast_to(fraction, N), time=np.arange(N, dtype=float),
         rise=np.zeros((N, 1)),
+
+
+
+        station=np.arange(N), fraction=np.broadcast_to(fraction, N),
+        time=np.arange(N, dtype=np.float64), rise=np.zeros((N, 1)),
         actual=Pose(place + np.broadcast_to(actual, N)[:, None] * np.eye(3)[1], turned),
         commanded=Pose(place, turned), theta=np.tile(np.broadcast_to(theta, N)[:, None], 6),
     )  # fmt: skip
@@ -150,8 +155,12 @@ def test_the_worst_of_corners_and_middle_is_what_is_judged():
 
     worst: Any
     worst, served = worst_of_starts(ensemble, fly, judge)
+
+    left: Any = lambda delay: Residue(delay * UM, 0.0)  # noqa: E731
+    worst: Any
+    worst, served = worst_of_starts(ensemble, fly, left)
     assert_allclose([worst, served.at_mean.largest / UM], [100.0, 50.0])
-    assert {start: left.largest / UM for start, left in served.flown} == pytest.approx(
+    assert {start: residue.largest / UM for start, residue in served.flown} == pytest.approx(
         {Start(): 0.0, Start(0, 50.0): 50.0, Start(0, 100.0): 100.0}
     )
     assert served.worst[0] == Start(0, 100.0)

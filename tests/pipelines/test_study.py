@@ -636,7 +636,9 @@ def test_passes_are_driven_at_the_feeds_that_are_typed_or_at_a_quarter_a_half_an
 
 
 def test_what_all_scenarios_share_is_a_job_where_the_files_make_one():
-    assert questions.base_job(PATH, None, ["process.feed_mm_s=80"]).feed == pytest.approx(0.08)
+    job = questions.base_job(PATH, None, ["process.feed_mm_s=80"])
+    assert job is not None
+    assert job.feed == pytest.approx(0.08)
     assert questions.base_job(PATH, None, ["process.feed_mm_s=-1"]) is None
 
 
