@@ -191,10 +191,6 @@ def test_a_reading_is_named_from_five_times_nearer_on_and_by_all_but_a_twentieth
         found = better_reading(PENDANT, distance_of, 0.05, has_coupling=False)
         assert (found is not None) == named
         if found is not None:
-            words, rest = found
-            assert words == "J3 fits with the opposite sign"
-            assert rest == pytest.approx(left)
-
             assert found[0] == "J3 fits with the opposite sign"
             assert found[1] == pytest.approx(left)
 
@@ -219,10 +215,6 @@ def test_a_second_reading_is_looked_for_where_the_first_leaves_much(first, secon
     distance_of = weighed(lambda p: turned(1, 90)(turned(0, 180)(p)), weights)
     found = better_reading(PENDANT, distance_of, (first + second) / 1e3, has_coupling=True)
     assert found is not None
-    words, rest = found
-    assert words == f"{J1_TURNED}; {J2_TURNED}"
-    assert rest == pytest.approx(0.0, abs=1e-9)
-
     assert found[0] == f"{J1_TURNED}; {J2_TURNED}"
     assert found[1] == pytest.approx(0.0, abs=1e-9)
 

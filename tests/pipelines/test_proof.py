@@ -106,11 +106,6 @@ def flight(position, *, turn=0.0, theta=0.0, fraction=1.0, actual=0.0):
     place[:, 0] = position
     turned = rotation_matrix(np.broadcast_to(turn, N)[:, None] * np.eye(3)[0])
     return Flight(
-        station=np.arange(N), fraction=np.broadcast_to(fraction, N), time=np.arange(N, dtype=float),
-        rise=np.zeros((N, 1)),
-
-
-
         station=np.arange(N), fraction=np.broadcast_to(fraction, N),
         time=np.arange(N, dtype=np.float64), rise=np.zeros((N, 1)),
         actual=Pose(place + np.broadcast_to(actual, N)[:, None] * np.eye(3)[1], turned),
@@ -149,12 +144,6 @@ def test_the_worst_of_corners_and_middle_is_what_is_judged():
     def fly(starts) -> Any:
         asked.append(starts)
         return sum(weight * start.delay for weight, start in starts)
-
-    def judge(delay: Any) -> Residue:
-        return Residue(delay * UM, 0.0)
-
-    worst: Any
-    worst, served = worst_of_starts(ensemble, fly, judge)
 
     left: Any = lambda delay: Residue(delay * UM, 0.0)  # noqa: E731
     worst: Any
