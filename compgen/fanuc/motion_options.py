@@ -29,11 +29,6 @@ class MotionOption:
     arguments: str = ""  # a pattern of what may follow the word; [] stands for brackets with anything inside
     on_insertion: OnInsertion = OnInsertion.LEAVE
 
-    @property
-    def pattern(self) -> str:
-        """Where the word stands among options, whatever its case."""
-        return rf"(?<![A-Z_]){self.word}\b"
-
 
 _NUMBER_OR_REGISTER = r"\s*(?:-?[\d.]+|A?R[])"
 _OFFSET_REGISTER = r"\s*,\s*[PV]?R[]"
@@ -127,11 +122,7 @@ _OPTION_OR_WORD = any_case(
     )
     + r"|FINE|CNT\s*\d*|C[RD]\s*\d+)(?=[\s,]|$)|(?P<unknown>[^\s,]+)"
 )
-_UNSAFE_OPTIONS = [(option, any_case(option.pattern)) for option in MOTION_OPTIONS if option.unsafe]
-#: An option after which the robot is elsewhere than at the motion's position.
-TARGET_MODIFIER = any_case("|".join(option.pattern for option in MOTION_OPTIONS if option.modifies_target))
-#: An option with which a position's numbers are a step from where the robot stands, no place.
-STEP = any_case(r"(?<![A-Z_])INC(?:REMENTAL)?\b")
+STEPS = ("INC", "INCREMENTAL")  # a position's numbers are a step from where the robot stands, no place
 _LONGEST_QUOTE = 40  # characters of unknown words in a message
 
 # Parts of options that some readers need.
@@ -153,7 +144,7 @@ def unsafe_options(options: str) -> list[str]:
         return []
     parts = _split_options(options)
     known = {option for option, _ in parts}
-    reasons = [option.unsafe for option, pattern in _UNSAFE_OPTIONS if option in known or pattern.search(options)]
+    reasons = [option.unsafe for option in MOTION_OPTIONS if option.unsafe and option in known]
     if unknown := " ".join(dict.fromkeys(text for option, text in parts if option is None)):
         reasons.append(f"'{unknown[:_LONGEST_QUOTE]}' is not known to cgen: it may move the target or the path")
     return reasons
@@ -161,7 +152,12 @@ def unsafe_options(options: str) -> list[str]:
 
 def ends_elsewhere(options: str) -> bool:
     """Whether after a motion with these options the robot may be elsewhere than at the motion's position."""
-    return bool(TARGET_MODIFIER.search(options)) or any(option is None for option, _ in _split_options(options))
+    return any(option is None or option.modifies_target for option, _ in _split_options(options))
+
+
+def is_step(options: str) -> bool:
+    """Whether a motion with these options takes its position's numbers for a step from where the robot stands."""
+    return any(option is not None and option.word in STEPS for option, _ in _split_options(options))
 
 
 def without_offsets(options: str) -> str:

@@ -75,6 +75,21 @@ def test_a_program_without_motions_has_no_stations_and_waits(arm):
     assert drive.rest == 2.5
 
 
+@pytest.mark.parametrize("option", ["TA .00sec,DO[1:INC FEED]=ON", "DB 5.0mm,DO[1:INC]=ON", "TB .50sec,CALL INC"])
+def test_a_name_is_no_step(arm, option):
+    """In brackets, or of a program that is called: the way there and from there was not timed, and untold."""
+    poses, drive = traversal(arm, f"L P[2] 1mm/sec CNT100 {option}", "L P[1] 1mm/sec CNT100")
+    assert drive.pose.tolist() == [0, 1, 0]
+    assert_allclose(drive.duration[1:], 100.0)
+    assert np.isfinite(poses.theta).all()
+
+
+def test_a_motion_that_is_off_makes_no_step(arm):
+    poses, drive = traversal(arm, "//L P[2] 1mm/sec CNT100 INC", "L P[3] 1mm/sec CNT100")
+    assert drive.pose.tolist() == [0, 2]
+    assert np.isfinite(poses.theta).all()
+
+
 def test_a_turn_on_the_spot_takes_its_angle_over_its_rate(arm):
     back_and_forth = ("L P[3] 30deg/sec CNT100", "L P[2] 45deg/sec CNT100")
     _, drive = traversal(arm, "L P[2] 100mm/sec CNT100", *back_and_forth)

@@ -6,8 +6,8 @@ import pytest
 
 from compgen.fanuc.motion_options import (
     MOTION_OPTIONS,
-    TARGET_MODIFIER,
     ends_elsewhere,
+    is_step,
     options_on_parts,
     unsafe_options,
 )
@@ -32,13 +32,27 @@ def test_an_option_is_known_wherever_it_stands_in_any_case(option, form):
     word = option.word.removesuffix(r"\d*")
     for text in (form.format(word), form.format(word.lower())):
         assert unsafe_options(text) == [option.unsafe] * bool(option.unsafe)
-        assert bool(TARGET_MODIFIER.search(text)) is option.modifies_target
+        assert ends_elsewhere(text) is option.modifies_target
+        assert is_step(text) is option.word.startswith("INC")
 
 
-@pytest.mark.parametrize("text", ["", "ACC100", "Wjnt PTH", "TB 0.10sec,CALL INCREASE"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "ACC100", "Wjnt PTH", "TB 0.10sec,CALL INCREASE", "TB .50sec,CALL INC", "TA .00sec,DO[1:INC FEED]=ON",
+     "DB 5.0mm,DO[1:INC]=ON", "ACC R[4:skip]", "TA .10sec,CALL OFFSET(1)"],
+)  # fmt: skip
 def test_other_words_are_not_that_option(text):
+    """Nor is a comment in brackets, nor the name of a program that is called."""
     assert not unsafe_options(text)
-    assert not TARGET_MODIFIER.search(text)
+    assert not ends_elsewhere(text)
+    assert not is_step(text)
+
+
+def test_an_offset_by_a_register_of_that_name_is_no_step():
+    (reason,) = unsafe_options("Offset,PR[3:INC]")
+    assert "Offset is added" in reason
+    assert not is_step("Offset,PR[3:INC]")
+    assert is_step("Offset,PR[3:INC] INC")
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from compgen.fanuc.analysis.register_flow import Numbers
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, J1, NO_NUMBER
 from compgen.fanuc.listing.positions import position_rows, units
-from compgen.fanuc.motion_options import STEP
+from compgen.fanuc.motion_options import is_step
 from compgen.program.driven import NONE, Positions
 from compgen.program.extended_axes import NAMES, ExtendedAxis
 from compgen.program.frames import Frames
@@ -156,12 +156,19 @@ def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArra
     return np.array([r for r, _, _ in pairs]), np.array([t for _, t, _ in pairs]), placed
 
 
+def step_motions(program: LsProgram) -> BoolArray:
+    """Motions that are on and take the numbers of their positions for a step (INC), (M,)."""
+    m = program.motions
+    step = {options: bool(options) and is_step(options) for options in set(m.options)}
+    return np.array([step[options] for options in m.options], dtype=bool) & ~m.disabled
+
+
 def _steps(program: LsProgram, row: IntArray) -> BoolArray:
     """Positions, rows of the program's table, that motions with INC alone drive by, (K,)."""
-    m = program.motions
+    m, step = program.motions, step_motions(program)
     named: dict[bool, set[int]] = {True: set(), False: set()}
     for i in np.flatnonzero(~m.disabled).tolist():
-        named[STEP.search(m.options[i]) is not None].update(m.position[i])
+        named[bool(step[i])].update(m.position[i])
     return np.isin(program.positions.number[row], list(named[True] - named[False]))
 
 

@@ -18,10 +18,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.flow_graph import station_origins
-from compgen.fanuc.analysis.poses import Poses
+from compgen.fanuc.analysis.poses import Poses, step_motions
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.positions import position_rows
-from compgen.fanuc.motion_options import STEP
 from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, UNTIMED, WAIT
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.extended_axes import SAME_VALUE
@@ -46,8 +45,7 @@ def read_traversal(
     motion = np.array([i for i in active for _ in m.position[i]], dtype=np.int64)
     number = np.array([n for i in active for n in m.position[i]], dtype=np.int64)
     last = np.append(motion[1:] != motion[:-1], True) if len(motion) else np.zeros(0, dtype=bool)
-    steps = [i for i, options in enumerate(m.options) if options and STEP.search(options)]
-    pose = np.where(np.isin(motion, steps), NONE, pose_rows(poses, number, motion))
+    pose = np.where(step_motions(program)[motion], NONE, pose_rows(poses, number, motion))
     letter = np.array(m.letter, dtype="U1")[motion]
     stops = np.array([t.upper().replace(" ", "") in ("FINE", "CNT0", "") for t in m.termination], dtype=bool)
     stop = last & stops[motion]
