@@ -242,6 +242,22 @@ def test_behind_a_corner_that_waits_a_stretch_stays_as_it_is():
     assert np.sqrt((after**2).mean()) < 0.6 * np.sqrt((before**2).mean())
 
 
+def test_a_position_that_is_a_step_as_well_keeps_its_numbers_and_others_are_bent_around_it():
+    """Commanded off its place it would be another step: it stays as a corner does, led off as before."""
+    points = circle(1.0)
+    run = listing(points, to_the_end(points), 100)
+    data = run.replace(b"/POS", b"   0:L P[900] 100mm/sec FINE INC    ;\n/POS")
+    result = corrected(data, cell())
+    places, planned = (naive_ls.read(text)[0] for text in (result.text, data))
+    assert places[900].groups[1].axes == planned[900].groups[1].axes
+    assert places[300].groups[1].axes != planned[300].groups[1].axes
+    without = b"".join(line for line in result.text.splitlines(keepends=True) if b" INC " not in line)
+    before, after = off_path(run, run, MEANS), off_path(run, without, MEANS)
+    assert (after - before).max() < WORSE
+    assert np.median(after) < 4.0 < 20.0 < np.median(before)
+    assert after.max() == pytest.approx(before.max(), rel=0.05)
+
+
 def test_lines_before_and_behind_a_half_circle_keep_their_ends():
     half = circle(2.0, turn=np.pi)
     points = np.concatenate([[(1600.0, -300.0, 0.0)], half, [(1000.0, -300.0, 0.0)]])

@@ -284,6 +284,36 @@ def test_split_keeps_the_planned_numbers_for_a_use_that_is_passed_through(hot):
     assert missed_um(data, separated.text, 1, HOME, other=4) < ROUNDED_UM
 
 
+def step_and_place(by_step):
+    """P[1] as a place, and again for a motion with INC; away from it the step leads to no place of the file."""
+    moves = ["J P[3] 10% FINE", "L P[1] 50mm/sec FINE", "J P[3] 10% FINE", by_step, "J P[3] 10% FINE"]
+    return program(moves, [at(1, HOME), at(2, THERE), at(3, AWAY)])
+
+
+INC = ["L P[1] 50mm/sec FINE INC", "C P[1] P[2] 50mm/sec FINE INC", "C P[2] P[1] 50mm/sec FINE Incremental"]
+
+
+@pytest.mark.parametrize("by_step", INC)
+def test_a_step_that_is_a_place_as_well_keeps_its_numbers(hot, by_step):
+    """Its numbers are added to where the robot stands: corrected for the place, the step was another."""
+    data = step_and_place(by_step)
+    result = corrected(data, hot)
+    assert changed(data, result) == {3}
+    assert any(f.code == "correction.mixed" and "P[1] is" in f.message for f in result.findings)
+
+
+@pytest.mark.parametrize("by_step", INC)
+def test_split_parts_a_place_from_the_step_of_the_same_numbers(hot, by_step):
+    data = step_and_place(by_step)
+    result = corrected(data, hot, split=True)
+    targets = [m.targets for m in naive_ls.read(result.text)[1]]
+    before = [m.targets for m in naive_ls.read(data)[1]]
+    assert targets == [before[0], ("P[4]",), *before[2:]]
+    assert changed(data, result) == {3, 4}
+    assert missed_um(data, result.text, 1, HOME, other=4) < ROUNDED_UM
+    assert not any(f.code == "correction.mixed" for f in result.findings)
+
+
 def test_split_of_an_arc_with_named_positions(hot):
     """The via point and the end of a C each keep their role and their comment in the statement."""
     via = arm.joints_at(arm.frame(30, 40, 0, 0, 0, 0) @ arm.flange(HOME), HOME)

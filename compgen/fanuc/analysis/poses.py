@@ -62,6 +62,7 @@ class Poses(Positions):
     placements: Placements
     placed: Mapping[tuple[int, int], int]  # row of a position's number and a placement that is not plain
     arm_bases: ArmBases  # the arm's World in the cell's
+    step: BoolArray  # (K,) motions with INC add its numbers to where the robot stands: they are never changed
 
     @property
     def extended(self) -> BoolArray:
@@ -86,7 +87,8 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     p = program.positions
     row, placement, placed = _rows(program, placements)
     K = len(row)
-    value = np.where(_steps(program, row)[:, None], np.nan, p.value[row])
+    step, only_step = _steps(program, row)
+    value = np.where(only_step[:, None], np.nan, p.value[row])
     joint_form = p.joint_form[row]
     joints = value[:, J1 : J1 + 6] * DEG
     arm_bases = read_arm_bases(program, row, frames.extended)
@@ -135,6 +137,7 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
         placed=placed,
         first=begins[same.ravel()],
         arm_bases=arm_bases,
+        step=step,
     )
 
 
@@ -163,13 +166,14 @@ def step_motions(program: LsProgram) -> BoolArray:
     return np.array([step[options] for options in m.options], dtype=bool) & ~m.disabled
 
 
-def _steps(program: LsProgram, row: IntArray) -> BoolArray:
-    """Positions, rows of the program's table, that motions with INC alone drive by, (K,)."""
+def _steps(program: LsProgram, row: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Positions, rows of the program's table, that motions with INC drive by, and those that no other does, (K,)."""
     m, step = program.motions, step_motions(program)
     named: dict[bool, set[int]] = {True: set(), False: set()}
     for i in np.flatnonzero(~m.disabled).tolist():
         named[bool(step[i])].update(m.position[i])
-    return np.isin(program.positions.number[row], list(named[True] - named[False]))
+    by_steps, by_others = (np.isin(program.positions.number[row], list(named[inc])) for inc in (True, False))
+    return by_steps, by_steps & ~by_others
 
 
 def _numbered(

@@ -9,7 +9,7 @@ from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.placements import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import Poses
-from compgen.program.driven import DrivenProgram
+from compgen.program.driven import NONE, DrivenProgram
 
 SAME_POSITION = 0.5e-6  # [m] what three decimals cannot tell apart
 SAME_ANGLE = 1e-5  # [rad]
@@ -23,7 +23,7 @@ class SharedCorrections:
     theta: Array  # (K, 6) [rad]
     changed: BoolArray  # (K,) it takes its correction
     spread: Array  # (K,) [m] largest distance of the correction of one use from the mean
-    mixed: BoolArray  # (K,) also used by a station that must not change: kept as it is
+    mixed: BoolArray  # (K,) also used where nothing may change: kept as it is
 
 
 def average_shared(
@@ -41,7 +41,7 @@ def average_shared(
     count = len(poses.row)
     first = poses.first[drive.pose] if count else drive.pose
     used = np.bincount(first[free], minlength=count)
-    fixed = np.bincount(first[~free & (drive.pose >= 0)], minlength=count) > 0
+    fixed = fixed_positions(poses, drive, free)
     total, joints, own = np.zeros((count, 6)), np.zeros((count, 6)), free & (first == drive.pose)
     correction = as_first_row(poses, drive.pose, correction, free)
     np.add.at(total, first[free], correction[free])
@@ -52,6 +52,12 @@ def average_shared(
     np.maximum.at(spread, first[free], distance)
     theta_mean = joints / np.maximum(np.bincount(first[own], minlength=count), 1)[:, None]
     return SharedCorrections(mean, theta_mean, (used > 0) & ~fixed, spread, (used > 0) & fixed)
+
+
+def fixed_positions(poses: Poses, drive: DrivenProgram, free: BoolArray) -> BoolArray:
+    """Positions that keep their numbers, first rows of them, (K,): for a station that must not change, or a step."""
+    stations = ~free & (drive.pose != NONE)
+    return np.asarray(np.isin(np.arange(len(poses.row)), poses.first[drive.pose[stations]]) | poses.step)
 
 
 def as_first_row(poses: Poses, pose: IntArray, correction: Array, free: BoolArray) -> Array:
@@ -77,16 +83,16 @@ def assign_new_positions(
     """Stations that need a position of their own, and its number, counted from ``first``.
 
     Uses of a position with equal corrections stay together; the first group keeps the old number, unless a station that
-    must not change uses it as well.
+    must not change, or a step, uses it as well.
     """
     position = poses.first[drive.pose] if len(poses.row) else drive.pose
     position = np.where(drive.pose >= 0, position, -1)
     correction = as_first_row(poses, drive.pose, correction, free)
-    fixed = set(position[~free].tolist())
+    fixed = set(np.flatnonzero(fixed_positions(poses, drive, free)).tolist())
     groups: dict[int, list[tuple[Array, int | None]]] = {}  # of each position: correction, and its new number
     assigned = []
     _, inverse, uses = np.unique(position, return_inverse=True, return_counts=True)
-    for s in np.flatnonzero(free & (uses[inverse] > 1)).tolist():
+    for s in np.flatnonzero(free & ((uses[inverse] > 1) | np.isin(position, list(fixed)))).tolist():
         pose = int(position[s])
         position_groups = groups.setdefault(pose, [(np.zeros(6), None)] if pose in fixed else [])
         group = next((g for g in position_groups if _equal(g[0], correction[s])), None)

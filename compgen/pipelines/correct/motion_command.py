@@ -27,7 +27,7 @@ from compgen.core.units import UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.editing.insertion import insert_remark, says_override
-from compgen.fanuc.editing.shared_positions import SharedCorrections, average_shared
+from compgen.fanuc.editing.shared_positions import SharedCorrections, average_shared, fixed_positions
 from compgen.job.bounds import Bounds
 from compgen.job.job import Cell
 from compgen.pipelines.correct.proof import Residue
@@ -36,7 +36,7 @@ from compgen.pipelines.correct.station_corrections import solved_after
 from compgen.pipelines.files.program_course import course_of_driven, known_stations
 from compgen.pipelines.findings.motion_findings import WHAT, motion_of_a_listing, motion_words
 from compgen.pipelines.planned.program_text import running_override
-from compgen.program.driven import NONE, DrivenProgram
+from compgen.program.driven import DrivenProgram
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
@@ -146,7 +146,7 @@ def _held(
     """Nodes that stay, (N,)."""
     poses, drive, moves = plan.poses, plan.drive, plan.program.motions
     pose = drive.pose[stations]
-    fixed = np.bincount(poses.first[drive.pose[~plan.free & (drive.pose != NONE)]], minlength=len(poses.first)) > 0
+    fixed = fixed_positions(poses, drive, plan.free)
     placed = np.bincount(poses.first[poses.first != np.arange(len(poses.first))], minlength=len(poses.first)) > 0
     held, at = np.zeros(len(course.number), dtype=bool), drive.motion[stations]
     held[named] = ~plan.free[stations] | fixed[poses.first[pose]] | placed[poses.first[pose]]
