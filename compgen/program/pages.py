@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, frozen
+from compgen.core.arrays import Array, frozen, row_norms
 from compgen.core.exceptions import CompgenError
 from compgen.core.exit_codes import ExitCode
 from compgen.core.json_text import json_text
+from compgen.core.rotations import relative_rotation
 from compgen.core.units import DEG, KB, MM
 from compgen.program.program import Program
 
@@ -154,7 +155,7 @@ def gap_between(before: Program, after: Program) -> float:
 def require_meeting(before: Program, after: Program, step: float) -> None:
     """Raises JoinError when a page does not start where the one before stopped, or no farther than a step [m]."""
     gap = gap_between(before, after)
-    turn = float(np.abs(after.rotation[0] - before.rotation[-1]).max())
+    turn = float(row_norms(relative_rotation(before.rotation[-1:], after.rotation[:1]))[0])
     apart = gap > step * (1 + SAME_STEP)
     if apart or turn > (MOST_TURN if step else 0.0):
         off = f"{gap / MM:.3f} mm from" if apart else f"turned by {turn / DEG:.4f} deg against"

@@ -46,11 +46,11 @@ def test_pages_joined_are_the_program_and_each_begins_where_the_one_before_stopp
         assert np.array_equal(getattr(whole, name), getattr(WHOLE, name))
 
 
-def moved(page, mm=0.0, mrad=0.0):
+def moved(page, mm=0.0, mrad=0.0, axis=(0, 0, 1)):
     """A page that begins elsewhere."""
     position, rotation = page.position.copy(), page.rotation.copy()
     position[0] += np.array([0, mm, 0]) * MM
-    rotation[0] = rotation[0] @ rotation_matrix(np.array([[0, 0, mrad * 1e-3]]))[0]
+    rotation[0] = rotation[0] @ rotation_matrix(mrad * 1e-3 * np.array([axis]) / np.linalg.norm(axis))[0]
     return replace(page, name="SECOND", position=position, rotation=rotation)
 
 
@@ -58,7 +58,10 @@ def moved(page, mm=0.0, mrad=0.0):
     ("second", "why"),
     [
         (moved(PAGES[1], mm=0.25), "page SECOND: it starts 0.250 mm from where WHOLE stopped"),
-        (moved(PAGES[1], mrad=0.1), "page SECOND: it starts turned by 0.005[0-9] deg against where WHOLE stopped"),
+        (moved(PAGES[1], mrad=0.1), "page SECOND: it starts turned by 0.0057 deg against where WHOLE stopped"),
+        (moved(PAGES[1], mrad=1000 * np.pi / 2), "turned by 90.0000 deg"),
+        (moved(PAGES[1], mrad=1000 * np.pi), "turned by 180.0000 deg"),
+        (moved(PAGES[1], mrad=1000 * np.pi / 180, axis=(1, 1, 1)), "turned by 1.0000 deg"),
         (replace(PAGES[1], turns=PAGES[1].turns + 1), "its turns differ"),
         (replace(PAGES[1], utool=3), "its utool differ"),
     ],
@@ -73,9 +76,9 @@ def test_a_page_written_anew_may_begin_as_far_off_as_it_was_told():
     steps = {"SECOND": 0.25 * MM}
     whole, _ = join_programs([PAGES[0], moved(PAGES[1], mm=0.25, mrad=15)], steps)
     assert_allclose(whole.position, WHOLE.position[:8], atol=0)
-    for mm, mrad in ((0.26, 0), (0.1, 25)):
+    for mm, mrad, axis in ((0.26, 0, (0, 0, 1)), (0.1, 21, (0, 0, 1)), (0.1, 21, (1, 1, 1))):
         with pytest.raises(JoinError, match="page SECOND"):
-            join_programs([PAGES[0], moved(PAGES[1], mm=mm, mrad=mrad)], steps)
+            join_programs([PAGES[0], moved(PAGES[1], mm=mm, mrad=mrad, axis=axis)], steps)
 
 
 def test_a_page_that_runs_through_at_its_end_is_refused():
