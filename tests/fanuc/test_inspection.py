@@ -1,6 +1,7 @@
 """What ``inspect`` says of a program, and the frames it needs."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -341,11 +342,36 @@ def test_without_a_robot_inspect_says_nothing_of_an_arm_and_the_rest_as_with_one
         ("lr mate 200iD 7L", ["lrmate200id7l"]), ("LR Mate 200iD/4S", []), ("LR Mate 200iD 4S", []),
         ("M-710iC/50H", []), ("M-710iC/50 2nd cell", ["m710ic50"]), ("XM-710iC/50", []),
         ("M-20iA and M-20iA/10L", ["m20ia", "m20ia10l"]),
+        ("M-20iA/M-10iA", ["m10ia", "m20ia"]), ("M-10iA/M-20iA", ["m10ia", "m20ia"]),
+        ("M-20iA/R-30iB", ["m20ia"]), ("LR Mate 200iD/R-30iB Mate", ["lrmate200id"]),
+        ("R-2000iC/165F/R-30iB", ["r2000ic165f"]), ("R-2000iC/165F/2", ["r2000ic165f"]),
+        ("R-2000iC/165F 20L", ["r2000ic165f"]), ("M-10iA/R1", ["m10ia"]), ("M-10iA/CELL4", ["m10ia"]),
+        *((f"M-20iA {more}", ["m20ia"]) for more in ("2ND STATION", "1ST OP", "20KG", "3MM TOOL", "24V", "3D VISION")),
+        ("LR Mate 200iD 10MM", ["lrmate200id"]), ("M-20iA - 2 PARTS", ["m20ia"]), ("M-710iC/50 HOME", ["m710ic50"]),
+        ("LRMate200iD_4S", []), ("LR Mate 200iD / 4S", []), ("LR Mate 200iD 4SH", []),
+        ("M-710iC/50 H", []), ("M-20iA_10L", ["m20ia10l"]), ("M-20iA  10L", ["m20ia10l"]), ("M-20iA/35M", []),
+        ("M-20iA/35", []), ("M-20iA/L", []), ("M-710iC/50 M-20iA", ["m20ia", "m710ic50"]),
+        ("M-710iC/50 / M 20iA", ["m20ia", "m710ic50"]), ("LR Mate 200iD 4S 2 parts", []),
     ],
 )  # fmt: skip
 def test_a_model_is_named_by_its_whole_name(remark, named):
     text = program([f"  !{remark} ;", "J P[1] 10% FINE    ;"], {})
-    assert inspection.robots_named(text, ["lrmate200id", "lrmate200id7l", "m20ia", "m20ia10l", "m710ic50"]) == named
+    robots = ["lrmate200id", "lrmate200id7l", "m10ia", "m20ia", "m20ia10l", "m710ic50", "r2000ic165f"]
+    assert inspection.robots_named(text, robots) == named
+
+
+@pytest.mark.parametrize(
+    ("robot", "remark", "others"),
+    [
+        ("m20ia", "M-20iA 2ND STATION", []), ("m20ia10l", "M-20iA 2ND STATION", []), ("m20ia", "M-20iA/R-30iB", []),
+        ("m710ic50", "M-20iA 20KG", ["M20IA"]), ("m20ia", "M-20iA/M-10iA", ["M10IA"]),
+        ("m710ic50", "M-710iC/50 H", ["M710IC50H"]), ("lrmate200id", "LR Mate 200iD / 4S", ["LRMATE200ID4S"]),
+        ("m20ia", "M-20iA/35M", ["M20IA35M"]), ("r2000ic165f", "R-2000iC/210WE", ["R2000IC210WE"]),
+    ],
+)  # fmt: skip
+def test_a_remark_names_other_models_and_no_station_or_unit(robot, remark, others):
+    text = program([f"  !{remark} ;", "J P[1] 10% FINE    ;"], {})
+    assert inspection.other_models(text, replace(load_robot("m710ic50"), name=robot)) == others
 
 
 def test_every_sample_is_inspected():

@@ -41,7 +41,16 @@ _WORD = re.compile(r"[A-Za-z0-9]+")
 _MOST_WORDS = 5  # that make up one name, as in LR Mate 200 iD 7L
 #: FANUC's models, their blanks and marks left out
 _MODEL = re.compile(
-    r"(?:LR|ARC)MATE(?:\d{2,3}I[A-Z]?)?(?:\d+[A-Z]{0,2})?|(?:R\d{4}|M\d{1,4}|S\d{3}|P\d{2,3}|(?:CRX?|SR|DR)\d{1,2})I[ABCDFW](?:\d+[A-Z]{0,2})?"
+    r"(?:LR|ARC)MATE(?:\d{2,3}I[A-Z]?)?(?:\d+[A-Z]{0,2})?|(?:R\d{4}|M\d{1,4}|S\d{3}|P\d{2,3}|(?:CRX?|SR|DR)\d{1,2})I[ABCDFW](?:\d+(?!ST|ND|RD|TH|KG|MM|[DV])[A-Z]{0,2})?"
+)
+_SUFFIX = "[FHLMS][CH]?(?![A-Z0-9])"  # of FANUC's variants; behind a blank no other: 2ND, 20KG and 10MM name no arm
+#: what goes on with a model's name: glued to it, the 4S of a series (200iD/4S), the H of M-710iC/50 H
+_MORE = "|".join(
+    (
+        "[A-Z0-9]+",
+        rf"(?<=I[A-Z])(?:/\d[A-Z0-9]*|[ /_-]*\d+{_SUFFIX})",
+        rf"(?:(?<=I[A-Z])/|(?<=\d)[ /_-]*){_SUFFIX}(?![ -]\d)",  # and no other arm: M-710iC/50 M-20iA
+    )
 )
 TOLERANCE = 1e-9  # [rad]
 
@@ -258,8 +267,7 @@ def unattainable(program: LsProgram, poses: Poses, traversal: DrivenProgram, rob
 
 def _named_with(program: LsProgram, name: str) -> set[str]:
     """What the remarks and the comment say behind a plain name before the model's name ends: nothing, or 50's H."""
-    more = r"[ /-]?\d+[A-Z]{1,2}(?![A-Z0-9])|/?[A-Z0-9]+" if name[-1:].isalpha() else "[A-Z0-9]+"
-    says = re.compile(f"(?<![A-Z0-9]){'[^A-Z0-9]*'.join(name)}({more})?")
+    says = re.compile(f"(?<![A-Z0-9]){'[^A-Z0-9]*'.join(name)}({_MORE})?")
     return {_plain(match[1] or "") for text in _texts(program) for match in says.finditer(text.upper())}
 
 
