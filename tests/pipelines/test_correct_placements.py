@@ -239,7 +239,7 @@ def test_registers_are_followed_as_far_as_constants_tell(statements, known, hot)
         (["OFFSET CONDITION PR[5]", "PR[5,1]=7", "L P[1] 50mm/sec FINE Offset"], "behind its OFFSET CONDITION"),
         (["IF DI[1]=ON,JMP LBL[1]", "OFFSET CONDITION PR[5]", "LBL[1]", "L P[1] 50mm/sec FINE Offset"], "CONDITION"),
         (["L P[1] 50mm/sec FINE Offset,PR[6]"], "PR[6] is not known: give it with --registers"),
-        (["PR[6]=PR[7]", "L P[1] 50mm/sec FINE Offset,PR[6]"], "PR[6] may have been written before it"),
+        (["PR[6]=PR[7]", "L P[1] 50mm/sec FINE Offset,PR[6]"], "give it, or what it is written from, with --reg"),
         (["PR[6,1]=R[9]", "L P[1] 50mm/sec FINE Offset,PR[6]"], "PR[6] may have been written before it"),
         (["L P[1] 50mm/sec FINE Offset,PR[5] INC"], "INC moves relative"),
         (["L P[1] 50mm/sec FINE VOFFSET,VR[1]"], "VOFFSET is added"),
@@ -257,6 +257,31 @@ def test_what_is_not_followed_stays_held_with_its_reason(moves, reason, hot):
     assert any(reason in u.reason for u in result.plan.scope.unsafe), result.plan.scope.unsafe
     with pytest.raises(InputError, match="--strict"):
         run(data, hot, strict=True)
+
+
+@pytest.mark.parametrize(
+    ("statements", "given"),
+    [
+        ([], {6}), (["PR[6,1]=7"], {6}), (["PR[6,1]=PR[6,1]+7"], {6}), (["PR[6]=PR[7]"], {7}),
+        (["PR[6]=PR[6]+PR[7]"], {6, 7}), (["PR[6,2]=PR[7,1]"], {6, 7}), (["IF DI[1]=ON,JMP LBL[1]", "LBL[1]"], {6}),
+        (["CALL OTHER"], None), (["PR[6,1]=R[9]"], None), (["IF DI[1]=ON,PR[6,1]=7"], None),
+        (["PR[6]=PR[7]-P[9]"], None), (["LBL[1]", "PR[6,1]=PR[6,1]+7", "IF DI[1]=ON,JMP LBL[1]"], None),
+        (["PR[R[1]]=PR[7]"], None),
+    ],
+)  # fmt: skip
+def test_registers_are_asked_for_where_giving_them_frees_the_motion(statements, given, hot, tmp_path):
+    data = shifted([*statements, "L P[1] 50mm/sec FINE Offset,PR[6]"])
+
+    def reasons(*numbers):
+        table_of = registers(tmp_path, **{f"pr{n}": SHIFT for n in numbers})
+        unsafe = run(data, hot, table_of=table_of).plan.scope.unsafe
+        return [u.reason for u in unsafe if "Offset is added at run time" in u.reason]
+
+    (reason,) = reasons()
+    assert ("with --registers" in reason) == (given is not None), reason
+    assert ("give it, or" in reason) == (given is not None and bool(statements) and "PR" in statements[0])
+    assert bool(reasons(6, 7)) == (given is None)
+    assert given is None or not reasons(*given)
 
 
 @pytest.mark.parametrize("write", ["UFRAME[4]=PR[5]", "utool[2]=pr[5]", "IF DI[1]=ON,UFRAME[R[1]]=PR[5]"])

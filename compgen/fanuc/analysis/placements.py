@@ -11,7 +11,7 @@ r"""Where motions really lead whose frame, tool or offset is written at run time
 ``register_flow`` follows registers; where they are not known, the motion is left alone.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -29,7 +29,14 @@ from compgen.fanuc.analysis.register_flow import KINDS, Numbers, RegisterFlow, S
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of
-from compgen.fanuc.vocabulary import BESIDE, FRAME_BEGINS, FRAME_WRITTEN, REGISTER_INDEX, written_frames
+from compgen.fanuc.vocabulary import (
+    BESIDE,
+    FRAME_BEGINS,
+    FRAME_WRITTEN,
+    POSITION_REGISTER,
+    REGISTER_INDEX,
+    written_frames,
+)
 from compgen.program.frames import Frames
 from compgen.program.pose_table import pose_of
 from compgen.program.registers import JOINT, Register
@@ -87,14 +94,14 @@ def read_placements(
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
         return Placements()
     registers_known = RegisterFlow(program=program, frames=frames, called=called)
-    start: State = {("PR", n): register for n, register in registers.items()}
+    start = _start(registers, [*flow.text.values(), *with_offset])
     nodes = read_nodes(program, flow, active, called.motionless, acts)
     states, why = _follow(flow, nodes, registers_known, start)
     of_station: dict[int, State] = {}
     for node, state in zip(nodes, states, strict=True):
         if node.stations and state is not None:
             of_station |= dict.fromkeys(range(node.stations[0], node.stations[1] + 1), state)
-    motions = _Motions(registers_known, frozenset(registers), written, frozenset(with_offset))
+    motions = _Motions(registers_known, start, written, frozenset(with_offset))
     placements = motions.placements(active, of_station, why)
     settled = frozenset(
         int(flow.line[node.unit])
@@ -102,6 +109,16 @@ def read_placements(
         if state is not None and node.text and FRAME_WRITTEN.search(node.text) and registers_known.settles(node, state)
     )
     return replace(placements, settled=settled, assumed=tuple(sorted(registers_known.assumed)))
+
+
+def _start(registers: Mapping[int, Register], texts: Iterable[str]) -> State:
+    """The registers when a program starts; of those in its text that are not known NaN, a number that could be given.
+
+    What is computed from such numbers alone is NaN as well: known as soon as they are.
+    """
+    named = {int(n) for text in set(texts) for n in POSITION_REGISTER.findall(text) if n}
+    could = {n: Register(values=tuple(float("nan") for _ in range(6))) for n in named}
+    return {("PR", n): register for n, register in {**could, **registers}.items()}
 
 
 def _follow(flow: Flow, nodes: list[Node], registers: RegisterFlow, start: State) -> tuple[list[State | None], str]:
@@ -132,7 +149,7 @@ class _Motions:
     """What motions make of what is known where they run."""
 
     flow: RegisterFlow
-    given: frozenset[int]  # registers that are known when the program starts
+    start: State  # when the program starts
     written: Mapping[str, set[int]]  # numbers of user frames and tools that the program writes
     with_offset: frozenset[str]  # options that add one
 
@@ -201,14 +218,21 @@ class _Motions:
         register = self.flow.values(state).register(number)
         numbers = self.flow.numbers(register, f"PR[{number}]")
         if numbers is None:
-            form = "is in joint form" if register.form == JOINT else "is not known: give it with --registers"
-            if register.form != JOINT and (number in self.given or ("PR", number) in state):
-                form = "may have been written before it (from what --registers does not give, in a loop, by a call, "
-                form += "a macro, on ways that differ)"
-            return f"{name} is added at run time: PR[{number}] {form}"
+            return f"{name} is added at run time: PR[{number}] {self._why_open(number, register)}"
         if any(self.flow.row_of.get(n) in self.flow.joint_form for n in m.position[motion]):
             return f"{name} is added at run time: to a position in joint form it is not followed"
         return {word: numbers}
+
+    def _why_open(self, number: int, register: Register) -> str:
+        """Why the numbers of a register are not known where an offset takes it; --registers where that frees it."""
+        if register.form == JOINT:
+            return "is in joint form"
+        if register == self.start.get(("PR", number)):
+            return "is not known: give it with --registers"
+        if None not in register.values and np.isnan(np.array(register.values, dtype=float)).any():
+            return "is not known: give it, or what it is written from, with --registers"
+        told = "from what --registers does not give, in a loop, by a call, a macro, on ways that differ"
+        return f"may have been written before it ({told})"
 
     def _offset_register(self, word: str, text: str, state: State) -> int | str:
         """The number of the register that an offset takes, in the motion or from its CONDITION; or why it is open."""
