@@ -18,6 +18,7 @@ from compgen.core.json_text import json_text
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.station_band import is_tool_taught
+from compgen.pipelines.files.program_course import chained_lines
 from compgen.pipelines.findings.motion_findings import with_motion
 from compgen.pipelines.uncertainty.not_known import not_known, setting_of
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
@@ -98,7 +99,8 @@ def band_of_correction(result: Correction) -> dict[str, Any] | None:
     place = poses.in_cell(result.plan.drive.pose[result.plan.free])
     setting = setting_of(place, poses.tools.position, rise, is_tool_taught=is_tool_taught(result))
     unknown = not_known(result.cell, result.band, setting)
-    return band_record(result.band, with_motion(unknown, result.motion), result.draws, of_job=False)
+    motion = with_motion(unknown, result.motion, len(chained_lines(result.plan.program)))
+    return band_record(result.band, motion, result.draws, of_job=False)
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:

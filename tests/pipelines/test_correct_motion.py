@@ -13,8 +13,11 @@ from ls_text import cartesian, program
 from scipy.spatial import cKDTree
 from shipped import ROOT
 
+from compgen.core.finding_codes import Level
 from compgen.core.units import UM
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.pipelines.findings.motion_findings import WHAT
+from compgen.report.correction import band_of_correction
 
 PERIOD = 8.0  # ms
 MEANS = (200, 104)  # ms
@@ -329,3 +332,38 @@ def test_no_drawn_program_is_flown_farther_off_anywhere(means):
         before, after = compared(data, result, means)
         assert (after**2).sum() < (before**2).sum()
     assert commanded >= 1
+
+
+def arc_and_lines(letter, corner=0):
+    """A half circle of 100 mm at 100 mm/s, of C or of a chain of A, and three lines along its tangent or off it."""
+    turn = np.radians([-90, -45, 0, 45, 90])
+    places = [*np.column_stack([1200 + 100 * np.cos(turn), 100 * np.sin(turn)]).tolist()]
+    places += [[1200 - 30 * k, 100 + corner * (k == 2)] for k in (1, 2, 3)]
+    points = [cartesian(n, (x, y, 300, 180, 0, 0)) for n, (x, y) in enumerate(places, 1)]
+    chain = [f"A P[{n}] 100mm/sec {'FINE' if n == 5 else 'CNT100'}" for n in (2, 3, 4, 5)]
+    arcs = ["C P[2] P[3] 100mm/sec CNT100", "C P[4] P[5] 100mm/sec CNT100"]
+    lines = [f"L P[{n}] 100mm/sec {'FINE' if n == 8 else 'CNT100'}" for n in (6, 7, 8)]
+    return program(["J P[1] 10% FINE", *(chain if letter == "A" else arcs), *lines], points)
+
+
+@pytest.mark.parametrize(
+    ("keys", "code"), [((), "motion.unknown"), (("motion.moving_average_ms=[200, 104]",), "motion.known")]
+)
+def test_ways_of_a_chain_are_said_not_to_be_looked_at_and_reassure_nobody(keys, code):
+    arm = load_cell(str(ROOT / "robots" / "m710ic50.toml"), keys)
+    result, others = (corrected(arc_and_lines(letter), arm, bound=100 * UM) for letter in "AC")
+    (finding,), (other,) = ([f for f in r.findings if f.code == code] for r in (result, others))
+    assert (finding.level, other.level) == (Level.WARNING, Level.WARNING)
+    assert "not looked at along 4 lines with A or S (with C it is; the first: line 5)" in finding.message
+    assert "looked at" not in other.message
+    (row,) = (u for u in band_of_correction(result)["unknown"] if u["what"] == WHAT)
+    assert row["from"].endswith("; not looked at on lines with A or S (4)")
+
+
+def test_a_corner_beside_a_chain_is_looked_at():
+    """With no bound nothing is a warning; lines that turn are told of as well."""
+    arm = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
+    found = [f for f in corrected(arc_and_lines("A", corner=10), arm).findings if f.code == "motion.unknown"]
+    assert [f.level for f in found] == [Level.NOTE, Level.NOTE]
+    assert "not looked at along 4 lines" in found[0].message
+    assert "is expected to lead the tool off this path" in found[1].message

@@ -33,7 +33,7 @@ from compgen.job.job import Cell
 from compgen.pipelines.correct.proof import Residue
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, MotionCommand
 from compgen.pipelines.correct.station_corrections import solved_after
-from compgen.pipelines.files.program_course import course_of_driven, known_stations
+from compgen.pipelines.files.program_course import chained_lines, course_of_driven, known_stations
 from compgen.pipelines.findings.motion_findings import WHAT, motion_of_a_listing, motion_words
 from compgen.pipelines.planned.program_text import running_override
 from compgen.program.driven import DrivenProgram
@@ -252,5 +252,6 @@ def motion_command_findings(result: Correction) -> Iterator[Finding]:
     if command is not None and command.kept:
         message = f"{len(command.kept)} runs with bends are not commanded against {WHAT}; the first: {command.kept[0]}"
         yield Finding(Level.NOTE, Code.MOTION_KNOWN, message)
-    if result.motion is None or command is None or not command.runs or result.motion.largest > 0:
-        yield from motion_of_a_listing(result.cell.robot, result.motion, Bounds(max=bound))
+    chained = chained_lines(result.plan.program)
+    if result.motion is None or command is None or not command.runs or result.motion.largest > 0 or chained:
+        yield from motion_of_a_listing(result.cell.robot, result.motion, Bounds(max=bound), chained)

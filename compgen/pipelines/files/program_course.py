@@ -202,6 +202,12 @@ def known_stations(poses: Poses, drive: DrivenProgram) -> IntArray:
     return at[np.isfinite(poses.tcp.position[drive.pose[at]]).all(axis=1)]
 
 
+def chained_lines(program: LsProgram) -> list[int]:
+    """Lines of A and S, along whose ways no course leads: nothing knows the curve."""
+    m = program.motions
+    return [int(m.line[i]) for i in np.flatnonzero(~m.disabled).tolist() if m.letter[i] in "AS"]
+
+
 def _usual(poses: Poses, ends: IntArray) -> tuple[int, bool]:
     """A pose in the frame and tool of most: home may stand in others; and whether they are in several frames."""
     pairs = np.column_stack([poses.base, poses.tool])[ends]

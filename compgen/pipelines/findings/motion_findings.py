@@ -112,18 +112,30 @@ def _why_not(motion: ControllerMotion) -> str:
     return why
 
 
-def motion_of_a_listing(robot: Robot, effect: MotionEffect | None, bounds: Bounds) -> list[Finding]:
+def motion_of_a_listing(
+    robot: Robot, effect: MotionEffect | None, bounds: Bounds, chained: Sequence[int] = ()
+) -> list[Finding]:
     """What the controller's motion does to a program that exists: nothing is commanded against it.
 
     Args:
         robot: Its motion, or what is expected of it.
         effect: On the written text; None: not looked at.
         bounds: Beyond the smallest the finding is a warning.
+        chained: Lines of A and S, on which the effect is not known: with a bound that is a warning.
     """
+    level = Level.WARNING if chained and bounds.max is not None else Level.NOTE
     if effect is None:
-        return [_not_looked_at(robot)]
-    if effect.expected is not None:
-        return motion_findings(effect, bounds)
+        return [_not_looked_at(robot, "here", level)]
+    found = motion_findings(effect, bounds) if effect.expected is not None else _known_in_a_listing(effect, bounds)
+    if not chained:
+        return found
+    lines = "1 line" if len(chained) == 1 else f"{len(chained)} lines"
+    where = f"along {lines} with A or S (with C it is; the first: line {chained[0]})"
+    return [_not_looked_at(robot, where, level), *(found if effect.highest >= LEAST else [])]
+
+
+def _known_in_a_listing(effect: MotionEffect, bounds: Bounds) -> list[Finding]:
+    """What a motion of the robot file does to a program that exists."""
     beyond = bounds.max is not None and effect.largest > bounds.max
     message = (
         f"{WHAT} as [motion] has it ({motion_words(effect.motion)}) leads the tool up to {_um(effect.largest)} um off "
@@ -140,7 +152,7 @@ def _place(effect: MotionEffect) -> str:
     return f"{effect.where:.3f} m along{near}, at {effect.speed / MM:.4g} mm/s"
 
 
-def _not_looked_at(robot: Robot) -> Finding:
+def _not_looked_at(robot: Robot, where: str, level: Level) -> Finding:
     """That the motion through a program is not predicted, with what it is expected to be on a well-known path."""
     seen = robot.expected_motion
     if robot.motion is None:
@@ -149,20 +161,21 @@ def _not_looked_at(robot: Robot) -> Finding:
             for motion in (seen.lowest, seen.expected, seen.highest)
         )
         message = (
-            f"{WHAT} is not known, and not looked at here: it pulls bends inwards, on a radius of "
+            f"{WHAT} is not known, and not looked at {where}: it pulls bends inwards, on a radius of "
             f"{EXAMPLE_RADIUS / MM:g} mm at {EXAMPLE_SPEED / MM:g} mm/s by an expected {expected} um "
             f"({span_words(expected, lowest, highest)}), by {BASIS[seen.evidence]}"
         )
-        return Finding(Level.NOTE, Code.MOTION_UNKNOWN, message)
+        return Finding(level, Code.MOTION_UNKNOWN, message)
     words = motion_words(robot.motion)
-    message = f"{WHAT} as [motion] has it ({words}) is not looked at here: cgen generate predicts it"
-    return Finding(Level.NOTE, Code.MOTION_KNOWN, message)
+    message = f"{WHAT} as [motion] has it ({words}) is not looked at {where}: cgen generate predicts it"
+    return Finding(level, Code.MOTION_KNOWN, message)
 
 
-def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tuple[Unknown, ...]:
+def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None, chained: int = 0) -> tuple[Unknown, ...]:
     """What is not known, with the controller's motion as large as is expected on this path.
 
-    It is no longer there once a log of this robot has been accepted. Without an effect it is said to be not looked at.
+    It is no longer there once a log of this robot has been accepted. Without an effect it is said to be not looked at,
+    and so are lines of A and S.
     """
     if effect is None:
         return tuple(replace(row, size=None, origin=NOT_LOOKED_AT) if row.what == WHAT else row for row in unknown)
@@ -179,6 +192,7 @@ def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tupl
             by += " of runs that begin otherwise"
         origin = f"computed for this path: {motion_words(effect.motion)}, {by}"
         size = 0.0, effect.largest
+    origin += f"; not looked at on lines with A or S ({chained})" if chained else ""
     expected = None if effect.known else effect.largest
     return tuple(
         replace(row, size=size, origin=origin, expected=expected) if row.what == WHAT else row for row in unknown
