@@ -356,7 +356,9 @@ def test_ways_of_a_chain_are_said_not_to_be_looked_at_and_reassure_nobody(keys, 
     assert (finding.level, other.level) == (Level.WARNING, Level.WARNING)
     assert "not looked at along 4 lines with A or S (with C it is; the first: line 5)" in finding.message
     assert "looked at" not in other.message
-    (row,) = (u for u in band_of_correction(result)["unknown"] if u["what"] == WHAT)
+    record = band_of_correction(result)
+    assert record is not None
+    (row,) = (u for u in record["unknown"] if u["what"] == WHAT)
     assert row["from"].endswith("; not looked at on lines with A or S (4)")
 
 

@@ -3,36 +3,42 @@
 from dataclasses import replace
 
 import naive_arm as arm
+import naive_ls
 import numpy as np
 import pytest
-from corrected import HOME, corrected
-from ls_text import at, program
+from corrected import HOME, corrected, joints, pose
+from ls_text import at, joint_form, program
 from shipped import ROOT
 
+from compgen.core.finding_codes import Level
 from compgen.core.units import DEG, UM
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.verification.flight import PoseErrors
 
 MOVES = ["J P[1] 10% FINE", "L P[2] 50mm/sec FINE", "L P[3] 50mm/sec FINE"]
+ENDS = [arm.joints_at(arm.frame(0, y, 0, 0, 0, 0) @ arm.flange(HOME), HOME) for y in (-100, -200)]
 
 
 @pytest.fixture(scope="module")
 def result():
     """Of two lines in a row: samples at each station and between them."""
     cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
-    ends = [arm.joints_at(arm.frame(0, y, 0, 0, 0, 0) @ arm.flange(HOME), HOME) for y in (-100, -200)]
-    return corrected(program(MOVES, [at(1, HOME), *(at(n, q) for n, q in enumerate(ends, 2))]), cell)
+    return corrected(program(MOVES, [at(1, HOME), *(at(n, q) for n, q in enumerate(ENDS, 2))]), cell)
 
 
-def said(result, code, *, deviation=(), before=5.0, after=0.0, **fields):
-    """Messages of a code, with errors [um] in place of those that were flown, one for all or for each sample."""
+def said(result, code, **how):
+    return [f.message for f in found(result, code, **how)]
+
+
+def found(result, code, *, deviation=(), before=5.0, after=0.0, **fields):
+    """Findings of a code, with errors [um] in place of those that were flown, one for all or for each sample."""
     M = len(result.execution.station)
     error, residual = (
         PoseErrors(np.broadcast_to(np.array(um, dtype=float), M) * UM, np.zeros(M)) for um in (before, after)
     )
     changed = replace(result, error=error, residual=residual, **fields)
-    return [f.message for f in correction_findings(changed, np.array(deviation)) if f.code == code]
+    return [f for f in correction_findings(changed, np.array(deviation)) if f.code == code]
 
 
 def line_of(sample, result):
@@ -60,11 +66,51 @@ def test_a_sample_that_becomes_worse_by_more_than_rounding_is_named_the_worst_of
     assert message.startswith(line_of(1, result))
 
 
-def test_positions_in_joint_form_are_too_coarse_to_be_called_worse(result):
-    poses = result.plan.poses
-    joints = replace(result.plan, poses=replace(poses, joint_form=np.ones(len(poses.number), dtype=bool)))
-    assert said(result, "correction.worse", after=20.0)
-    assert not said(result, "correction.worse", after=20.0, plan=joints)
+def off_by_digits(result, texts):
+    """um between what each position is meant to say and what the second reader and arm find written."""
+    meant = result.plan.poses.tcp.position + result.shared.correction[:, :3]
+    places = naive_ls.read(result.text)[0]
+    written = [arm.flange(joints(places[n])) if "J1" in text else pose(places[n]) for n, text in enumerate(texts, 1)]
+    return 1e6 * np.linalg.norm(meant - 1e-3 * np.array([w[:3, 3] for w in written]), axis=1)
+
+
+@pytest.mark.parametrize("coarse", ["{:.3f} joints", "{:.2f}", "{:.1f}"])
+@pytest.mark.parametrize("others", ["{:.3f}", "same"])
+def test_coarse_digits_are_said_of_a_worse_sample_where_they_alone_make_it_worse(result, coarse, others):
+    """P[2] is written so, or all are; what three decimals explain (3 um, of which they are 0.87) is never said."""
+    q = [HOME, *ENDS]
+    texts = [at(n, q[n - 1]) for n in (1, 2, 3)]
+    for n in (1, 2, 3) if others == "same" else (2,):
+        form = coarse.split()[0]
+        texts[n - 1] = joint_form(n, q[n - 1], form=form) if "joints" in coarse else at(n, q[n - 1], form=form)
+    real = corrected(program(MOVES, texts), result.cell)
+    off = off_by_digits(real, texts)
+    assert off.max() > 1.5
+    flight = real.execution
+    for k in np.flatnonzero(flight.station > 0)[::2]:
+        ends = [flight.station[k]] if flight.fraction[k] == 1 else [flight.station[k], flight.station[k] - 1]
+        explained = 3.0 - 0.87 + off[ends].max()
+        after = np.full(len(flight.station), 5.0)
+        after[k] = 5.0 + max(explained, 3.0) + 0.03
+        (worse,) = found(real, "correction.worse", after=after)
+        assert worse.level is Level.OUTSIDE
+        assert "coarse" not in worse.message
+        if explained > 3.1:
+            after[k] -= 0.06
+            (worse,) = found(real, "correction.worse", after=after)
+            assert worse.level is Level.WARNING
+            assert worse.message.endswith("it would become worse, in digits that are coarse")
+
+
+@pytest.mark.parametrize("text", [joint_form(1, HOME), at(1, HOME, form="{:.2f}"), at(1, HOME, form="{:.1f}")])
+def test_what_the_mean_of_two_uses_makes_worse_is_not_laid_to_digits(result, text):
+    """Hot, and after a rest: 12 um worse for the second use, also in three decimals."""
+    moves = ["J P[1] 10% FINE", "WAIT 40000.00(sec)", "J P[2] 10% FINE", "J P[1] 10% FINE"]
+    real = corrected(program(moves, [text, at(2, ENDS[0])]), result.cell, bound=1e-3)
+    assert real.verdict == "outside"
+    (worse,) = (f for f in real.findings if f.code == "correction.worse")
+    assert worse.message.startswith("line 7: ")
+    assert worse.message.endswith("it would become worse")
 
 
 def test_a_sample_that_is_not_judged_becomes_neither_worse_nor_too_far_off(result):

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, IntArray
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import DEG, KB, MM, UM
@@ -19,7 +19,7 @@ from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.vocabulary import ARC_LETTERS
 from compgen.job.part_frame import frame_findings
 from compgen.pipelines.correct.motion_command import motion_command_findings
-from compgen.pipelines.correct.result import Correction, straight_ways
+from compgen.pipelines.correct.result import Correction, off_by_digits, straight_ways
 from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
@@ -31,7 +31,8 @@ from compgen.program.page_stops import controller_capacity
 from compgen.program.ways import chains
 from compgen.thermal.model import extrapolations
 
-ROUNDING = 3 * UM  # what rounding alone may add to a corrected station
+ROUNDING = 3 * UM  # what rounding to three decimals may add to a corrected station, with all else that is small
+THREE_DECIMALS = 0.87 * UM  # of it, in Cartesian form
 MAX_DEVIATION = 2 * UM  # of a straight line between corrected ends, above which it is a finding
 NAMED = 8  # lines or positions that a message names before it counts the rest
 
@@ -107,7 +108,8 @@ def _bound_findings(result: Correction) -> list[Finding]:
     findings = job_findings.nothing_to_correct(result.cell)
     before, after = result.error.distance[judged], result.residual.distance[judged]
     worse = np.flatnonzero(after > before + ROUNDING)
-    coarse = _between_coarse(result, np.flatnonzero(judged)[worse])
+    off = off_by_digits(result, np.flatnonzero(judged)[worse])
+    coarse = (after - before)[worse] <= ROUNDING - THREE_DECIMALS + off
     for some, level in ((worse[~coarse], Level.OUTSIDE), (worse[coarse], Level.WARNING)):
         k = int(some[np.argmax((after - before)[some])]) if len(some) else 0
         line = _line_of(result, int(result.execution.station[judged][k]))
@@ -130,15 +132,6 @@ def _bound_findings(result: Correction) -> list[Finding]:
         message = f"line {line}: {size} um after correction, above the {bound / UM:g} um of --max-um"
         findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX, message))
     return findings
-
-
-def _between_coarse(result: Correction, samples: IntArray) -> BoolArray:
-    """Samples (n,) at or between positions in joint form, or of fewer than three decimals."""
-    flight, drive, poses = result.execution, result.plan.drive, result.plan.poses
-    station = flight.station[samples]
-    ends = drive.pose[np.stack([station, np.where(flight.fraction[samples] < 1, drive.origin[station], station)])]
-    decimals = decimals_of(result.plan.program, poses.row[ends.ravel()]).min(axis=1, initial=3)
-    return np.asarray((poses.joint_form[ends] | (decimals < 3).reshape(ends.shape)).any(axis=0))
 
 
 def _missing_bound(result: Correction) -> list[Finding]:

@@ -175,3 +175,19 @@ class Correction(Judged):
     def is_usable(self) -> bool:
         """Whether the program is written unasked: it is nowhere worse, and breaks no bound that is given."""
         return self.verdict in (Verdict.INSIDE, Verdict.NO_BOUNDS, Verdict.NOT_LOADABLE)
+
+
+def off_by_digits(result: Correction, samples: IntArray) -> Array:
+    """How far the digits of positions, at samples or at the ends of their ways, are from what they shall say (n,) [m].
+
+    As they are written: the farther of two ends.
+    """
+    if not len(samples):
+        return np.zeros(0)
+    drive, poses, flight = result.plan.drive, result.plan.poses, result.execution
+    station = flight.station[samples]
+    ends = np.stack([station, np.where(flight.fraction[samples] < 1, drive.origin[station], station)])
+    rows = poses.first[drive.pose[ends]]
+    meant = poses.tcp.position[rows] + result.shared.correction[rows, :3]
+    written = result.around.poses(result.written, result.cell.robot).tcp.position[rows]
+    return np.asarray(np.linalg.norm(written - meant, axis=2).max(axis=0))
