@@ -399,23 +399,25 @@ def test_a_long_line_is_reported_and_points_go_in_on_request(hot):
 
 
 @pytest.mark.parametrize(
-    ("first", "more", "level"),
+    ("first", "more"),
     [
-        (at(1, HOME), [], "outside"),
-        (at(1, HOME), [joint_form(4, HOME)], "outside"),
-        (joint_form(1, HOME), [], "warning"),
+        (at(1, HOME), []),
+        (at(1, HOME), [joint_form(4, HOME)]),
+        (joint_form(1, HOME), []),
+        (at(1, HOME, form="{:.2f}"), []),
+        (at(1, HOME, form="{:.1f}"), []),
     ],
-    ids=["cartesian", "beside_joint_form", "in_joint_form"],
+    ids=["cartesian", "beside_joint_form", "in_joint_form", "two_decimals", "one_decimal"],
 )
-def test_a_position_that_becomes_worse_is_told_whatever_form_others_have(first, more, level, hot):
-    """One position, hot and a day later: it gets the mean. An unused position in joint form made that "inside"."""
+def test_a_position_that_becomes_worse_is_told_in_any_digits(first, more, hot):
+    """One position, hot and a day later: it gets the mean, far worse than by its digits; these made that "inside"."""
     places = [first, at(2, NEAR), at(3, THERE), *more]
     moves = ["J P[1] 10% FINE", "J P[2] 10% FINE", *["WAIT 9999.00(sec)"] * 9, "J P[3] 10% FINE", "J P[1] 10% FINE"]
     result = corrected(program(moves, places), hot, bound=1e-3)
     (finding,) = [f for f in result.findings if f.code == "correction.worse"]
-    assert finding.level == level
     assert finding.message.startswith("line 16: ")
-    assert result.verdict == ("outside" if level == "outside" else "inside")
+    assert finding.message.endswith("it would become worse")
+    assert result.verdict == "outside"
 
 
 @pytest.mark.parametrize("how", [{"speed": "12.0sec"}, {"parts": " Wjnt"}])

@@ -102,17 +102,6 @@ def test_coarse_digits_are_said_of_a_worse_sample_where_they_alone_make_it_worse
             assert worse.message.endswith("it would become worse, in digits that are coarse")
 
 
-@pytest.mark.parametrize("text", [joint_form(1, HOME), at(1, HOME, form="{:.2f}"), at(1, HOME, form="{:.1f}")])
-def test_what_the_mean_of_two_uses_makes_worse_is_not_laid_to_digits(result, text):
-    """Hot, and after a rest: 12 um worse for the second use, also in three decimals."""
-    moves = ["J P[1] 10% FINE", "WAIT 40000.00(sec)", "J P[2] 10% FINE", "J P[1] 10% FINE"]
-    real = corrected(program(moves, [text, at(2, ENDS[0])]), result.cell, bound=1e-3)
-    assert real.verdict == "outside"
-    (worse,) = (f for f in real.findings if f.code == "correction.worse")
-    assert worse.message.startswith("line 7: ")
-    assert worse.message.endswith("it would become worse")
-
-
 def test_a_sample_that_is_not_judged_becomes_neither_worse_nor_too_far_off(result):
     M = len(result.execution.station)
     after = np.zeros(M)
