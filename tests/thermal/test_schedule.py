@@ -136,7 +136,6 @@ def test_cycle_tells_when_each_run_begins():
         ("before.0.repeat=3", ("duration_h", "conflicts")),
         ('before=[{state="moving", feed_mm_s=20}]', ("duration_h", "missing")),
         ('before=[{state="idle", duration_h=1, duty=0.5}]', ("before.0.duty", "idle")),
-        ('before=[{state="off", duration_h=1, feed_mm_s=20}]', ("before.0.feed_mm_s", "off")),
         ('before=[{state="moving", feed_mm_s=20, duration_h=1, dwell_s=2}]', ("dwell_s", "repeat")),
         ('before=[{state="moving", feed_mm_s=20, duration_h=1, dwell="off"}]', ("before.0.dwell:", "repeat")),
         ("shift=[{from_h=6, to_h=14}]", ("shift: no stretch", "shifts = true")),

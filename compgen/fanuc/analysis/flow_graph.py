@@ -11,6 +11,7 @@ then unknown, never wrong.
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from heapq import heappop, heappush
 from typing import TypeVar
 
 import numpy as np
@@ -65,16 +66,18 @@ def arrivals(
         meet: What two ways that meet both know; repeated, it must come to an end.
     """
     arrival: dict[int, State] = {0: start}
-    pending = [0] if nodes else []
+    pending = [0] if nodes else []  # the first of the text is next: what is behind it waits for all that leads there
     while pending:
-        k = pending.pop()
+        k = heappop(pending)
+        if pending[:1] == [k]:
+            continue  # it stands there once more
         after = leave(nodes[k], arrival[k])
         for j in [*([k + 1] if nodes[k].falls_through else []), *nodes[k].leads_to]:
             known = arrival.get(j)
             met = after if known is None else meet(known, after)
             if known is None or met != known:
                 arrival[j] = met
-                pending.append(j)
+                heappush(pending, j)
     return [arrival.get(k) for k in range(len(nodes))]
 
 

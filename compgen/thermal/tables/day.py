@@ -30,7 +30,7 @@ def steps_of(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: floa
         moving = row.state == "moving"
         if moving and row.feed_mm_s is None and row.program is None and name == "before":
             raise InputError(f"{key}.feed_mm_s: missing; state 'moving' needs it, or a program that has one")
-        for optional in ("program", "feed_mm_s", "repeat", "dwell_s", "dwell", "duty", "shifts"):
+        for optional in ("program", "repeat", "dwell_s", "dwell", "duty", "shifts"):
             if not moving and getattr(row, optional) not in (None, False):
                 raise InputError(f"{key}.{optional}: state '{row.state}' has none; set state = 'moving' or remove it")
         if (row.duration_h is None) == (row.repeat is None):
