@@ -40,6 +40,7 @@ class _Rule:
 
 _SHORT = 3  # mm: of no arm, tool, frame or pattern
 _SHORTEST_TOOL = 25  # mm from the flange
+_EXPANSION = r"thermal\.(uncertainty\.)?cte_um_m_K(\.\w+)?"
 _RULES = (
     _Rule(keys=r"(tool|u(frame|tool)\.\d+)\.([xyz]|length)_mm|boundary\.corners_mm", together=True, least=_SHORT),
     _Rule(
@@ -60,22 +61,8 @@ _RULES = (
     _Rule(keys=r"process\.(lead|lean)_deg", together=True, least=0.5, factor=1 / DEG, unit="radians", expected="deg"),
     _Rule(keys=r"process\.lift_mm", together=False, least=0.1),
     _Rule(keys=r"path\.(length|diameter|size)_mm|boundary\.(?!corners)\w+_mm", together=False, least=_SHORT),
-    _Rule(
-        keys=r"thermal\.(uncertainty\.)?cte_um_m_K(\.\w+)?",
-        together=False,
-        least=1e-3,
-        factor=1e6,
-        unit="1/K",
-        expected="um/m/K",
-    ),
-    _Rule(
-        keys=r"thermal\.(uncertainty\.)?cte_um_m_K(\.\w+)?",
-        together=False,
-        least=0.1,
-        factor=1e3,
-        unit="mm/m/K",
-        expected="um/m/K",
-    ),
+    _Rule(keys=_EXPANSION, together=False, least=1e-3, factor=1e6, unit="1/K", expected="um/m/K"),
+    _Rule(keys=_EXPANSION, together=False, least=0.1, factor=1e3, unit="mm/m/K", expected="um/m/K"),
     _Rule(
         keys=r"(process|before|cycle|after)\.feed_mm_s",
         together=False,

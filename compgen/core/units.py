@@ -21,6 +21,11 @@ PERCENT = 0.01
 FEW = 10  # hours or minutes, beside which the next unit counts
 
 
+def counted(count: int, one: str, many: str) -> str:
+    """So many of a thing: ``1 touch``, ``3 touches``."""
+    return f"{count} {one if count == 1 else many}"
+
+
 def span_words(expected: str, least: str, most: str) -> str:
     """A range beside what is expected, which is not said twice: ``154 to 237``, ``up to 240``, ``from 154``."""
     if least == expected:

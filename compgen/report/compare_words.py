@@ -8,7 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import nine_digits, rms
 from compgen.core.commands import Command
-from compgen.core.units import MDEG, UM
+from compgen.core.units import MDEG, UM, counted
 from compgen.pipelines.comparison.comparison import RISES, Comparison, FindingText, MatchedScenarios, Pair
 from compgen.pipelines.comparison.outputs import Output
 from compgen.pipelines.comparison.positions import Movement
@@ -241,7 +241,7 @@ def _inputs_sentence(inputs: tuple[Pair, ...] | None) -> str:
         return "no input changed"
     a, b = input_cells(inputs[0])
     if len(inputs) > 1 or max(len(a), len(b)) > LONG:
-        return f"{len(inputs)} input{'' if len(inputs) == 1 else 's'} changed"
+        return f"{counted(len(inputs), 'input', 'inputs')} changed"
     key = inputs[0].key
     return f"{words_of(key)} went from {a} to {b} {ascii_units(unit_of(key))}".replace("–", "none").rstrip()
 

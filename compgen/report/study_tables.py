@@ -11,6 +11,7 @@ import numpy as np
 
 from compgen.core.commands import Command
 from compgen.core.csv_table import text_cell
+from compgen.core.units import counted
 from compgen.core.version import __version__
 from compgen.job.job import Job
 from compgen.pipelines.study import Answer, Row, Study
@@ -186,7 +187,7 @@ def headline(study: Study, rows: list[Row]) -> str:
     """The largest and least error of a grid, in one sentence."""
     done = [r for r in rows if r["state"] == "done"]
     failed = len(rows) - len(done)
-    text = ("1 scenario" if len(rows) == 1 else f"{len(rows)} scenarios") + (f", {failed} failed" if failed else "")
+    text = counted(len(rows), "scenario", "scenarios") + (f", {failed} failed" if failed else "")
     if not done:
         return text
     grid = grid_of(study.keys, rows)

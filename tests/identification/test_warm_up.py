@@ -48,7 +48,7 @@ def course(tmp_path, arm, begin=0.0):
     return log_of(tmp_path, arm, time + begin, **degrees)
 
 
-def told(tmp_path, arm, time, reference="start", at=(0.0, 600.0), **columns):
+def with_log(tmp_path, arm, time, reference="start", at=(0.0, 600.0), **columns):
     log, heat = log_of(tmp_path, arm, time, **columns)
     return with_temperatures(poses(arm, at), log, heat, reference)
 
@@ -110,7 +110,7 @@ def test_a_warm_up_without_a_log_counts_from_its_first_pose_and_takes_ten_minute
 )
 def test_poses_outside_a_log_are_refused_with_the_unit_that_puts_them_inside(tmp_path, arm, log, first, last, words):
     with pytest.raises(InputError, match="is outside the log") as caught:
-        told(tmp_path, arm, np.linspace(log[0], log[1], 200), j2=AIR, at=(first, last))
+        with_log(tmp_path, arm, np.linspace(log[0], log[1], 200), j2=AIR, at=(first, last))
     assert words in str(caught.value)
 
 
@@ -123,7 +123,7 @@ def test_poses_at_the_first_and_at_the_last_second_of_a_log_are_inside(tmp_path,
 def test_no_arm_warms_by_more_than_three_kelvin_in_ten_minutes(tmp_path, arm):
     def warmed(kelvin, span, least=AIR):
         time = np.linspace(0, span, 60)
-        told(tmp_path, arm, time, 20.0, j2=least + kelvin * time / span, at=(0.0, span))
+        with_log(tmp_path, arm, time, 20.0, j2=least + kelvin * time / span, at=(0.0, span))
 
     warmed(2.9, 590)
     warmed(3.1, 600)
@@ -137,7 +137,9 @@ def test_a_log_begins_cold_within_a_kelvin_and_a_half_of_the_air_or_of_its_own_c
     time = np.linspace(0, 2 * HOUR, 241)
 
     def begun(kelvin):
-        return told(tmp_path, arm, time, air=air, j2=AIR + kelvin + warming(time), wrist=AIR + other + warming(time))[1]
+        return with_log(
+            tmp_path, arm, time, air=air, j2=AIR + kelvin + warming(time), wrist=AIR + other + warming(time)
+        )[1]
 
     assert not [f for f in begun(1.4) if f.code == "log.warm"]
     for kelvin in (1.6, 2.9) if air is False else (1.6, 2.9, -1.6):
@@ -152,11 +154,11 @@ def test_how_a_log_begins_is_the_median_of_its_first_half_minute(tmp_path, arm):
     """20, 24 and 24 degC within 30 s, 20 from then on; and a sensor that is silent until it has warmed."""
     time = np.arange(0, 3600.0, 15.0)
     with pytest.raises(InputError, match=r"does not begin cold \(j2_degC = 24, the air 20\)"):
-        told(tmp_path, arm, time, j2=np.where((time > 0) & (time <= 30), AIR + 4, AIR))
+        with_log(tmp_path, arm, time, j2=np.where((time > 0) & (time <= 30), AIR + 4, AIR))
     air = np.where(time > 0, AIR + 5, AIR)
     for silent in (0, 600):
         j2 = np.where(time < silent, np.nan, AIR + 5 * warming(time))
-        assert not [f for f in told(tmp_path, arm, time, j2=j2, ambient_degC=air)[1] if f.code == "log.warm"]
+        assert not [f for f in with_log(tmp_path, arm, time, j2=j2, ambient_degC=air)[1] if f.code == "log.warm"]
 
 
 def test_two_sensors_are_called_swapped_from_twice_their_proportion_and_two_kelvin_on(tmp_path, arm):
@@ -165,7 +167,7 @@ def test_two_sensors_are_called_swapped_from_twice_their_proportion_and_two_kelv
 
     def swapped(j2, wrist, **more):
         columns = {"j2": AIR + j2 * time / time[-1], "wrist": AIR + wrist * time / time[-1]}
-        return [f.message for f in told(tmp_path, arm, time, **columns | more)[1] if f.code == "log.swapped"]
+        return [f.message for f in with_log(tmp_path, arm, time, **columns | more)[1] if f.code == "log.swapped"]
 
     (message,) = swapped(3.0, 6.2)
     assert "are j2_degC and wrist_degC swapped? they rise by 2.9 and 5.9 K" in message  # but for their last twentieth
@@ -188,7 +190,7 @@ def test_poses_in_gaps_of_more_than_half_an_hour_are_counted(tmp_path, arm):
         j2 = AIR + warming(time)
         for begin, end in silent:
             j2[(time > begin) & (time < end)] = np.nan
-        _, findings = told(tmp_path, arm, time, 20.0, j2=j2, wrist=AIR + warming(time), at=at)
+        _, findings = with_log(tmp_path, arm, time, 20.0, j2=j2, wrist=AIR + warming(time), at=at)
         return [f.message.split("around ")[1] for f in findings if f.code == "log.gap"]
 
     gaps = (1200, 3000), (6000, 7860), (10800, 1e9)

@@ -27,11 +27,11 @@ def result():
     return corrected(program(MOVES, [at(1, HOME), *(at(n, q) for n, q in enumerate(ENDS, 2))]), cell)
 
 
-def said(result, code, **how):
-    return [f.message for f in found(result, code, **how)]
+def messages_of(result, code, **how):
+    return [f.message for f in findings_of(result, code, **how)]
 
 
-def found(result, code, *, deviation=(), before=5.0, after=0.0, **fields):
+def findings_of(result, code, *, deviation=(), before=5.0, after=0.0, **fields):
     """Findings of a code, with errors [um] in place of those that were flown, one for all or for each sample."""
     M = len(result.execution.station)
     error, residual = (
@@ -55,14 +55,14 @@ def test_all_samples_of_two_lines_are_judged(result):
 def test_a_sample_that_becomes_worse_by_more_than_rounding_is_named_the_worst_of_them(result):
     M = len(result.execution.station)
     after = np.full(M, 7.9)
-    assert not said(result, "correction.worse", after=after)  # by 2.9 um
+    assert not messages_of(result, "correction.worse", after=after)  # by 2.9 um
     after[M - 2], after[1] = 9.5, 8.5
-    (message,) = said(result, "correction.worse", after=after)
+    (message,) = messages_of(result, "correction.worse", after=after)
     assert message.startswith(line_of(M - 2, result))
     assert "5.0 um before, 9.5 um after" in message
     before = np.full(M, 5.0)
     before[M - 2] = 6.2  # now the other grows by more
-    (message,) = said(result, "correction.worse", before=before, after=after)
+    (message,) = messages_of(result, "correction.worse", before=before, after=after)
     assert message.startswith(line_of(1, result))
 
 
@@ -92,12 +92,12 @@ def test_coarse_digits_are_said_of_a_worse_sample_where_they_alone_make_it_worse
         explained = 3.0 - 0.87 + off[ends].max()
         after = np.full(len(flight.station), 5.0)
         after[k] = 5.0 + max(explained, 3.0) + 0.03
-        (worse,) = found(real, "correction.worse", after=after)
+        (worse,) = findings_of(real, "correction.worse", after=after)
         assert worse.level is Level.OUTSIDE
         assert "coarse" not in worse.message
         if explained > 3.1:
             after[k] -= 0.06
-            (worse,) = found(real, "correction.worse", after=after)
+            (worse,) = findings_of(real, "correction.worse", after=after)
             assert worse.level is Level.WARNING
             assert worse.message.endswith("it would become worse, in digits that are coarse")
 
@@ -108,36 +108,36 @@ def test_a_sample_that_is_not_judged_becomes_neither_worse_nor_too_far_off(resul
     after[0], after[M - 1] = 99.0, 12.0
     judged = np.arange(M) > 0
     near = replace(result.options, bound=11.997 * UM)
-    assert ": 12.00 um after" in said(result, "bounds.max", after=after, judged=judged, options=near)[0]
+    assert ": 12.00 um after" in messages_of(result, "bounds.max", after=after, judged=judged, options=near)[0]
     options = replace(result.options, bound=11 * UM)
-    (worse,) = said(result, "correction.worse", after=after, judged=judged)
-    (above,) = said(result, "bounds.max", after=after, judged=judged, options=options)
+    (worse,) = messages_of(result, "correction.worse", after=after, judged=judged)
+    (above,) = messages_of(result, "bounds.max", after=after, judged=judged, options=options)
     assert worse.startswith(line_of(M - 1, result))
     assert above.startswith(f"{line_of(M - 1, result)}12.0")
-    assert not said(result, "bounds.max", after=after, judged=judged, options=replace(options, bound=12.1 * UM))
-    (missing,) = said(result, "bounds.none", after=after, judged=judged)
+    assert not messages_of(result, "bounds.max", after=after, judged=judged, options=replace(options, bound=12.1 * UM))
+    (missing,) = messages_of(result, "bounds.none", after=after, judged=judged)
     assert "whether 12.00 um after" in missing
-    assert not said(result, "bounds.none", after=after, judged=judged, options=options)
-    (nothing,) = said(result, "correction.none", judged=judged & False)
+    assert not messages_of(result, "bounds.none", after=after, judged=judged, options=options)
+    (nothing,) = messages_of(result, "correction.none", judged=judged & False)
     assert "no position" in nothing
-    assert not said(result, "bounds.none", judged=judged & False)
+    assert not messages_of(result, "bounds.none", judged=judged & False)
 
 
 def test_the_joint_that_turns_farthest_beyond_what_is_explained_is_named_with_where(result):
     turn = np.full((len(result.execution.station), 6), -0.1)
-    assert not said(result, "correction.turn", turn=turn)
+    assert not messages_of(result, "correction.turn", turn=turn)
     way = int(np.flatnonzero(result.execution.fraction < 1)[0])
     turn[0, 2], turn[way, 4] = 0.2 * DEG, 0.3 * DEG
-    (message,) = said(result, "correction.turn", turn=turn)
+    (message,) = messages_of(result, "correction.turn", turn=turn)
     assert message.startswith(f"{line_of(way, result)}on the way there, joint J5 turns by 0.30 deg more")
     turn[0, 2] = 0.4 * DEG
-    (message,) = said(result, "correction.turn", turn=turn)
+    (message,) = messages_of(result, "correction.turn", turn=turn)
     assert message.startswith(f"{line_of(0, result)}joint J2+J3 turns by 0.40 deg more")
 
 
 def test_lines_that_stray_by_more_than_two_micrometres_midway_are_a_note(result):
-    assert not said(result, "correction.straight", deviation=[1.9 * UM, 0.0])
-    (message,) = said(result, "correction.straight", deviation=[0.0, 2.1 * UM])
+    assert not messages_of(result, "correction.straight", deviation=[1.9 * UM, 0.0])
+    (message,) = messages_of(result, "correction.straight", deviation=[0.0, 2.1 * UM])
     assert "up to 2.1 um midway" in message
 
 
@@ -147,7 +147,7 @@ def test_lines_shorter_than_a_period_at_their_speed_are_counted_but_for_those_th
 
     def counted(**columns):
         plan = replace(result.plan, drive=replace(drive, **{"stop": ~lines} | columns))
-        return said(result, "timing.short", plan=plan)
+        return messages_of(result, "timing.short", plan=plan)
 
     assert not counted(duration=np.full(3, 1.01 * period))
     (message,) = counted(duration=np.array([1.0, 0.99, 1.01]) * period)

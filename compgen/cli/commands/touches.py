@@ -23,7 +23,7 @@ from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
-from compgen.core.units import MM, UM
+from compgen.core.units import MM, UM, counted
 
 if TYPE_CHECKING:
     from compgen.identification.touch_candidates import Search
@@ -324,7 +324,7 @@ def _show_plan(record: dict[str, Any], folder: Path, files: list[str], *, verbos
     before, after, n = record["before"], record["after"], record["planned_touches"]
     by_anchoring = record["by_anchoring_rms_um"]
     expected = "" if by_anchoring is None else f" (cgen anchor will leave {by_anchoring:.1f} um rms)"
-    touches = "1 touch" if n == 1 else f"{n} touches"
+    touches = counted(n, "touch", "touches")
     console.print(
         f"what is not known of the path's place (standard deviation): {before['rms_um']:.1f} um rms, "
         f"{before['p99_um']:.1f} um p99; after {touches} {after['rms_um']:.1f} and {after['p99_um']:.1f} um"

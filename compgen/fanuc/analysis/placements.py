@@ -231,8 +231,8 @@ class _Motions:
             return "is not known: give it with --registers"
         if None not in register.values and np.isnan(np.array(register.values, dtype=float)).any():
             return "is not known: give it, or what it is written from, with --registers"
-        told = "from what --registers does not give, in a loop, by a call, a macro, on ways that differ"
-        return f"may have been written before it ({told})"
+        causes = "from what --registers does not give, in a loop, by a call, a macro, on ways that differ"
+        return f"may have been written before it ({causes})"
 
     def _offset_register(self, word: str, text: str, state: State) -> int | str:
         """The number of the register that an offset takes, in the motion or from its CONDITION; or why it is open."""

@@ -88,13 +88,13 @@ def assign_new_positions(
     position = poses.first[drive.pose] if len(poses.row) else drive.pose
     position = np.where(drive.pose >= 0, position, -1)
     correction = as_first_row(poses, drive.pose, correction, free)
-    fixed = set(np.flatnonzero(fixed_positions(poses, drive, free)).tolist())
+    held = np.append(fixed_positions(poses, drive, free), False)[position]  # of a station without one: -1
     groups: dict[int, list[tuple[Array, int | None]]] = {}  # of each position: correction, and its new number
     assigned = []
     _, inverse, uses = np.unique(position, return_inverse=True, return_counts=True)
-    for s in np.flatnonzero(free & ((uses[inverse] > 1) | np.isin(position, list(fixed)))).tolist():
+    for s in np.flatnonzero(free & ((uses[inverse] > 1) | held)).tolist():
         pose = int(position[s])
-        position_groups = groups.setdefault(pose, [(np.zeros(6), None)] if pose in fixed else [])
+        position_groups = groups.setdefault(pose, [(np.zeros(6), None)] if held[s] else [])
         group = next((g for g in position_groups if _equal(g[0], correction[s])), None)
         if group is None:
             number = first if position_groups else None

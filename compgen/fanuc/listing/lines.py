@@ -2,7 +2,7 @@
 
 import re
 
-_END, _LINE_END = re.compile(rb"[\r\n]"), re.compile(rb"\r\n|\n|\r")
+_END = re.compile(rb"\r\n|\n|\r")
 
 
 def line_of(data: bytes, place: int) -> int:
@@ -32,5 +32,5 @@ def letters(text: str) -> str:
 
 def line_end(data: bytes) -> bytes:
     """The line end that a file begins with; CR LF where it has none."""
-    match = _LINE_END.search(data)
+    match = _END.search(data)
     return match.group() if match else b"\r\n"

@@ -111,11 +111,13 @@ def _bound_findings(result: Correction) -> list[Finding]:
     off = off_by_digits(result, np.flatnonzero(judged)[worse])
     coarse = (after - before)[worse] <= ROUNDING - THREE_DECIMALS + off
     for some, level in ((worse[~coarse], Level.OUTSIDE), (worse[coarse], Level.WARNING)):
-        k = int(some[np.argmax((after - before)[some])]) if len(some) else 0
+        if not len(some):
+            continue
+        k = int(some[np.argmax((after - before)[some])])
         line = _line_of(result, int(result.execution.station[judged][k]))
         message = f"line {line}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
         message += ", in digits that are coarse" if level is Level.WARNING else ""
-        findings += [Finding(level, Code.CORRECTION_WORSE, message)] if len(some) else []
+        findings.append(Finding(level, Code.CORRECTION_WORSE, message))
     if (result.turn > 0).any():
         k, i = (int(index) for index in np.unravel_index(np.argmax(result.turn), result.turn.shape))
         line, way = _line_of(result, int(result.execution.station[k])), result.execution.fraction[k] < 1

@@ -23,7 +23,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.units import MM, MS, PERCENT, UM, span_words
+from compgen.core.units import MM, MS, PERCENT, UM, counted, span_words
 from compgen.error_model.unmeasured import NOT_LOOKED_AT, Unknown
 from compgen.job.bounds import Bounds
 from compgen.job.job import Job
@@ -126,12 +126,12 @@ def motion_of_a_listing(
     level = Level.WARNING if chained and bounds.max is not None else Level.NOTE
     if effect is None:
         return [_not_looked_at(robot, "here", level)]
-    found = motion_findings(effect, bounds) if effect.expected is not None else _known_in_a_listing(effect, bounds)
+    findings = motion_findings(effect, bounds) if effect.expected is not None else _known_in_a_listing(effect, bounds)
     if not chained:
-        return found
-    lines = "1 line" if len(chained) == 1 else f"{len(chained)} lines"
+        return findings
+    lines = counted(len(chained), "line", "lines")
     where = f"along {lines} with A or S (with C it is; the first: line {chained[0]})"
-    return [_not_looked_at(robot, where, level), *(found if effect.highest >= LEAST else [])]
+    return [_not_looked_at(robot, where, level), *(findings if effect.highest >= LEAST else [])]
 
 
 def _known_in_a_listing(effect: MotionEffect, bounds: Bounds) -> list[Finding]:

@@ -14,7 +14,7 @@ from compgen.core.findings import Finding
 from compgen.core.recorded.layout import DialectTable
 from compgen.core.recorded.table import read_findings
 from compgen.core.toml import Coordinate, Length, NotNegative, Table
-from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.core.units import DEG, MDEG, MM, UM, counted
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.mesh import Mesh, read_stl
@@ -168,8 +168,8 @@ def through(table: OwnPoints) -> str:
 
 
 def _of_lines(path: SpaceCurve, ways: int) -> Finding:
-    counted = {0: "no stop at a corner", 1: "1 stop at a corner that no rounding can hold"}
-    stops = counted.get(path.corners, f"{path.corners} stops at corners that no rounding can hold")
+    some = counted(path.corners, "stop at a corner", "stops at corners")
+    stops = f"{some} that no rounding can hold" if path.corners else "no stop at a corner"
     return Finding(
         Level.NOTE, Code.PATH_LINES, f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}"
     )
@@ -178,7 +178,7 @@ def _of_lines(path: SpaceCurve, ways: int) -> Finding:
 def _of_curve(path: SpaceCurve, points: GivenPoints, local: LocalPoints, table: OwnPoints) -> list[Finding]:
     """What the curve through a user's points does that the points do not say."""
     bulge, allowed = path.bulge, table.bulge_um * UM
-    corners = "1 corner" if path.corners == 1 else f"{path.corners} corners"
+    corners = counted(path.corners, "corner", "corners")
     stops = f"; it stops at {corners} (path.corner_deg)" if path.corners else ""
     message = f"the curve leaves the lines between points by up to {round(bulge.size / MM, 6):.3g} mm{stops}"
     findings = [Finding(Level.NOTE, Code.PATH_POINTS, message)]
