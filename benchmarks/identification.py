@@ -11,7 +11,7 @@ from compgen.core.arrays import Array
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.identification.fit import fit
-from compgen.identification.frames import InstrumentFrames
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import ArmModel, build_model
 from compgen.identification.parameters import symbolic_sources

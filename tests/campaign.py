@@ -19,8 +19,8 @@ from flawed import flawed_file
 from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warming, with_outliers
 
 from compgen.identification.fit import fit
-from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import active_in_groups
 

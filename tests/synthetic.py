@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
-from compgen.identification.frames import InstrumentFrames
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measured_poses import motion_directions
 from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import ArmModel, build_model

@@ -5,7 +5,7 @@ r"""The correction with its limits as a general nonlinear program, solved by ipo
 
 The unknowns are the joints, theta_n = theta_n(start) + 1e-4 x_n, so joint limits are bounds; the commanded pose is the
 nominal forward kinematics, and c_n and e_n follow from it. It costs milliseconds a waypoint. It is the solver
-``compensation.solver = "ipopt"``, and in the tests it judges the optimum of ``structured``.
+``compensation.solver = "ipopt"``, and in the tests it judges the optimum of ``structured_solver``.
 
 A path of any length is solved in windows that end only where no limit binds, and grow otherwise. Each window is tied to
 what was settled before it, and runs on beyond the end of what it settles. Where no limit binds, a change dies away

@@ -9,15 +9,15 @@ base axes [m] and three of rotation in tool axes [rad],
 
     subject to lower <= theta_n <= upper,   |c_n| <= clamp,   |c_{n+1} - c_n| <= rate ds
 
-Two solvers give the same optimum to a nanometre. ``structured`` uses what is special about it (the error hardly depends
-on the correction, a waypoint is coupled with four others) and takes microseconds a waypoint.
+Two solvers give the same optimum to a nanometre. ``structured_solver`` uses what is special about it (the error hardly
+depends on the correction, a waypoint is coupled with four others) and takes microseconds a waypoint.
 ``nonlinear_program`` hands the same problem, written independently, to CasADi's interface of ipopt, and takes
 milliseconds.
 """
 
 from collections.abc import Callable
 
-from compgen.compensation import nonlinear_program, structured
+from compgen.compensation import nonlinear_program, structured_solver
 from compgen.compensation.problem import Problem, Settings, Solution, Solver, Status
 
 __all__ = ["Solution", "Status", "optimise"]
@@ -34,5 +34,5 @@ def optimise(problem: Problem, settings: Settings, progress: Callable[[float], N
     Returns:
         The correction. Where a limit binds, ``status`` is LIMITED and ``active_limits`` names waypoints and limits.
     """
-    solve = nonlinear_program.optimise if settings.solver is Solver.IPOPT else structured.optimise
+    solve = nonlinear_program.optimise if settings.solver is Solver.IPOPT else structured_solver.optimise
     return solve(problem, settings, progress)

@@ -17,7 +17,7 @@ from scipy.special import chdtri
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.evidence import Posterior, Scales, pose_equations
-from compgen.identification.frames import InstrumentFrames, initial_frames, measured_distance
+from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
 from compgen.identification.linearisation import (
     FRAME_PRECISION,
     Linearisation,

@@ -24,13 +24,13 @@ from compgen.identification.fit_limits import (
     forecast_findings,
     with_uncertain_scales,
 )
-from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identifiability import (
     Identifiability,
     assess_identifiability,
     taught_sigma,
     unobservable,
 )
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.log_readings import log_findings
 from compgen.identification.measured_poses import STILL
 from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale

@@ -32,7 +32,7 @@ from compgen.identification.evidence import (
     pose_equations,
     posterior,
 )
-from compgen.identification.frames import InstrumentFrames
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measurements import KNOWN, NONE, ORIENTATION, PLACE, Measurements
 from compgen.identification.model import ArmModel
 

@@ -21,7 +21,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.frames import InstrumentFrames, initial_frames, measured_distance
+from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
 from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot

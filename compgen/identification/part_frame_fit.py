@@ -17,7 +17,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import Fit, fit
-from compgen.identification.frames import initial_frames, measured_distance
+from compgen.identification.instrument_frames import initial_frames, measured_distance
 from compgen.identification.measurements import EXACT, NONE, FixedPlaces, Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.touch_rows import touched_poses

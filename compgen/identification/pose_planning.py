@@ -19,7 +19,7 @@ from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM
 from compgen.identification.choice_by_exchange import Choice
-from compgen.identification.frames import InstrumentFrames
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.linearisation import FRAME_PRECISION, linearise
 from compgen.identification.measured_poses import motion_directions
 from compgen.identification.measurements import Measurements, blank_rows

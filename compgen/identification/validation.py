@@ -18,7 +18,7 @@ from compgen.error_model.sources.frames import BaseFrame, ToolFrame
 from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit, outlier_threshold
-from compgen.identification.frames import InstrumentFrames
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source

@@ -10,7 +10,7 @@ from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.core.version import __version__
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NO_MORE, IdentifiedMotion
-from compgen.identification.motion.speeds import SpeedStretch
+from compgen.identification.motion.speed_curves import SpeedStretch
 from compgen.pipelines.executed.executed import ProgramText
 from compgen.report.curves import sentence
 from compgen.report.figure import COOL, GREY, LIMIT, WARM, Figure, axis, figure, trace, vertical_line

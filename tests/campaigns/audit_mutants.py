@@ -222,19 +222,19 @@ CHANGES = (
     ),
     in_code(
         "circle the other way",
-        "planning/patterns/simple",
+        "planning/patterns/spiral_circle_line",
         ("(0.0, 2 * pi), stop", "(0.0, -2 * pi), stop"),
         path="circle_1300",
     ),
     in_code(
         "radius for diameter",
-        "planning/patterns/simple",
+        "planning/patterns/spiral_circle_line",
         ("(diameter / 2, diameter / 2)", "(diameter / 4, diameter / 4)"),
         path="circle_1300",
     ),
     in_code(
         "spiral the other way",
-        "planning/patterns/simple",
+        "planning/patterns/spiral_circle_line",
         ("(0.0, 2 * pi * turns)", "(0.0, -2 * pi * turns)"),
         path="spiral_1300",
     ),

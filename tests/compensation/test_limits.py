@@ -8,7 +8,7 @@ import pytest
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import limits, nonlinear_program, optimise, structured
+from compgen.compensation import limits, nonlinear_program, optimise, structured_solver
 from compgen.compensation.problem import Settings
 from compgen.core.pose import Pose
 from compgen.core.units import UM
@@ -146,7 +146,7 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
         return solve(part, settings, start, free_rows, progress)
 
     monkeypatch.setattr(limits, "solve_stretch", watched)
-    many = structured.optimise(part, settings, window=40, max_window=40)
+    many = structured_solver.optimise(part, settings, window=40, max_window=40)
     assert len(lengths) > 4
     assert max(lengths) < 100
     assert np.abs(many.correction - one.correction)[:, :3].max() < ATOL_M
@@ -157,7 +157,7 @@ def test_windows_end_where_nothing_is_solved(circle):
     """A rate that binds for long without a break carries influence along: it is not cut there."""
     part = circle.window(slice(3, 1003))
     settings = Settings(rate=slope_of(part, 0.5))
-    solution = structured.optimise(part, settings, window=100, max_window=1000)
+    solution = structured_solver.optimise(part, settings, window=100, max_window=1000)
     assert solution.status is optimise.Status.LIMITED
     assert np.abs(solution.correction - solve_whole(part, settings))[:, :3].max() < ATOL_M
 

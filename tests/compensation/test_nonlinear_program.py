@@ -8,7 +8,7 @@ import pytest
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import nonlinear_program, optimise, structured
+from compgen.compensation import nonlinear_program, optimise, structured_solver
 from compgen.compensation.problem import Settings, Solution, Solver, Status
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
@@ -51,17 +51,17 @@ def assert_same_optimum(one, other):
 
 def test_windows_without_a_limit_are_the_whole(problem, windows):
     one = nonlinear_program.optimise(problem, Settings(), window=90)
-    assert_same_optimum(one, structured.optimise(problem, Settings()))
+    assert_same_optimum(one, structured_solver.optimise(problem, Settings()))
     assert one.status is Status.CONVERGED
     assert len(windows) > 3
     assert max(size for _, _, size in windows) < 150
 
 
 def test_a_rate_that_binds_for_long_makes_windows_grow(problem, windows):
-    free = structured.optimise(problem, Settings()).correction
+    free = structured_solver.optimise(problem, Settings()).correction
     settings = Settings(rate=float(np.quantile(slopes(problem, free), 0.5)))
     one = nonlinear_program.optimise(problem, settings, window=60)
-    assert_same_optimum(one, structured.optimise(problem, settings))
+    assert_same_optimum(one, structured_solver.optimise(problem, settings))
     assert one.status is Status.LIMITED
     assert len(one.active_limits) > 250  # of 399 changes
     assert max(size for _, _, size in windows) > 200
@@ -69,10 +69,10 @@ def test_a_rate_that_binds_for_long_makes_windows_grow(problem, windows):
 
 
 def test_windows_end_where_a_clamp_lets_go(problem, windows):
-    free = structured.optimise(problem, Settings()).correction
+    free = structured_solver.optimise(problem, Settings()).correction
     settings = Settings(clamp_position=float(np.quantile(np.linalg.norm(free[:, :3], axis=1), 0.8)))
     one = nonlinear_program.optimise(problem, settings, window=90)
-    assert_same_optimum(one, structured.optimise(problem, settings))
+    assert_same_optimum(one, structured_solver.optimise(problem, settings))
     assert one.status is Status.LIMITED
     assert len(windows) > 2
     assert max(size for _, _, size in windows) < 400
@@ -84,7 +84,7 @@ def test_a_limit_behind_a_window_that_reaches_back_into_it_is_not_missed(problem
     stepped = replace(problem, rise=problem.rise[:1] + step[:, None])
     settings = Settings(rate=0.4e-3)
     one = nonlinear_program.optimise(stepped, settings, window=95)
-    assert_same_optimum(one, structured.optimise(stepped, settings))
+    assert_same_optimum(one, structured_solver.optimise(stepped, settings))
     assert one.status is Status.LIMITED
     begins = [begin for begin, _, _ in windows]
     assert min(np.diff(begins)) < 0  # a window before was solved again
@@ -141,7 +141,7 @@ def test_limits_that_leave_no_way_fail_with_both_solvers(problem):
     lower[2] = part.theta[:, 2].max() + 1e-3
     stuck = replace(part, robot=replace(part.robot, lower=lower))
     settings = Settings(clamp_position=10 * UM)
-    for solve in (structured.optimise, nonlinear_program.optimise):
+    for solve in (structured_solver.optimise, nonlinear_program.optimise):
         solution = solve(stuck, settings)
         assert isinstance(solution, Solution)
         assert not solution.status.is_legal

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import nonlinear_program, optimise, structured
+from compgen.compensation import nonlinear_program, optimise, structured_solver
 from compgen.compensation.optimise import Status
 from compgen.compensation.problem import Settings
 from compgen.core.pose import IDENTITY
@@ -54,7 +54,7 @@ def test_what_a_further_step_would_change_is_known_without_it(circle):
     solution = optimise.optimise(rough, settings)
     assert solution.iterations == 2
     assert optimise.optimise(circle, Settings()).iterations == 1
-    further = structured.optimise(rough, settings, step_tolerance=solution.last_step / 2)
+    further = structured_solver.optimise(rough, settings, step_tolerance=solution.last_step / 2)
     assert further.iterations == 3
     moved = np.abs((further.correction - solution.correction) * lever).max()
     assert 1e-15 < moved <= 1.5 * solution.last_step <= 1.5e-11  # m

@@ -14,8 +14,8 @@ from compgen.core.rotations import rotation_matrix
 from compgen.identification.cross_validation import cross_validate
 from compgen.identification.evidence import Prior, Scales, normal_equations, posterior
 from compgen.identification.fit import fit
-from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model

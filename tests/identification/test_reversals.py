@@ -14,7 +14,7 @@ from shipped import ROOT
 
 from compgen.core.units import DEG, MDEG, UM
 from compgen.error_model.source import ReversalWidths
-from compgen.identification.frames import initial_frames
+from compgen.identification.instrument_frames import initial_frames
 from compgen.identification.linearisation import linearise
 from compgen.identification.measured_poses import motion_directions
 from compgen.identification.measurements import Measurements, plain_ends

@@ -13,7 +13,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import MM, UM
 from compgen.identification.cross_validation import FOLDS, blocks_of_poses, cross_validate, held_out_rows
 from compgen.identification.fit import fit
-from compgen.identification.frames import InstrumentFrames
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import (
     DISTANCE,

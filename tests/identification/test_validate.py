@@ -15,10 +15,10 @@ from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.identification.fit import Fit, fit
-from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identifiability import largest_moves
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.model import active_in_groups
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.validation import validate

@@ -32,7 +32,7 @@ from compgen.identification.motion.fit import (
     times_of,
     variance_of,
 )
-from compgen.identification.motion.speeds import SpeedStretch
+from compgen.identification.motion.speed_curves import SpeedStretch
 from compgen.identification.motion.timed_windows import FIRST, first_motion, shares_of
 from compgen.identification.motion.windows import Window, keeps_law, residuals
 from compgen.robot.motion import ControllerMotion, MotionVerdict, RunBeginning

@@ -22,7 +22,6 @@ from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.distances import read_distances
-from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identified_robot_file import (
     SensorlessNode,
     posterior_of,
@@ -33,6 +32,7 @@ from compgen.identification.identified_robot_file import (
     with_sensorless_nodes,
 )
 from compgen.identification.identify import Identification, identify
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurement_checks import check_copies
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name

@@ -17,7 +17,7 @@ from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
 from compgen.identification.motion.beginnings import identify_runs
 from compgen.identification.motion.identify import NO_MORE, IdentifiedMotion
-from compgen.identification.motion.speeds import shown_speeds
+from compgen.identification.motion.speed_curves import shown_speeds
 from compgen.identification.motion.timed_windows import timed_windows
 from compgen.identification.motion.windows import Window, fitted
 from compgen.pipelines.executed.executed import ProgramText, Situation, judge_and_fit

@@ -29,7 +29,7 @@ from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import over_periods, own_file_findings, times_apart
 from compgen.pipelines.findings.motion_findings import lead_findings, motion_findings
-from compgen.pipelines.planned import arc_moves, delivery, motion_predistortion
+from compgen.pipelines.planned import corrected_arcs, delivery, motion_predistortion
 from compgen.pipelines.planned.delivery import Delivery, PageStart
 from compgen.pipelines.planned.dry_run import dry_run_findings
 from compgen.pipelines.planned.job_results import Corrected, Planned, plan_of, solution_at
@@ -273,15 +273,15 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
         limited = job_findings.limited(solution)
     if arcs:
         progress(stages.ARCS, 0.0)
-        moves = arc_moves.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
-        planned, problem, solution = arc_moves.with_arcs(planned, problem, solution, moves)
+        moves = corrected_arcs.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
+        planned, problem, solution = corrected_arcs.with_arcs(planned, problem, solution, moves)
     return planned, problem, solution, limited
 
 
 def final_timing(planned: Planned, problem: Problem, solution: Solution, progress: Progress) -> Trajectory:
     """The timing of a corrected program, as its joints are driven, with words for its times as it is commanded."""
     as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
-    timed = arc_moves.time_corrected(planned, as_driven, progress)
+    timed = corrected_arcs.time_corrected(planned, as_driven, progress)
     return motion_predistortion.at_planned_times(timed, planned, problem.commanded(solution.correction))
 
 
@@ -332,7 +332,7 @@ def _written_directions(problem: Problem, solution: Solution, planned: Planned) 
     job, commanded = planned.job, problem.commanded(solution.correction)
     printed = printed_in_world(job, commanded)
     if job.plan.process.arcs:
-        moves = arc_moves.fit_job_moves(planned, commanded, solution.theta)
+        moves = corrected_arcs.fit_job_moves(planned, commanded, solution.theta)
         printed = flown_at_waypoints(problem.arc, printed, moves)
     joints, _ = inverse_kinematics.solve_tool(job.robot, printed, job.tool.pose, job.posture)
     theta = joint_path.nearest_turns(joints, solution.theta)

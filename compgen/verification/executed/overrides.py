@@ -12,8 +12,8 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import PERCENT
+from compgen.verification.executed.clock_rates import Stretch, Windows, badness, stretches_of
 from compgen.verification.executed.course import ProgramCourse
-from compgen.verification.executed.rates import Stretch, Windows, badness, stretches_of
 
 ROUNDS = 2  # of parting a log into stretches, and of finding the override of each
 TOGETHER = 4  # windows

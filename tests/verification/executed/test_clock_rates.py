@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compgen.verification.executed.rates import Windows, stretches_of, window_rates
+from compgen.verification.executed.clock_rates import Windows, stretches_of, window_rates
 
 
 def windows(*levels, noise=1e-3, seed=0):

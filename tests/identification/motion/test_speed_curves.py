@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from compgen import fanuc
 from compgen.identification.motion.log_program import motion_log_program
-from compgen.identification.motion.speeds import shown_speeds
+from compgen.identification.motion.speed_curves import shown_speeds
 from compgen.identification.motion.timed_windows import timed_windows
 from compgen.pipelines.executed.executed import Situation, judge_log, read_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
