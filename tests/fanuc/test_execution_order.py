@@ -50,6 +50,8 @@ def test_a_jump_that_always_happens_is_followed_and_what_it_skips_joins_nothing(
         ((go(1), "FOR R[1]=1 TO 3", go(2), go(3), "ENDFOR", go(4)), [None, None, 2, 3]),
         ((go(1), "FOR R[1]=3 DOWNTO 1", go(2), "ENDFOR", go(4)), [None, None, 2]),
         ((go(1), "FOR R[1]=3 TO 1", go(2), "ENDFOR", go(4)), [None, None, None]),
+        ((go(1), "FOR R[1]=2 TO 2", go(2), "ENDFOR", go(4)), [None, None, 2]),
+        ((go(1), "FOR R[1]=2 DOWNTO 2", go(2), "ENDFOR", go(4)), [None, None, 2]),
         ((go(1), "FOR R[1]=1 TO R[2]", go(2), "ENDFOR", go(4)), [None, None, None]),
         ((go(1), "IF (DI[1]=ON) THEN", go(2), "ELSE", go(3), "ENDIF", go(4)), [None, 1, 1, None]),
         ((go(1), "IF (DI[1]=ON) THEN", "R[1]=2", "ENDIF", go(4)), [None, 1]),
@@ -58,6 +60,7 @@ def test_a_jump_that_always_happens_is_followed_and_what_it_skips_joins_nothing(
         ((go(1), "SELECT R[1]=1,JMP LBL[1]", "  =2,JMP LBL[2]", "ELSE,JMP LBL[1]", "LBL[1]", go(2), "LBL[2]", go(3)),
          [None, 1, None]),
         ((go(1), "JMP LBL[R[1]]", "LBL[1]", go(2), "LBL[2]", go(3)), [None, 1, None]),
+        ((go(1), "IF R[1]=1,JMP LBL[R[2]]", go(2), "JMP LBL[R[2]]", go(3)), [None, 1, None]),  # no label to jump to
         ((go(1), "WAIT DI[1]=ON TIMEOUT,LBL[1]", go(2), "LBL[1]", go(3)), [None, 1, None]),
         ((go(1), go(2, "Skip,LBL[1]"), go(3), "LBL[1]", go(4)), [None, None, None, None]),
         ((go(1), go(2, "Offset,PR[1]"), go(3), go(4)), [None, None, None, 3]),

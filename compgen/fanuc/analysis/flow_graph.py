@@ -100,7 +100,7 @@ def read_nodes(
     m = program.motions
     first = np.searchsorted(motion, np.arange(len(m.line) + 1))  # of each motion's stations, and where they end
     jumping = {option for option in set(m.options) if option and LABEL.search(option)}
-    inner = set(np.flatnonzero(np.bincount(flow.move_unit, minlength=1) > 1).tolist())  # with motions in point logic
+    inner = set(np.flatnonzero(np.bincount(flow.move_unit) > 1).tolist())  # with motions in point logic
     statements = ((text, _statement(text, motionless, matters)) for text in set(flow.text.values()))
     meaning = {text: template for text, template in statements if template is not None}
     acting = {option for option in set(m.options) if option and matters(option)}
@@ -109,9 +109,8 @@ def read_nodes(
     breaks = {s for s, text in flow.text.items() if text in meaning}
     for s in sorted(breaks | set(np.flatnonzero(flow.motion != NO_NUMBER).tolist())):
         i = int(flow.motion[s])
-        begin, end = (int(first[i]), int(first[i + 1])) if i != NO_NUMBER else (0, 0)
-        if begin < end:
-            run = (run[0] if run else begin, end - 1)
+        if i != NO_NUMBER:
+            run = (run[0] if run else int(first[i]), int(first[i + 1]) - 1)
             if m.options[i] not in jumping and s not in inner and m.options[i] not in acting:
                 continue
         if run:
@@ -119,8 +118,8 @@ def read_nodes(
             run = None
         if i == NO_NUMBER:
             nodes.append(meaning[flow.text[s]](s))
-        else:  # a target that is not understood, a skip with its label, point logic that moves
-            moves = begin == end or m.options[i] in jumping or s in inner
+        else:  # a skip with its label, point logic that moves
+            moves = m.options[i] in jumping or s in inner
             nodes.append(Node(moves=moves, jumps=LABEL.findall(m.options[i]), unit=s, options=m.options[i]))
     return [*nodes, Node(stations=run)] if run else nodes
 
