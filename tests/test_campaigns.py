@@ -83,6 +83,21 @@ def test_a_change_is_made_in_the_functions_that_are_loaded():
         lines.line_of.__code__ = before
 
 
+def test_a_change_in_a_copy_of_the_tree_meets_tests_whose_names_hold_its_path(tmp_path, monkeypatch):
+    """Asked for by the path of the first tree there was no such test, which counted as one that noticed."""
+    (tmp_path / "answer.py").write_text("ANSWER = 42\n")
+    (tmp_path / "test_answer.py").write_text(
+        "import answer, pathlib, pytest\n"
+        "@pytest.mark.parametrize('here', [str(pathlib.Path(__file__).parent)])\n"
+        "def test_it(here): assert answer.ANSWER == 42\n"
+    )
+    monkeypatch.setattr(mutation, "ROOT", tmp_path)
+    mutant = code_mutants.Mutant("answer.py", 1, 9, 11, "42", "43", "ANSWER = 42")
+    result, test = mutation.in_a_tree(mutant, [f"test_answer.py::test_it[{tmp_path}]"], 60)
+    assert (result, test.partition("[")[0]) == ("caught", "test_answer.py::test_it")
+    assert mutation.in_a_tree(mutant, ["test_answer.py::test_that_is_not_there"], 60)[0] == "broken"
+
+
 def test_the_page_names_files_that_are_there():
     """Of changes that no test notices, and of who judges what: by name in the package, the tests or beside them."""
     page = (ROOT / "docs" / "reliability.md").read_text()

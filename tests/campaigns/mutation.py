@@ -185,7 +185,7 @@ def in_a_tree(mutant: Mutant, tests: list[str], seconds: float) -> tuple[str, st
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(shutil.copytree(ROOT, Path(folder) / "tree", ignore=ignore))
         (tree / mutant.file).write_bytes(changed((tree / mutant.file).read_bytes(), mutant))
-        (Path(folder) / "tests").write_text("\n".join(tests))
+        (Path(folder) / "tests").write_text("\n".join(tests).replace(str(ROOT), str(tree)))  # names hold paths
         command = [sys.executable, "-m", "pytest", "-x", *QUIET, f"--basetemp={folder}/temporary", f"@{folder}/tests"]
         process = subprocess.Popen(
             command, cwd=tree, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
@@ -199,6 +199,8 @@ def in_a_tree(mutant: Mutant, tests: list[str], seconds: float) -> tuple[str, st
     failed = [line.split(" ")[1] for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
     if process.returncode in (0, 5):  # 5: nothing to run
         return "survived", ""
+    if process.returncode == 4:  # pytest was asked for what it does not know
+        return "broken", output[-200:]
     return "caught", failed[0] if failed else f"exit {process.returncode}"
 
 
