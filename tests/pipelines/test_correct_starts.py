@@ -1,6 +1,7 @@
 """A program that exists, corrected for many starts: against the second arm, started at each delay."""
 
 import json
+from dataclasses import replace
 
 import naive_arm as arm
 import naive_heat
@@ -14,6 +15,8 @@ from shipped import ROOT
 import compgen
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
+from compgen.pipelines.correct.correction_findings import correction_findings
+from compgen.pipelines.correct.proof import Residue
 from compgen.pipelines.correct.result import options_of
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.thermal.ensemble import Ensemble, Start
@@ -79,6 +82,30 @@ def test_a_start_that_becomes_worse_is_named(served, hot):
     left, planned = (float(words.split(" um")[0].split()[-1]) for words in message.split(", and "))
     assert message.startswith("run 1, 57600 s late: ")
     assert (left, planned) == pytest.approx(sizes, abs=1.0)
+
+
+def wide_messages(served, left, planned, at_mean):
+    """What is warned of where so many um are left at each start, of the corrected and of the planned program."""
+    starts = [start for start, _ in served.served.flown]
+    some = replace(
+        served.served,
+        at_mean=Residue(at_mean * UM, 0.0),
+        flown=tuple((start, Residue(um * UM, 0.0)) for start, um in zip(starts, left, strict=True)),
+        planned=tuple(Residue(um * UM, 0.0) for um in planned),
+    )
+    findings = correction_findings(replace(served, served=some), np.zeros(0))
+    return [f.message for f in findings if f.code == "average.wide"]
+
+
+def test_one_file_is_warned_of_where_files_for_each_start_are_twice_as_good_or_the_planned_one_is_better(served):
+    """By more than 3 um, at the start where most is lost."""
+    planned = (50.0, 50.0, 50.0)
+    assert not wide_messages(served, (9.0, 9.9, 1.0), planned, at_mean=5.0)
+    (better,) = wide_messages(served, (9.0, 10.1, 1.0), planned, at_mean=5.0)
+    assert better.startswith("a file for each start alone would be about 2.0 times better")
+    assert not wide_messages(served, (9.0, 9.9, 1.0), (6.1, 50.0, 50.0), at_mean=5.0)
+    (worse,) = wide_messages(served, (9.0, 9.5, 4.0), (5.9, 50.0, 0.7), at_mean=5.0)
+    assert worse.startswith("run 1, 3600 s late: up to 4.0 um are left, and the planned program is 0.7 um off")
 
 
 def test_an_override_warms_less_and_takes_longer(hot):

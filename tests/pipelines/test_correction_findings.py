@@ -170,3 +170,93 @@ def test_a_station_that_is_held_has_no_correction_and_stays_at_its_joints(result
     assert not held.plan.free.any()
     assert held.text == held.planned
     assert np.abs(result.plan.stations.correction[:, :3]).max(axis=1).min() > 1 * UM
+
+
+def test_of_a_plain_program_without_a_bound_nothing_else_is_said(result):
+    """It has too few places for the mark, and its robot file has no [motion]."""
+    assert [f.code for f in result.findings] == ["correction.mark", "motion.unknown", "bounds.none"]
+
+
+def test_a_cell_of_which_nothing_was_before_starts_cold_unless_it_was_left_warm(result):
+    def messages(cell):
+        findings = correction_findings(replace(result, before=(), cell=cell), np.zeros(0))
+        return [f.message for f in findings if f.code == "thermal.cold"]
+
+    heat = result.cell.heat
+    assert messages(result.cell) == ["no --before: the cell starts cold"]
+    assert not messages(replace(result.cell, heat=replace(heat, start=np.ones(len(heat.names)))))
+
+
+def test_eight_lines_are_named_and_the_others_counted(result):
+    def said(count):
+        drive = replace(result.plan.drive, untimed=tuple(range(11, 11 + count)))
+        (message,) = messages_of(result, "timing.assumed", plan=replace(result.plan, drive=drive))
+        return message.split(":")[0]
+
+    assert said(1) == "line 11"
+    assert said(8) == "lines 11, 12, 13, 14, 15, 16, 17, 18"
+    assert said(10) == "lines 11, 12, 13, 14, 15, 16, 17, 18 and 2 more"
+
+
+@pytest.mark.parametrize(("count", "level"), [(3, Level.WARNING), (4, Level.OUTSIDE)])
+def test_half_of_the_places_out_of_reach_are_another_robots_program(result, count, level):
+    """Of eight; what breaks a bound keeps the program from being written."""
+    near = [at(n, np.array(HOME) + n) for n in range(1, 9 - count)]
+    far = [joint_form(n, (0, 0, 0, 0, 126, n)) for n in range(9 - count, 9)]
+    moves = [f"J P[{n}] 10% FINE" for n in range(1, 9)]
+    (finding,) = [f for f in corrected(program(moves, [*near, *far]), result.cell).findings
+                  if f.code == "robot.unattainable"]  # fmt: skip
+    assert finding.level is level
+    assert f"cannot take {count} of 8 positions" in finding.message
+
+
+def test_how_far_a_held_position_stays_off_is_measured_at_it_and_not_on_the_way(result):
+    """By what is left at its end; nothing is left of one that no sample stands at."""
+    flight = result.execution
+    after = np.where(flight.fraction == 1, 40.0, 90.0)
+    after[flight.station == 1] += 7.0
+    after[0] = 99.0
+    stations = replace(result.plan.stations, held=((1, "it is so"),))
+    held = replace(result.plan, stations=stations)
+    (message,) = messages_of(result, "correction.held", after=after, plan=held)
+    assert message == "line 5 left as it is, up to 47 um off: it is so"
+    nowhere = replace(flight, fraction=np.full(len(flight.station), 0.5))
+    (message,) = messages_of(result, "correction.held", after=after, plan=held, execution=nowhere)
+    assert "up to 0 um off" in message
+
+
+def test_a_limit_that_binds_is_named_with_its_lines(result):
+    stations = replace(result.plan.stations, limited=((2, "rate"), (1, "rate"), (2, "clamp")))
+    messages = messages_of(result, "correction.limited", plan=replace(result.plan, stations=stations))
+    assert sorted(messages) == ["clamp binds at line 6", "rate binds at lines 5, 6"]
+
+
+def test_a_place_that_is_used_at_several_warmths_is_named_where_its_mean_is_written(result):
+    """One that keeps its numbers has no mean."""
+    spread, changed = np.array([0.0, 7.0, 9.0]) * UM, np.array([True, True, False])
+    shared = replace(result.shared, spread=spread, changed=changed, mixed=~changed)
+    (message,) = messages_of(result, "correction.shared", shared=shared)
+    assert message.startswith("P[2] is used more than once")
+    (message,) = messages_of(result, "correction.mixed", shared=shared)
+    assert message.startswith("P[3] is also used where nothing may change")
+
+
+def test_from_where_the_robot_comes_is_asked_of_corrected_lines_behind_the_first(result):
+    """A joint motion and a line whose end stays are not judged on the way; the first line has no way."""
+    free, drive = result.plan.free, result.plan.drive
+
+    def named(line, free=free):
+        nowhere = replace(drive, origin=np.full(3, -1), line=np.array(line))
+        return messages_of(result, "correction.order", plan=replace(result.plan, drive=nowhere, free=free))
+
+    (message,) = named([False, True, False])
+    assert message.startswith("line 5: from where the robot comes is not sure")
+    assert not named([True, False, False])
+    assert not named([False, True, False], free=np.array([True, False, True]))
+
+
+def test_a_calibration_of_the_controller_that_is_active_is_said(result):
+    controller = replace(result.cell.robot.controller, compensation="signature", signature="S-7")
+    robot = replace(result.cell.robot, controller=controller)
+    (message,) = messages_of(result, "controller.signature", cell=replace(result.cell, robot=robot))
+    assert "'S-7' is active" in message

@@ -26,9 +26,10 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study import ASKS, build, questions, run
+from compgen.pipelines.study import ASKS, build, questions, run, workers
 from compgen.pipelines.study.geometry import execute_with, lay_out
 from compgen.pipelines.study.questions import answer_questions, first_above, first_below, passes, when_settled
+from compgen.pipelines.study.scenarios import Scenario
 from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import StudyOutcome, answer_csv, headline, study_csv
@@ -78,6 +79,11 @@ def test_every_row_is_what_predict_says(study, rows):
         told = statistics(planned.deviation())["total"]
         for name in ("max_um", "p99_um", "rms_um"):
             assert row[f"before_{name}"] == pytest.approx(told[name], rel=1e-5, abs=1e-5)
+        assert row["duration_s"] == pytest.approx(planned.deviation().time[-1], rel=1e-5)
+        assert row["waypoints"] == len(planned.theta)
+        assert row["start_j3_K"] == pytest.approx(planned.rise[0, 2], rel=1e-5)
+        assert row["band_um"] == pytest.approx(planned.band_of_plan().largest / UM, rel=1e-3)
+        assert "sensor_um" not in row  # without a log
     assert rows[5]["before_max_um"] > rows[4]["before_max_um"] > rows[0]["before_max_um"]
 
 
@@ -103,11 +109,64 @@ def test_other_workers_give_the_same_rows(study, rows):
     assert rows_of(study, done={0, 1, 2, 3}) == rows[4:]
 
 
+def test_one_worker_and_one_chunk_are_this_process_and_no_scenario_is_nothing_to_do(study, monkeypatch):
+    feeds = build(PATH, None, (), ("feed=50,100",), None, correct=False)
+    monkeypatch.setattr(workers, "evaluate", lambda _, scenario, __: {"index": scenario.index, "process": os.getpid()})
+    for asked, count in ((feeds, 1), (study, 0), (study, 2)):
+        assert {row["process"] for row in rows_of(asked, count)} == {os.getpid()}
+    for count in (0, 1, 2):
+        assert rows_of(feeds, count, done={0, 1}) == []
+
+
+def test_more_geometries_than_are_kept_are_laid_out_and_the_last_ones_once(monkeypatch):
+    """Refusals among them: each is the scenario's own."""
+    made, shared = [], workers.Shared()
+
+    def lay_out(job):
+        made.append(job)
+        if job == 2:
+            raise InputError("out of reach")
+        return job
+
+    def of(n):
+        return shared.of(Scenario(n, (("feed", str(n)),)), n)
+
+    monkeypatch.setattr(workers, "lay_out", lay_out)
+    count = workers.KEPT + 1
+    for n in (*range(count), *range(1, count), 0):
+        if n == 2:
+            with pytest.raises(InputError, match="out of reach"):
+                of(n)
+        else:
+            assert of(n) == n
+    assert made == [*range(count), 0]
+
+
+def test_a_corrected_scenario_outside_its_bounds_says_why():
+    base = ("bounds.max_um=0.01",)
+    (row,) = rows_of(build(PATH, None, base, ("before.0.duration_h=3",), None, correct=True))
+    assert row["inside"] is False
+    assert "above bounds.max_um = 0.01" in row["reason"]
+
+
+def test_what_the_sensors_of_a_log_may_hide_stands_in_the_row(tmp_path):
+    log = tmp_path / "log.csv"
+    rows = [(t, 20.0, 20 - 17.6 * np.expm1(-t / 23400) + 0.1 * np.sin(t)) for t in range(0, 14400, 60)]
+    log.write_text("time_s,ambient_degC,part_3_degC\n" + "".join(f"{t},{air:.2f},{arm:.2f}\n" for t, air, arm in rows))
+    study = build(PATH, None, (f"log.file='{log}'",), ("process.feed_mm_s=100",), None, correct=False)
+    planned = generate.predict(load_job(PATH, overrides=[*study.base, *study.scenarios[0].overrides()]), quiet)
+    hidden = planned.band_of_plan().hidden
+    assert hidden > 10 * UM
+    assert rows_of(study)[0]["sensor_um"] == pytest.approx(hidden / UM, rel=1e-3)
+
+
 def test_correction_is_the_pipelines(rows):
     corrected = rows_of(build(PATH, None, (), ("before.0.duration_h=3",), None, correct=True))[0]
     _, whole = generate.generate(load_job(PATH, overrides=["before.0.duration_h=3"]), quiet)
     assert corrected["after_max_um"] == pytest.approx(statistics(whole.deviation)["total"]["max_um"], rel=1e-5)
     assert corrected["inside"] is True
+    assert "reason" not in corrected
+    assert corrected["start_window_s"] == pytest.approx(whole.start_window, rel=1e-5)
     assert corrected["band_um"] == pytest.approx(whole.band.largest / UM, rel=1e-5)
     on_part = statistics(whole.deviation, on_part=True)["total"]["max_um"]
     assert corrected["after_on_part_max_um"] == pytest.approx(on_part, rel=1e-5)
