@@ -125,7 +125,7 @@ def test_stations_that_are_not_surely_neighbours_are_not_smoothed_together(hot):
     assert np.abs(alone[4:] - second.plan.stations.correction).max() < 1e-7  # warmer by the way between them
 
 
-def test_an_arm_that_remembers_its_direction_forgets_it_where_the_order_is_not_sure(tmp_path):
+def test_an_arm_that_remembers_its_direction_forgets_it_where_the_order_is_not_sure(tmp_path, hot):
     cell = load_cell(flawed_file(tmp_path))
     parts = [AHEAD[0], AHEAD[1], AHEAD[2]]
     whole = program(["J P[5] 50% FINE", "L P[6] 100mm/sec FINE", "OPEN_HAND", "L P[7] 100mm/sec FINE"], parts)
@@ -135,8 +135,19 @@ def test_an_arm_that_remembers_its_direction_forgets_it_where_the_order_is_not_s
     known = corrected(whole.replace(b"OPEN_HAND", b"DO[1]=ON "), cell, MANY)
     assert findings(result, "sources.order")
     assert not findings(known, "sources.order")
+    assert not findings(corrected(whole, hot, MANY), "sources.order")  # an arm that remembers none
     assert np.abs(known.plan.stations.midway.direction - motion.direction).max() > 0.1
     assert result.residual.distance[result.judged].max() < 5e-6
+
+
+def test_a_place_that_stays_as_it_is_leads_in_to_the_next(tmp_path):
+    """P[5] is read into a register and not corrected: behind the way from it the side of J1 is known."""
+    cell, moves = load_cell(flawed_file(tmp_path)), ["J P[5] 50% FINE", "J P[1] 50% FINE"]
+    begins = corrected(program(moves[1:], [ASIDE[0]]), cell, MANY)
+    led = corrected(program(["PR[2]=P[5]", *moves], [AHEAD[0], ASIDE[0]]), cell, MANY)
+    assert led.changed == 1
+    assert ["J1 " in f.message for f in findings(begins, "sources.start")] == [True]
+    assert not any("J1 " in f.message for f in findings(led, "sources.start"))
 
 
 def test_a_correction_that_leads_out_of_reach_holds_its_station(tmp_path):

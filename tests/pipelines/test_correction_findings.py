@@ -109,6 +109,8 @@ def test_a_sample_that_is_not_judged_becomes_neither_worse_nor_too_far_off(resul
     judged = np.arange(M) > 0
     near = replace(result.options, bound=11.997 * UM)
     assert ": 12.00 um after" in messages_of(result, "bounds.max", after=after, judged=judged, options=near)[0]
+    finely = messages_of(result, "bounds.max", after=12.0004, options=replace(near, bound=12 * UM))
+    assert ": 12.0004 um after" in finely[0]
     options = replace(result.options, bound=11 * UM)
     (worse,) = messages_of(result, "correction.worse", after=after, judged=judged)
     (above,) = messages_of(result, "bounds.max", after=after, judged=judged, options=options)
@@ -260,3 +262,14 @@ def test_a_calibration_of_the_controller_that_is_active_is_said(result):
     robot = replace(result.cell.robot, controller=controller)
     (message,) = messages_of(result, "controller.signature", cell=replace(result.cell, robot=robot))
     assert "'S-7' is active" in message
+
+
+def test_waits_do_not_count_to_the_feed_that_the_heat_was_measured_at(result):
+    """It was measured up to 200 mm/s: 500 mm/s are beyond it, whatever the robot waits between its moves."""
+    there = arm.joints_at(arm.frame(0, -800, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    lines = ["L P[1] 500mm/sec FINE", "L P[2] 500mm/sec FINE"]
+    for waits in (0, 20):
+        data = program([lines[0], *["WAIT 1.00(sec)"] * waits, lines[1]], [at(1, HOME), at(2, there)])
+        findings = corrected(data, result.cell).findings
+        assert any("process feed" in f.message for f in findings if f.code == "thermal.box")
+    assert not messages_of(result, "thermal.box")

@@ -79,6 +79,33 @@ def test_a_robot_of_the_current_folder_alone_is_not_found_by_chance(tmp_path):
         assert load_cell("mine").robot_file == "robots/mine.toml"
 
 
+def test_what_no_robot_can_be_called_is_not_looked_for():
+    for name in ("x" * 65, "m710ic50\n", "a\x07"):
+        with pytest.raises(InputError, match="no robot has such a name; give a robot's name or file"):
+            find_robot(name)
+    with pytest.raises(InputError, match=f"^robot '{'x' * 64}' is unknown; known: "):
+        find_robot("x" * 64)
+
+
+def test_who_names_an_unknown_robot_is_said(tmp_path):
+    file = project(tmp_path / "p", 22.5) / "paths" / "line_y.toml"
+    with pytest.raises(InputError, match=r"^/.*/paths/line_y\.toml: robot 'mine' is unknown"):
+        find_robot("mine", file)
+    with pytest.raises(InputError, match=r"^robot 'mine' is unknown"):
+        find_robot("mine")
+
+
+def test_a_load_up_to_what_the_robot_carries_and_gravity_up_to_20_are_taken():
+    load = load_cell("m710ic50", ["sources.loads.payload_kg=50", "sources.loads.gravity_m_s2=[0, 0, -20]"])
+    assert load.robot.name == "m710ic50"
+    for more, words in (
+        ("payload_kg=50.1", "carries payload_kg = 50;"),
+        ("gravity_m_s2=[0, 0, -20.1]", "more than 20 "),
+    ):
+        with pytest.raises(InputError, match=words):
+            load_cell("m710ic50", [f"sources.loads.{more}"])
+
+
 def test_without_a_path_file_the_current_folder_comes_first_then_the_shipped(tmp_path):
     own = project(tmp_path / "p", 22.5)
     with chdir(own):
