@@ -83,6 +83,29 @@ def test_a_program_that_leaves_waypoints_out_is_flown_in_another_state(tmp_path,
     assert 20 < other["on_part"]["after"]["total"]["max_um"] < 200
 
 
+MOTION = (
+    'robot.motion={space="cartesian", moving_average_ms=[200,100], enabled=true}',
+    'robot.motion.identified={robot="m710ic50", verdict="accepted", runs_began="both"}',
+)
+
+
+@pytest.mark.parametrize("more", [(), MOTION])
+@pytest.mark.parametrize("override", ["process.moves=arcs", "process.thin_um=8"])
+def test_the_motion_and_the_times_are_those_of_the_text_not_of_the_plan(tmp_path, override, more):
+    """The plan's lines are other ones: 25.0 s for 21.5, led 111 um off for 240."""
+    words = (override, "path.diameter_mm=300", *more)
+    (program,) = written(tmp_path, CIRCLE, *words).parent.glob("*.LS")
+    made = json.loads((program.parent / "report.json").read_text())
+    _, own = report(CIRCLE, program, *(word for item in words for word in ("--set", item)))
+    for summary in (made, own):
+        summary["findings"] = [f for f in summary["findings"] if f["code"].startswith("motion.")]
+    keys = ("duration_s", "as_written_s", "rounded_up_s", "at_feed")
+    assert own["motion"] == made["motion"]
+    assert own["findings"] == made["findings"] != []
+    assert [own["timing"][key] for key in keys] == pytest.approx([made["timing"][key] for key in keys], abs=1e-9)
+    assert own["band"]["unknown"] == made["band"]["unknown"]
+
+
 def test_pages_are_read_through_their_main_program(tmp_path):
     few = ("robot.controller.max_positions=400", "process.page_stops=anywhere", "bounds.max_um=20")
     sets = [word for item in few for word in ("--set", item)]

@@ -22,6 +22,7 @@ from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instru
 from compgen.core.evaluation.lifetime import kept_with
 from compgen.core.evaluation.threads import (
     Background,
+    done,
     failed,
     map_blocks,
     map_rows,
@@ -40,6 +41,7 @@ __all__ = [
     "Rows",
     "configure",
     "configured",
+    "done",
     "evaluate",
     "failed",
     "find_compiler",

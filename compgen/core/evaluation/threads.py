@@ -150,7 +150,7 @@ class Background(Generic[T]):
         self._thread.start()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _done, (self.result(),)
+        return done, (self.result(),)
 
 
 class Cancelled(BaseException):
@@ -160,7 +160,8 @@ class Cancelled(BaseException):
 _running: dict[threading.Thread, threading.Event] = {}  # those that have ended among them
 
 
-def _done(result: T) -> Background[T]:
+def done(result: T) -> Background[T]:
+    """A task that is over, and what it returned."""
     task: Background[T] = Background()
     task.run(lambda: result)
     return task

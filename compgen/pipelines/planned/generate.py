@@ -65,7 +65,7 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = _plan(job, progress, date, pages=pages)
+    planned = plan_uncorrected(job, progress, date, pages=pages)
     progress(stages.TWIN_BEFORE, 0.0)
     off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
@@ -78,8 +78,8 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
     return replace(planned, findings=tuple(findings), band=band_along(planned.driven(planned.theta, planned.motion)))
 
 
-def _plan(job: Job, progress: Progress, date: str, *, pages: bool) -> Planned:
-    """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
+def plan_uncorrected(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bool = True) -> Planned:
+    """What ``predict`` begins with, the twin still driving the uncorrected text on another thread."""
     with job_findings.asking_units(job):
         planned = plan_of(job, plan_motion(job.plan, job.cell, job.feed, progress, pages=pages))
     planned = motion_predistortion.as_logged(planned)
@@ -138,7 +138,7 @@ def generate(
         JoinError: Pages, read back, are not the program.
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
-    planned = _plan(job, progress, date, pages=pages)
+    planned = plan_uncorrected(job, progress, date, pages=pages)
     job, as_planned = planned.job, len(planned.path.arc)
     as_written = pages and keeps_waypoints(job.plan.process)  # uncorrected: what the day before was driven as
     other, unknown_form = model_form.plan_other_day(job, planned.joint_motion if as_written else None)
@@ -157,7 +157,7 @@ def generate(
     del program, commanded
     planned.deviation()
     prepared = prepared_for(job, delivered.program)
-    touching = _moves_otherwise(planned, as_planned)
+    touching = moves_otherwise(planned, as_planned)
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)
@@ -186,7 +186,7 @@ def generate(
     return planned, replace(corrected, findings=tuple(verdict))
 
 
-def _moves_otherwise(planned: Planned, waypoints: int) -> BoolArray | None:
+def moves_otherwise(planned: Planned, waypoints: int) -> BoolArray | None:
     """The segments on the part of a text whose motion the plan's, of so many waypoints, does not tell; else None."""
     longer = len(planned.path.arc) < waypoints  # lines, or arcs, which are driven faster than the plan's lines
     return planned.path.touching_segments() if planned.job.robot.motion is not None or longer else None

@@ -1,12 +1,13 @@
 """A program that was written for a path earlier, flown by the twin in the state that the path's files say now."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compgen.core import stages
 from compgen.core.arrays import Array, IntArray, first_true, step_lengths
+from compgen.core.evaluation import done
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -18,7 +19,7 @@ from compgen.job.job import Job
 from compgen.pipelines.files.program_course import canonical_program
 from compgen.pipelines.files.twin_of_job import at_start, deviation_of, prepared_for
 from compgen.pipelines.findings.job_findings import own_file_findings
-from compgen.pipelines.planned import generate
+from compgen.pipelines.planned import generate, motion_predistortion
 from compgen.pipelines.planned.assumed_ramps import ramp_findings
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import in_world
@@ -30,6 +31,7 @@ from compgen.thermal.ensemble import Start, starts_to_fly
 from compgen.verification.deviation import Deviation
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.verdict import judge
+from compgen.verification.written_motion import read_motion
 
 ROUNDED = 1e-5  # [m] and [rad] that the digits of a text may add to a correction
 LONG = 1e-3  # [m] a line of which digits and corrections change the speed by less than
@@ -41,7 +43,7 @@ AHEAD = 5e-3  # [m] beside a statement's own length, that the path may go on for
 class WrittenFlight:
     """What a written program leaves in the state of a job."""
 
-    planned: Planned  # the job's uncorrected program, flown
+    planned: Planned  # the job's uncorrected program, flown, at the positions of the text; the motion is the text's
     program: Program
     start: Start  # at which it errs most, of those that the job asks for
     deviation: Deviation
@@ -76,7 +78,7 @@ def fly_written(
         raise InputError(
             "it is not a program that cgen generate wrote, or one of its pages is missing beside it; generate it anew"
         )
-    planned = generate.predict(job, progress)
+    planned = generate.plan_uncorrected(job, progress)
     rows, path = _positions_of(job, planned.path, program)
     _refuse_other_motion(planned, path, program)
     progress(stages.TWIN_AFTER, 0.0)
@@ -85,14 +87,22 @@ def fly_written(
     flights = ((start, deviation_of(path, at_start(job, prepared, start))) for start in starts)  # one kept at a time
     worst, deviation = max(flights, key=lambda flight: flight[1].on_part["total"].max)
     draws = _draws(planned, path, rows, prepared, deviation, progress)
-    planned_findings = [f for f in planned.findings if f.code != Code.PATH_FILE]  # of this text, not of the planned one
+    named = planned.at(rows, path)
+    touching = generate.moves_otherwise(named, len(planned.path.arc))
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     findings = [*judge(deviation, job.bounds), *own_file_findings(job, path, deviation)]
-    findings += [*(draws.findings() if draws is not None else ()), *planned_findings]
+    findings += draws.findings() if draws is not None else []
+    findings += [*motion_predistortion.findings(named, prepared, written, deviation), *planned.findings]
     findings += _robot_findings(job, program)
     if with_other_ramps:
         findings += ramp_findings(job, path, program)
     return WrittenFlight(
-        planned=planned, program=program, start=worst, deviation=deviation, draws=draws, findings=tuple(findings)
+        planned=replace(named, twin_result=done((planned.deviation(), replace(written, effect=named.effect(written))))),
+        program=program,
+        start=worst,
+        deviation=deviation,
+        draws=draws,
+        findings=tuple(findings),
     )
 
 
