@@ -353,3 +353,14 @@ def test_own_points_that_are_too_many_for_the_controller_are_told_what_makes_the
     assert "process.page_stops = 'anywhere', or path.through = 'tolerance' with more tolerance_um" in finding.message
     few = load_job(exact.plan.source, None, (*many.overrides, "path.through=tolerance"))
     assert not [f for f in generate(few, quiet)[1].findings if f.code == "controller.size"]
+
+
+@pytest.mark.parametrize("radius", [4.0, 12.0])
+def test_points_on_arcs_are_met_by_the_arcs_and_not_by_chords_between_samples(tmp_path, radius):
+    """Samples 1 mm apart have chords that leave a circle of 4 mm by 31 um."""
+    job_of(tmp_path, circle(61, radius))
+    planned, corrected = generate(load_job(str(tmp_path / "own.toml"), None, ["process.moves=arcs"]), quiet)
+    assert corrected.program.via.any()
+    (found,) = [f for f in corrected.findings if f.code == "path.file"]
+    met = float(re.search(r"met to ([\d.]+) um", found.message)[1])
+    assert met < 1e6 * (planned.job.plan.path.tolerance + corrected.deviation.on_part["total"].max)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from compgen.compensation.problem import Settings, Solution, Solver, Status
-from compgen.core.arrays import norm, row_norms
+from compgen.core.arrays import Array, IntArray, norm, numbered, row_norms
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -37,6 +37,7 @@ AT_FEED = 1e-9  # relative
 TIMES_APART = 0.005  # relative: from where the two clocks' times are told
 ALLOWED = 1 * UM  # of the chords that stand for arcs here, and of a program's digits
 ROUNDING = 1e-9  # m of arc length
+PARTS = 10  # of the way between two samples of an arc
 
 
 @contextmanager
@@ -258,16 +259,13 @@ def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Fi
     file = job.own_file
     if file is None:
         return []
-    segment = np.clip(np.searchsorted(path.arc, deviation.arc, side="right") - 1, 0, len(path.piece) - 1)
-    fraction = (deviation.arc - path.arc[segment]) / np.diff(path.arc)[segment]
-    place = path.exact.in_frame(path.at(segment, np.clip(fraction, 0, 1)).pose).position
-    error = deviation.error if path.exact.frame is None else deviation.error @ path.exact.frame.rotation
+    arc, place = _flown_places(path, deviation)
     # approach and retract, the first and the last piece, are not the file's
     led = 1 if job.plan.process.lift > 0 else 0
     own = np.flatnonzero((path.piece >= led) & (path.piece < len(path.exact.curve.poly) - led))
     begin, end = path.arc[own[0]], path.arc[own[-1] + 1]
-    rows = (deviation.arc >= begin - ROUNDING) & (deviation.arc <= end + ROUNDING)
-    distance = distance_from_file(file, (place + error)[rows])
+    rows = (arc >= begin - ROUNDING) & (arc <= end + ROUNDING)
+    distance = distance_from_file(file, place[rows])
     allowed = job.plan.path.tolerance + deviation.extents["total"].max + ALLOWED
     off, line = max((distance.off, distance.off_line), (distance.missed, distance.missed_line))
     lines = f"its lines are kept to {distance.off / UM:.2g} um, " if file.joined else ""
@@ -282,3 +280,26 @@ def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Fi
         f"tolerance and the error that is left explain {allowed / UM:.3g}: the path is not this file's"
     )
     return [Finding(Level.OUTSIDE, Code.PATH_FILE, message)]
+
+
+def _flown_places(path: ToolPath, deviation: Deviation) -> tuple[Array, Array]:
+    """How far along the tool is, (M,) [m], and where in the part's frame, (M, 3) [m], joined by lines as it goes.
+
+    Samples of an arc are parted, the error between them even: their own chords are 13 um off on a radius of 10 mm.
+    """
+    last = len(path.piece) - 1
+
+    def segments(arc: Array) -> IntArray:
+        return np.clip(np.searchsorted(path.arc, arc, side="right") - 1, 0, last)
+
+    of_gap = segments(deviation.arc[:-1])
+    parts = np.where(path.via[of_gap] | path.via[of_gap + 1], PARTS, 1)
+    gap, part = numbered(parts)
+    at = np.append(gap + part / parts[gap], len(parts))
+    number = np.arange(len(parts) + 1)
+    arc = np.interp(at, number, deviation.arc)
+    error = np.column_stack([np.interp(at, number, column) for column in deviation.error.T])
+    segment = segments(arc)
+    fraction = (arc - path.arc[segment]) / np.diff(path.arc)[segment]
+    place = path.exact.in_frame(path.at(segment, np.clip(fraction, 0, 1)).pose).position
+    return arc, place + (error if path.exact.frame is None else error @ path.exact.frame.rotation)
