@@ -50,6 +50,17 @@ def test_a_late_start_is_what_correct_makes_of_the_same_wait(job, tmp_path):
     assert run("resume", job, "--from-page", "1", *RESUME).stdout.count("nothing to do") == 1
 
 
+def test_pages_are_not_judged_as_one_file_that_the_controller_could_not_hold(tmp_path):
+    """They were parted because it cannot; *not loadable* was said of each call, and *cgen pages parts it*."""
+    pages = pages_of(tmp_path, "pages", "--set", "controller.max_lines=40", ends_with=1)
+    assert json.loads((tmp_path / "pages_made" / "report.json").read_bytes())["verdict"] == "not loadable"
+    result = run("resume", pages, "--from-page", "2", *RESUME, "--json")
+    assert (result.returncode, result.stderr) == (0, "")
+    record = json.loads(result.stdout)
+    assert record["verdict"] == "inside"
+    assert "controller.size" not in [finding["code"] for finding in record["findings"]]
+
+
 def log_at_27_degC(folder):
     log = folder / "now.csv"
     rows = [f"{t},27,33,29,35,28" for t in range(0, 7200, 60)]

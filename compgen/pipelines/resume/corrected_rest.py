@@ -19,6 +19,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code
 from compgen.core.stages import Progress
 from compgen.core.units import KB
 from compgen.job.job import Cell
@@ -127,7 +128,7 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
         pages=results,
         join=join,
         begun=begun,
-        findings=new.findings,
+        findings=tuple(f for f in new.findings if f.code is not Code.CONTROLLER_SIZE),  # of one file, not of pages
     )
     start = {"start_state": started.tolist(), "air_K": air}
     return with_manifest(resumed, date, {"loaded": loaded, "done": done}, start)
