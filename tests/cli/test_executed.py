@@ -237,6 +237,23 @@ def test_a_log_of_several_user_frames_is_told_what_to_log(folder):
     assert "several user frames: log joints, or positions in World with --in-world" in result.stderr
 
 
+def test_a_log_of_a_program_that_loops_is_told_to_be_cut_to_one_pass(folder):
+    """Three rounds of a loop were another program, and *give the log of one run of this program* was the mend."""
+    corners = [np.array([x, y, 300.0]) for x, y in ((1200, 0), (1300, 0), (1300, 80), (1200, 80))]
+    points = [ls_text.cartesian(n, (*c, 180, 0, 0)) for n, c in enumerate(corners, 1)]
+    moves = ["J P[1] 20% FINE", "FOR R[1]=1 TO 3", *(f"L P[{n}] 100mm/sec FINE" for n in (2, 3, 4, 1)), "ENDFOR"]
+    (folder / "PART.LS").write_bytes(ls_text.program(["UFRAME_NUM=0", "UTOOL_NUM=0", *moves], points))
+    share = (1 - np.cos(np.linspace(0, np.pi, 150)))[:, None] / 2
+    one = np.vstack([a + (b - a) * share for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)])
+    for rounds, told in ((3, True), (1, False)):
+        place = np.vstack([one] * rounds) / 1000
+        text = logs.csv(np.arange(len(place)) * 0.008, place, np.tile([np.pi, 0, 0], (len(place), 1)))
+        (folder / "log.csv").write_text(text)
+        result = executed(folder)
+        assert ("it jumps, calls or loops (line 7): cut the log to one pass of its motions" in result.stderr) == told
+        assert (result.returncode == 2) == told
+
+
 def test_inches_are_not_taken_for_metres(folder):
     refused(lines(folder, HOMES["Cartesian"], log=lambda p: p / 25.4), 2, "inches, not millimetres")
 

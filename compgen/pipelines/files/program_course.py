@@ -193,7 +193,7 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     frame = IDENTITY if base == NONE else poses.bases[base]
     tools = IDENTITY if tool == NONE else poses.tools[tool]
     course = _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
-    return replace(course, several_frames=several)
+    return replace(course, several_frames=several, flow=drive.flow)
 
 
 def known_stations(poses: Poses, drive: DrivenProgram) -> IntArray:

@@ -62,6 +62,7 @@ class ProgramCourse:
     period: float  # [s] of interpolation
     counted: bool = False  # whether ``planned`` counts lines by whole periods
     several_frames: bool = False  # whether ways lead in other user frames, too
+    flow: tuple[int, ...] = ()  # lines of statements that may change the order
 
     @property
     def length(self) -> float:
@@ -73,6 +74,13 @@ class ProgramCourse:
         """What a log of positions should be in, where the program drives in several user frames."""
         words = "; it drives in several user frames: log joints, or positions in World with --in-world"
         return words if self.several_frames else ""
+
+    @property
+    def order_hint(self) -> str:
+        """What a log should hold, where the program may drive otherwise than in the order of its text."""
+        if not self.flow:
+            return ""
+        return f"; it jumps, calls or loops (line {self.flow[0]}): cut the log to one pass of its motions as listed"
 
     def way(self, arc: Array) -> IntArray:
         """The way on which each arc length (M,) [m] lies."""

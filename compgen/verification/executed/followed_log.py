@@ -205,6 +205,7 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
     other = "program, or arm (--robot)" if log.is_joints else "program"
     raise InputError(
         f"{source}: it is of another {other}: {where}; give the log of one run of this program, or the program that ran"
+        + course.order_hint
         + course.frames_hint
     )
 
