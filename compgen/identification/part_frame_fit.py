@@ -20,11 +20,10 @@ from compgen.identification.fit import Fit, fit
 from compgen.identification.instrument_frames import initial_frames, measured_distance
 from compgen.identification.measurements import EXACT, NONE, FixedPlaces, Measurements
 from compgen.identification.model import ArmModel
-from compgen.identification.touch_rows import touched_poses
+from compgen.identification.touch_rows import sigma_of, touched_poses
 from compgen.identification.touches import Artefact, Touches, check_directions
 
 PROBE = 0.5e-3  # [m] how far the probe may be from where the file has it
-NOISE = 20 * UM  # of a touch that does not say its own
 FLOOR = 3 * UM  # of the noise that residuals say
 FAR = 4.5  # standard deviations beyond which a touch is set aside
 FAR_OF_OTHERS = 2 * FAR  # the same of the noise that the others have: one in few hides in its own
@@ -69,7 +68,7 @@ def touches_of_part(artefact: Artefact, touches: Touches, direction: Array, node
     is_fitted = np.isin(touches.target, fitted)
     place = np.where(is_fitted, np.searchsorted(fitted, touches.target), NONE)
     return replace(
-        touched_poses(artefact, touches, direction, _sigma(touches), place, nodes),
+        touched_poses(artefact, touches, direction, sigma_of(touches), place, nodes),
         position=np.where(is_fitted[:, None], np.nan, artefact.place[touches.target]),
         reflectors=("probe",),
         instruments=(touches.file,),
@@ -127,14 +126,9 @@ def fit_frame(artefact: Artefact, touches: Touches, model: ArmModel, data: Measu
     return frame
 
 
-def _sigma(touches: Touches) -> Array:
-    """Standard deviation of one coordinate of each touch, (N,) [m]."""
-    return np.where(np.isfinite(touches.sigma), touches.sigma, NOISE)
-
-
 def _fit(touches: Touches, model: ArmModel, data: Measurements, outlier: BoolArray) -> FrameFit:
     """The frame by all touches but those set aside; the others are measured against it."""
-    unit = float(np.median(_sigma(touches)))
+    unit = float(np.median(sigma_of(touches)))
     kept = data.subset(~outlier)
     fitted = fit(model, kept, np.zeros(0, dtype=bool), learn=False, robust=False, noise=unit)
     F, position, rotation = fitted.frames.rotation[0], *model.pose(data, fitted.p)

@@ -17,13 +17,14 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG, MM, UM
 from compgen.identification.measured_poses import check_moving, motion_directions
 from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
 from compgen.identification.touches import Artefact, Touches, probing_directions
 from compgen.robot.robot import Robot
 
 UNCERTIFIED = 1 * MM  # sigma of what an artefact's file says without a certificate and without a sigma
+NOISE = 20 * UM  # of a touch that does not say its own
 ON_A_LINE = 0.02  # of the spheres' spread: nearer to a line, they do not fix a frame
 
 
@@ -54,16 +55,20 @@ def touch_rows(
     frame, name = (0 if framed else WORLD), Path(artefact.source).name
     if not framed and not frames_known:
         _check_located(touches, artefact, touched, sided)
-    relative = np.where(np.isfinite(touches.sigma), touches.sigma, np.nanmedian(np.append(touches.sigma, 1.0)))
     at_place = np.searchsorted(touched, touches.target)
     return replace(
-        touched_poses(artefact, touches, direction, relative, at_place, nodes),
+        touched_poses(artefact, touches, direction, sigma_of(touches), at_place, nodes),
         instrument=np.full(len(sided), frame),
         reflectors=(f"probe of {name}",),
         instruments=(name,) if framed else (),
         aligned=np.zeros(int(framed), dtype=bool),
         fixed=_spheres(artefact, touched, name, frame),
     )
+
+
+def sigma_of(touches: Touches) -> Array:
+    """Standard deviation of one coordinate of each touch, (N,) [m]."""
+    return np.where(np.isfinite(touches.sigma), touches.sigma, NOISE)
 
 
 def touched_poses(

@@ -293,6 +293,13 @@ def test_what_an_artefact_says_of_its_spheres(arm, tmp_path, centres, of, frames
     assert (data.kind == TOUCH).all()
 
 
+def test_a_touch_that_says_its_noise_weighs_beside_others_that_do_not(arm, tmp_path, centres):
+    """One alone that said so took the whole weight, which ended in a fault: the others counted as known to 0.5 m."""
+    rows = [[*row, "400" if n == 7 else ""] for n, row in enumerate(centres)]
+    data = read(arm, tmp_path, touches=text([*TOUCH_HEAD, "sigma_um"], rows))
+    assert_allclose(data.sigma, np.where(np.arange(len(rows)) == 7, 20.0, 1.0))
+
+
 def test_touches_without_a_scale_may_go_with_distances(arm, tmp_path, centres, distances):
     data = read(arm, tmp_path, text(HEAD, distances), text(TOUCH_HEAD, centres), artefact(length=()))
     assert {TOUCH, DISTANCE} == set(data.kind.tolist())
