@@ -16,7 +16,7 @@ from simulated_days import AIR, IDENTIFIED, NOISE, SPHERES, anchored, drawn_day,
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
 from compgen.core.pose import Pose
-from compgen.core.units import HOUR, MDEG, MM, UM
+from compgen.core.units import DEG, HOUR, MDEG, MM, UM
 from compgen.error_model.anchored_state import read_state
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import base_rows
@@ -28,7 +28,8 @@ from compgen.pipelines.anchor.result import anchor_findings
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.pipelines.anchor.verdict import verdict_of
-from compgen.robot.inverse_kinematics import solve_tool
+from compgen.pipelines.files.robot_file import load_arm
+from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 
 WORLD = Pose(np.zeros(3), np.eye(3))
@@ -487,6 +488,34 @@ def test_touches_that_nothing_explains_write_no_state(days, tmp_path):
         "not written",
     )
     assert not (tmp_path / "state.toml").exists()
+
+
+def test_warmth_that_a_robot_file_does_not_know_is_no_noise(tmp_path):
+    """An arm that has grown by 0.01 % all round its base was *anchored*, and its path said to be known to 19 um."""
+    robot, names = load_arm("m20ia").robot, "abcdef"
+    about = np.array([-120, -70, -25, 25, 70, 120]) * DEG
+    out = np.column_stack([np.cos(about), np.sin(about), np.zeros(6)])
+    away = np.array([1.0, 1.3, 0.95, 1.2, 1.1, 1.05])[:, None]
+    down = np.repeat(np.diag([1.0, -1.0, -1.0])[None], 6, axis=0)
+    seen = Pose(away * out + np.linspace(0.0, 0.25, 6)[:, None] * [0, 0, 1], down)
+    theta, margin = solve_tool(robot, seen, Pose(np.array([0, 0, 0.2]), np.eye(3)), Posture())
+    assert (margin > 0).all()
+    joints = np.round(robot.to_pendant(theta) / DEG, 5)
+    places = (seen.position + 1e-4 * away * out) / MM
+    head = ",".join(["target", *(f"j{k}_deg" for k in range(1, 7))])
+    rows = [",".join([name, *map(str, row)]) for name, row in zip(names, joints.tolist(), strict=True)]
+    (tmp_path / "touches.csv").write_text("\n".join([head, *rows]) + "\n")
+    spheres = [
+        f'[[sphere]]\nname = "{name}"\nx_mm = {x:.4f}\ny_mm = {y:.4f}\nz_mm = {z:.4f}\n'
+        for name, (x, y, z) in zip(names, places.tolist(), strict=True)
+    ]
+    probe = "[probe]\nx_mm = 0\ny_mm = 0\nz_mm = 200\ndiameter_mm = 6\n"
+    (tmp_path / "artefact.toml").write_text("".join(["[artefact]\ntaught = {}\n", *spheres, probe]))
+    place = ["path.diameter_mm=500", "path.x_mm=1100", "path.y_mm=0", "path.z_mm=100", "before=[]"]
+    files = {"touches": str(tmp_path / "touches.csv"), "artefact": None}
+    result = anchor_files(path_file("circle_1300"), "m20ia", place, **files)
+    assert result.verdict == "cannot tell"
+    assert Code.ANCHOR_PHYSICS in {f.code for f in result.findings}
 
 
 def test_a_deflected_probe_met_its_target_before(tmp_path):

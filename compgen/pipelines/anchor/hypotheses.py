@@ -12,8 +12,8 @@ normal, so each hypothesis h is a covariance V_h of y, and its evidence
 
 Hypotheses multiply what the forecast leaves open (a day that went otherwise, or one that it knows better than it
 may), free the base (it was hit, or remounted), free the place of one target (it was knocked), one touch (it went
-wrong), or multiply the noise. Each costs as much as it is unlikely beforehand; the best one is believed. Source:
-MacKay (1992), Bayesian interpolation.
+wrong), or multiply the noise (of an arm whose warmth is known: else that looks like noise). Each costs as much as it
+is unlikely beforehand; the best one is believed. Source: MacKay (1992), Bayesian interpolation.
 """
 
 from collections.abc import Iterator
@@ -134,7 +134,8 @@ class Judged:
 def weigh(innovation: Innovation, prior: Prior) -> list[Judged]:
     """All hypotheses, the best first."""
     judged = []
-    for h in _hypotheses(np.unique(innovation.target).tolist(), np.unique(innovation.touch).tolist()):
+    noises = list(NOISES) if prior.day.any() else [1.0]  # else it may be warmth, of which nothing is known
+    for h in _hypotheses(np.unique(innovation.target).tolist(), np.unique(innovation.touch).tolist(), noises):
         factor = cho_factor(innovation.covariance(prior, h), lower=True)
         chi2 = float(innovation.y @ cho_solve(factor, innovation.y))
         evidence = -chi2 / 2 - float(np.log(np.diag(factor[0])).sum()) + h.odds
@@ -142,11 +143,11 @@ def weigh(innovation: Innovation, prior: Prior) -> list[Judged]:
     return sorted(judged, key=lambda j: -j.evidence)
 
 
-def _hypotheses(targets: list[int], touches: list[int]) -> Iterator[Hypothesis]:
+def _hypotheses(targets: list[int], touches: list[int], noises: list[float]) -> Iterator[Hypothesis]:
     for target in [-1, *(targets if len(targets) > 2 else [])]:
         for base in get_args(Base):
             for day in DAYS:
-                for noise in NOISES:
+                for noise in noises:
                     yield Hypothesis(day, base, target, noise=noise)
     for touch in touches if len(touches) > 3 else []:
         for day in DAYS:

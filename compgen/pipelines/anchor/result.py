@@ -60,8 +60,9 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
         message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, +- {k2} um at 95 %){where}"
         yield Finding(Level.WARNING, Code.ANCHOR_MOVED, message)
     chi2 = anchored.as_forecast.chi2
-    # what moved, or one touch, is no physics
-    if probability(chi2, R) < LIKELY and max(hypothesis.day, hypothesis.noise) > 1:
+    # what moved, or one touch, is no physics where it explains the rest
+    is_open = max(hypothesis.day, hypothesis.noise) > 1 or probability(anchored.judged[0].chi2, R) < LIKELY
+    if probability(chi2, R) < LIKELY and is_open:
         why = (
             f"; the day went {hypothesis.day:g} times as far from the forecast as it may" if hypothesis.day > 1 else ""
         )
