@@ -137,14 +137,19 @@ def _check_covered(data: Measurements, log: Temperatures) -> None:
         elif low * factor <= first and last <= high * factor and (last - first) * 50 > (high - low) * factor:
             mend = f"are the log's times {unit}? multiply them by {factor:g}"
     raise InputError(
-        f"{data.label[row]}, column time_s: {pose:g} is outside the log {log.table.source} ({low:g} to {high:g} s); "
-        f"{mend}"
+        f"{data.label[row]}, column time_s: {pose:.10g} is outside the log {log.table.source} ({low:.10g} to "
+        f"{high:.10g} s); {mend}"
     )
 
 
 def _check_clock(log: Temperatures, rises: TemperatureLog) -> None:
-    """Raises InputError where the arm would warm faster than any arm does."""
+    """Raises InputError where the log takes longer than any may, or the arm would warm faster than any does."""
     span = float(np.ptp(log.time))
+    if span > LONGEST:
+        raise InputError(
+            f"{log.table.source}: column time_s: the log takes {span / DAY:.0f} days, {LONGEST / DAY:.0f} at most: are "
+            "its times milliseconds? give seconds, or cut it to the days of the poses"
+        )
     highest = max(float(np.nanmax(values) - np.nanmin(values)) for values in rises.readings.values())
     if span < SHORTEST and highest > RISE:
         raise InputError(

@@ -438,3 +438,15 @@ def test_a_column_of_our_own_in_another_unit_is_turned_into_ours(tmp_path, names
     assert_allclose(column(table, "ambient_degC"), 22.5, atol=1e-9)
     assert_allclose(column(table, "j2_degC"), 22.5, atol=1e-9)
     assert read(written(tmp_path, "time_s,ambient_degC\n0,22\n60,22\n")) is None
+
+
+@pytest.mark.parametrize(
+    ("names", "moment"), [("time", "2026-11-22T08:15:0{}Z"), ("Date,Clock", "22.11.2026,08:15:0{}")]
+)
+def test_moments_beside_columns_of_our_own_are_the_times(tmp_path, names, moment):
+    """*time: unknown; did you mean 'time_s'?* was said, and of that name that a moment is no number."""
+    rows = [f"{moment.format(n)},{n},2,3" for n in (1, 2)]
+    table = read(written(tmp_path, "\n".join([f"{names},x_mm,y_mm,z_mm", *rows])), PLACE, (*PLACE, "time_s"), "")
+    assert_allclose(np.diff(column(table, "time_s")), 1.0)
+    assert_allclose(column(table, "x_mm"), [1, 2])
+    assert read(written(tmp_path, "day,x_mm,y_mm,z_mm\n1,1,2,3\n"), PLACE, (*PLACE, "time_s")) is None

@@ -132,6 +132,18 @@ def test_no_arm_warms_by_more_than_three_kelvin_in_ten_minutes(tmp_path, arm):
         warmed(3.1, 590)
 
 
+def test_a_log_of_more_than_thirty_days_is_asked_whether_it_counts_milliseconds(tmp_path, arm):
+    """All poses stood in its first seconds, cold, and the fit was accepted."""
+    time = np.linspace(0, 6 * HOUR, 361)
+    with pytest.raises(InputError, match="the log takes 250 days, 30 at most: are its times milliseconds"):
+        with_log(tmp_path, arm, 1000 * time, 20.0, j2=AIR + 11 * warming(time), at=(180.0, 6 * HOUR))
+
+
+def test_times_since_2000_outside_a_log_are_said_to_the_second(tmp_path, arm):
+    with pytest.raises(InputError, match=r"848487600 is outside the log .*\(848473200 to 848487000 s\)"):
+        with_log(tmp_path, arm, np.linspace(848473200, 848487000, 200), j2=AIR, at=(848473300, 848487600))
+
+
 @pytest.mark.parametrize(("air", "other"), [(True, 0.0), (False, 0.0)])
 def test_a_log_begins_cold_within_a_kelvin_and_a_half_of_the_air_or_of_its_own_coldest(tmp_path, arm, air, other):
     time = np.linspace(0, 2 * HOUR, 241)

@@ -90,11 +90,17 @@ def read_recorded(
     """
     data = read_named(source, "give a CSV file", MAX_BYTES) if data is None else data
     lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
-    first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+    filled = (line for line in lines if line.strip() and not line.lstrip().startswith("#"))
+    first, second = next(filled, ""), next(filled, "")
     says = units_of_all((0, [line]) for line in lines if line.lstrip().startswith("#"))
     is_plain = not says and not any(getattr(dialect, key) for key in DialectTable.model_fields)
-    head = {cell.strip(' "') for cell in first.split(",")}
-    if not first or (is_plain and set(required) <= head and not in_other_units(head - {*known}, known)):
+    names, cells = ([cell.strip(' "') for cell in line.split(",")] for line in (first, second))
+    head = {*names}
+    has_moments = TIME in {*known} - head and any(
+        time_of(c)[0] for n, c in zip(names, cells, strict=False) if n not in known
+    )
+    is_ours = set(required) <= head and not has_moments and not in_other_units(head - {*known}, known)
+    if not first or (is_plain and is_ours):
         return None
     layout = layout_of(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
     upright = next((k for k in range(len(layout.names)) if set("xyz") <= {*map(str.lower, layout.column(k))}), None)
