@@ -1,6 +1,6 @@
 """Rises of the arm at each pose: from a log of temperatures, or unknown from the start of a warm-up."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,9 +25,12 @@ LONGEST = 30 * DAY
 RISE = 3.0  # [K] that no arm warms within SHORTEST
 SWAPPED = 2.0  # times: rises in the opposite proportion to the file's
 AIR = 4.0  # [K] that the air of a cell hardly changes by within a log
+COLD = 0.5  # [K] below which no pose is one of a warm arm
 USED = 2.0  # [K] from which a proportion of rises says something
 #: by which the clock of a log may be off, beside the poses' [s]
 CLOCK_SHIFTS = np.array([-180, -120, -60, -30, 30, 60, 120, 180]) * MINUTE
+SHARE = 0.02  # of a log: poses in another unit that take less of it are there by chance
+ENDED = 5.0  # times as long as a log: poses of another unit take longer, where the first is inside
 CLOCKS = ((3600.0, "hours"), (60.0, "minutes"), (1e-3, "milliseconds"))
 
 
@@ -75,7 +78,7 @@ def with_temperatures(
     filled = fill_rises(rises, heat, data.time, cold=reference == "start")
     moved = fill_rises(rises, heat, np.add.outer(CLOCK_SHIFTS, data.time).ravel(), cold=reference == "start").rise
     shifted = moved.reshape(len(CLOCK_SHIFTS), *filled.rise.shape)
-    warm = (filled.rise.max(axis=1) > 0.5) * (data.time - log.time[0])
+    warm = (filled.rise.max(axis=1) > COLD) * (data.time - log.time[0])
     modelled = tuple(np.flatnonzero(filled.modelled).tolist())
     findings = [
         *read_findings(log.notes),
@@ -91,6 +94,15 @@ def with_temperatures(
         message = f"{source}: no sensor on {names}: their rises are modelled from the others, in the file's proportions"
         findings.append(Finding(Level.NOTE, Code.LOG_MODELLED, message))
     return replace(data, rise=filled.rise, lag=filled.lag, shifted=shifted, modelled=modelled, warm=warm), findings
+
+
+def check_warms(parts: Sequence[Measurements], log: Temperatures) -> None:
+    """Raises InputError where by a log the arm is cold at all poses of a warm-up."""
+    if parts and not any(part.warm.any() for part in parts):
+        raise InputError(
+            f"{parts[0].file()}: column time_s: by the log {log.table.source} the arm is less than {COLD:g} K warm at "
+            "all poses of the warm-up; are their times minutes? multiply them by 60"
+        )
 
 
 def as_warm_up(data: Measurements) -> Measurements:
@@ -130,12 +142,15 @@ def _check_covered(data: Measurements, log: Temperatures) -> None:
         return
     row = data.row_of(int(outside[0]))
     pose, first, last = float(data.time[outside[0]]), float(data.time.min()), float(data.time.max())
-    mend = "both need one clock"
-    for factor, unit in CLOCKS:
-        if low <= first * factor and last * factor <= high and last - first > 0.02 * (high - low) / factor:
-            mend = f"are the poses' times {unit}? multiply them by {factor:g}"
-        elif low * factor <= first and last <= high * factor and (last - first) * 50 > (high - low) * factor:
-            mend = f"are the log's times {unit}? multiply them by {factor:g}"
+    span, taken, mend = last - first, high - low, "both need one clock"
+    if low <= first <= high and span < ENDED * taken:
+        mend = f"it ends too early, or {mend}"
+    else:
+        of_poses = [(span * f / taken, "poses'", u, f) for f, u in CLOCKS if low <= first * f and last * f <= high]
+        of_log = [(span / taken / f, "log's", u, f) for f, u in CLOCKS if low * f <= first and last <= high * f]
+        share, whose, unit, factor = max([*of_poses, *of_log], default=(0.0, "", "", 0.0))
+        if share > SHARE:
+            mend = f"are the {whose} times {unit}? multiply them by {factor:g}"
     raise InputError(
         f"{data.label[row]}, column time_s: {pose:.10g} is outside the log {log.table.source} ({low:.10g} to "
         f"{high:.10g} s); {mend}"

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.identification.measurements import blank_rows
-from compgen.identification.warm_up import CLOCK_SHIFTS, as_warm_up, read_log, with_temperatures
+from compgen.identification.warm_up import CLOCK_SHIFTS, as_warm_up, check_warms, read_log, with_temperatures
 from compgen.pipelines.files.robot_file import load_arm
 
 HOUR = 3600.0
@@ -106,6 +106,8 @@ def test_a_warm_up_without_a_log_counts_from_its_first_pose_and_takes_ten_minute
         ((50, 150), 1000, 8000, "both need one clock"),
         ((0, 2.5), 1000, 9000, "are the log's times hours? multiply them by 3600"),
         ((0, 9e6), -50, 9000, "both need one clock"),
+        ((0, 10800), 180, 21600, "it ends too early, or both need one clock"),  # not: of 7 days, minutes
+        ((0, 150), 100, 9000, "are the log's times minutes? multiply them by 60"),  # not: the poses' milliseconds
     ],
 )
 def test_poses_outside_a_log_are_refused_with_the_unit_that_puts_them_inside(tmp_path, arm, log, first, last, words):
@@ -142,6 +144,18 @@ def test_a_log_of_more_than_thirty_days_is_asked_whether_it_counts_milliseconds(
 def test_times_since_2000_outside_a_log_are_said_to_the_second(tmp_path, arm):
     with pytest.raises(InputError, match=r"848487600 is outside the log .*\(848473200 to 848487000 s\)"):
         with_log(tmp_path, arm, np.linspace(848473200, 848487000, 200), j2=AIR, at=(848473300, 848487600))
+
+
+def test_a_warm_up_at_which_the_log_says_the_arm_is_cold_is_refused(tmp_path, arm):
+    """With its times in minutes all of it stood in the first six minutes of the log, and the fit was accepted."""
+    log, heat = course(tmp_path, arm)
+    seconds = np.linspace(180, 4 * HOUR, 60)
+    warm, _ = with_temperatures(poses(arm, seconds), log, heat, "start")
+    cold, _ = with_temperatures(poses(arm, seconds / 60), log, heat, "start")
+    check_warms([], log)
+    check_warms([cold, warm], log)
+    with pytest.raises(InputError, match=r"poses.csv: column time_s: by the log .* less than 0.5 K .* minutes\?"):
+        check_warms([cold], log)
 
 
 @pytest.mark.parametrize(("air", "other"), [(True, 0.0), (False, 0.0)])

@@ -38,7 +38,7 @@ from compgen.identification.measurement_checks import check_copies
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
 from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
-from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
+from compgen.identification.warm_up import as_warm_up, check_warms, read_log, with_temperatures
 from compgen.job.tables import IdentifiedTable
 from compgen.pipelines.files.robot_file import Arm, arm_of, load_arm
 from compgen.pipelines.files.schema import SCHEMA_FILES, robot_schema
@@ -159,6 +159,7 @@ def read_measurements(
         cold, warm, distances, touches = (
             [logged.get(id(part), part) for part in parts] for parts in (cold, warm, distances, touches)
         )
+        check_warms(warm, log)
     elif warm:
         warm = [as_warm_up(part) for part in warm]
     lines = [read_lines(file, arm.robot, nodes) for file in files.lines]
