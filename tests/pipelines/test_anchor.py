@@ -512,8 +512,8 @@ def test_warmth_that_a_robot_file_does_not_know_is_no_noise(tmp_path):
     probe = "[probe]\nx_mm = 0\ny_mm = 0\nz_mm = 200\ndiameter_mm = 6\n"
     (tmp_path / "artefact.toml").write_text("".join(["[artefact]\ntaught = {}\n", *spheres, probe]))
     place = ["path.diameter_mm=500", "path.x_mm=1100", "path.y_mm=0", "path.z_mm=100", "before=[]"]
-    files = {"touches": str(tmp_path / "touches.csv"), "artefact": None}
-    result = anchor_files(path_file("circle_1300"), "m20ia", place, **files)
+    touches = str(tmp_path / "touches.csv")
+    result = anchor_files(path_file("circle_1300"), "m20ia", place, touches=touches, artefact=None)
     assert result.verdict == "cannot tell"
     assert Code.ANCHOR_PHYSICS in {f.code for f in result.findings}
 

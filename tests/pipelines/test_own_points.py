@@ -362,5 +362,5 @@ def test_points_on_arcs_are_met_by_the_arcs_and_not_by_chords_between_samples(tm
     planned, corrected = generate(load_job(str(tmp_path / "own.toml"), None, ["process.moves=arcs"]), quiet)
     assert corrected.program.via.any()
     (found,) = [f for f in corrected.findings if f.code == "path.file"]
-    met = float(re.search(r"met to ([\d.]+) um", found.message)[1])
+    (met,) = map(float, re.findall(r"met to ([\d.]+) um", found.message))
     assert met < 1e6 * (planned.job.plan.path.tolerance + corrected.deviation.on_part["total"].max)

@@ -89,18 +89,7 @@ def read_recorded(
         InputError: It cannot be read, leaves something open or contradicts itself.
     """
     data = read_named(source, "give a CSV file", MAX_BYTES) if data is None else data
-    lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
-    filled = (line for line in lines if line.strip() and not line.lstrip().startswith("#"))
-    first, second = next(filled, ""), next(filled, "")
-    says = units_of_all((0, [line]) for line in lines if line.lstrip().startswith("#"))
-    is_plain = not says and not any(getattr(dialect, key) for key in DialectTable.model_fields)
-    names, cells = ([cell.strip(' "') for cell in line.split(",")] for line in (first, second))
-    head = {*names}
-    has_moments = TIME in {*known} - head and any(
-        time_of(c)[0] for n, c in zip(names, cells, strict=False) if n not in known
-    )
-    is_ours = set(required) <= head and not has_moments and not in_other_units(head - {*known}, known)
-    if not first or (is_plain and is_ours):
+    if _is_ours(data, dialect, known, required):
         return None
     layout = layout_of(str(source), sheet_of(str(source), data, dialect.delimiter), dialect, table)
     upright = next((k for k in range(len(layout.names)) if set("xyz") <= {*map(str.lower, layout.column(k))}), None)
@@ -125,6 +114,24 @@ def read_recorded(
         mend = mend if theirs else f"no other column has numbers, or times as {_MOMENT}; add it so"
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
     return _table(layout, assigned, times)
+
+
+def _is_ours(data: bytes, dialect: DialectTable, known: Sequence[str], required: Sequence[str]) -> bool:
+    """Whether a file is empty, or its names, units and times are compgen's own."""
+    lines = data[:100_000].decode("utf-8-sig", "ignore").splitlines()
+    filled = (line for line in lines if line.strip() and not line.lstrip().startswith("#"))
+    first, second = next(filled, ""), next(filled, "")
+    if not first:
+        return True
+    says = units_of_all((0, [line]) for line in lines if line.lstrip().startswith("#"))
+    if says or any(getattr(dialect, key) for key in DialectTable.model_fields):
+        return False
+    names, values = ([cell.strip(' "') for cell in line.split(",")] for line in (first, second))
+    others = {*names} - {*known}
+    has_moments = any(time_of(value)[0] for name, value in zip(names, values, strict=False) if name in others)
+    if TIME in {*known} - {*names} and has_moments:
+        return False
+    return {*required} <= {*names} and not in_other_units(others, known)
 
 
 def in_other_units(cells: Iterable[str], known: Sequence[str]) -> bool:
