@@ -122,6 +122,20 @@ def test_measured_orientations_are_fitted_with_each_reflectors_own_axes(truth, s
     assert (with_axes.sigma[zeros] < without.sigma[zeros]).all()  # orientations tell of the joints
 
 
+@pytest.mark.parametrize("robust", [False, True])
+def test_rows_that_say_they_are_a_thousand_times_worse_move_nothing(truth, robust):
+    active = np.array([t.source in ("joint_zeros", "link_offsets") for t in truth.model.parameters])
+    only, rng = replace(truth, p=np.where(active, truth.p, 0.0)), np.random.default_rng(14)
+    data = measured(only, random_theta(truth.arm.robot, rng, 25), rng)
+    bad = data.pose % 3 == 0
+    spoiled = replace(data, position=data.position + 1e-3 * bad[:, None], sigma=np.where(bad, 1e3, 1.0))
+    fitted, without = (
+        fit(truth.model, rows, active, learn=False, robust=robust, noise=NOISE) for rows in (spoiled, data.subset(~bad))
+    )
+    assert (np.abs(fitted.p - without.p) <= 0.02 * without.sigma).all()
+    assert not fitted.outlier[bad].any()
+
+
 def test_the_linear_problem_meets_the_closed_form():
     rng = np.random.default_rng(0)
     A, z = rng.normal(size=(40, 6)), rng.normal(size=40)

@@ -14,6 +14,7 @@ from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.planning import boundaries, curves, patterns, surfaces, toolpath
 from compgen.planning.exact_path import ExactPath
+from compgen.planning.whole_periods import Periods
 
 PATHS = Path(__file__).parents[2] / "paths"
 ATOL_M = 1e-12
@@ -32,15 +33,16 @@ PATTERNS = {
     "square raster": patterns.raster(HEXAGON, 0.03, 0.01, smooth=False),
     "smooth raster": patterns.raster(HEXAGON, 0.03, 0.01, smooth=True),
 }
+PERIODS = Periods(length=0.05e-3, rounding=1.8e-6)  # so short that the chord decides where lines end
 SURFACES = {"plane": FLAT, "optic": OPTIC, "bowl": BOWL}
 EVERY = [(p, s) for p in PATTERNS for s in SURFACES]
 
 
 @cache
-def path(pattern, surface="bowl", chord=1.5e-6, lift=0.02, boundary=HEXAGON, spin=0.3):
+def path(pattern, surface="bowl", chord=1.5e-6, lift=0.02, boundary=HEXAGON, spin=0.3, periods=None):
     pattern = PATTERNS[pattern] if isinstance(pattern, str) else pattern
     bare = ExactPath(curve=pattern, surface=SURFACES[surface], boundary=boundary, spin=spin)
-    return toolpath.plan_tool_path(bare, toolpath.LayoutSettings(chord), lift=lift)
+    return toolpath.plan_tool_path(bare, toolpath.LayoutSettings(chord, periods=periods), lift=lift)
 
 
 def off_chord(tool, every=1):
@@ -51,6 +53,17 @@ def off_chord(tool, every=1):
     along = (b - a) / np.linalg.norm(b - a, axis=2, keepdims=True)
     gap = p - a
     return np.linalg.norm(gap - (gap * along).sum(axis=2, keepdims=True) * along, axis=2).max(axis=1)
+
+
+def off_balanced(tool):
+    """Largest distance of the true path from the line between where its ends stand, at eleven places of each [m]."""
+    ends, segment = tool.target.position + tool.balance, np.arange(len(tool.span))
+    along = np.diff(ends, axis=0) / np.linalg.norm(np.diff(ends, axis=0), axis=1, keepdims=True)
+    gaps = []
+    for share in np.linspace(0, 1, 11):
+        gap = tool.at(segment, np.full(len(segment), share)).pose.position - ends[:-1]
+        gaps.append(np.linalg.norm(gap - (gap * along).sum(axis=1, keepdims=True) * along, axis=1))
+    return np.max(gaps, axis=0)
 
 
 def local(tool, surface):
@@ -88,6 +101,87 @@ def test_chords_use_what_they_are_given():
     """The largest distance of a curve is near the setting, so the bound above bites."""
     for pattern in ("circle", "spiral", "iso9283"):
         assert off_chord(path(pattern)).max() > 0.9 * 1.5e-6
+
+
+@pytest.mark.parametrize(("periods", "most"), [(None, 1.05), (PERIODS, 1.09)])
+@pytest.mark.parametrize(("pattern", "surface"), EVERY)
+def test_a_path_has_hardly_more_lines_than_its_curvature_asks_for(pattern, surface, periods, most):
+    """Against the integral of ds over the spacing, and three a piece: whole lines, rests, corners take the others."""
+    tool, t = path(pattern, surface, periods=periods), (np.arange(2000) + 0.5) / 2000
+    chord = 1.5e-6 if periods is None else 2 * 1.5e-6  # to either side
+    asked = 0.0
+    for piece in range(len(tool.exact.curve.poly)):
+        speed, spacing = tool.exact.speed_and_spacing(np.full(2000, piece), t, chord, 10e-3)
+        asked += max(3.0, (speed / spacing).mean())
+    assert len(tool.span) < most * asked
+
+
+@pytest.mark.parametrize("chord_um", [1.5, 20.0])
+@pytest.mark.parametrize(("pattern", "surface"), EVERY)
+def test_lines_of_whole_periods_leave_the_path_by_the_chord_to_either_side_beside_corners_too(
+    pattern, surface, chord_um
+):
+    tool = path(pattern, surface, chord=chord_um * 1e-6, periods=PERIODS)
+    assert off_balanced(tool).max() <= chord_um * 1e-6
+
+
+@pytest.mark.parametrize("periods", [None, PERIODS])
+@pytest.mark.parametrize("chord_um", [1.5, 20.0, 100.0])
+def test_a_path_that_begins_and_ends_where_curvature_changes_fast_keeps_its_chord(chord_um, periods):
+    """The first line and the last one are those that leave it too far as they are laid at first."""
+    turn = curves.u_turns(np.zeros((1, 2)), np.array([[0.0, 0.01]]), np.array([[1.0, 0.0]]), 0.01)
+    tool = path(turn, "plane", chord=chord_um * 1e-6, lift=0.0, periods=periods)
+    assert (off_chord(tool) if periods is None else off_balanced(tool)).max() <= chord_um * 1e-6
+
+
+def half_circle(x, radius=0.1):
+    """About (x, 0), to a stop."""
+    return curves.spiral((x, 0), (radius, radius), (np.pi, 0), stop=True)
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.8])  # of the larger ones all lines are as long
+def test_lines_on_both_sides_of_a_corner_keep_the_chord(radius):
+    tool = path(curves.join(half_circle(0, radius), half_circle(2 * radius, radius)), "plane", lift=0, periods=PERIODS)
+    assert off_balanced(tool).max() <= 1.5e-6
+
+
+def test_lines_beside_a_corner_end_on_it_and_use_the_chord_as_others_do():
+    """Where two half circles of 100 mm meet: of a line that ends on the path 3/4 of the sag count, not a half."""
+    tool = path(curves.join(half_circle(0.0), half_circle(0.2)), "plane", lift=0.0, periods=PERIODS)
+    off, length, corner = off_balanced(tool), np.diff(tool.arc), int(np.flatnonzero(tool.stop)[1])
+    assert_allclose(tool.target.position[corner] - CENTRE, [0.1, 0, 0], atol=ATOL_M)
+    assert_allclose(tool.balance[corner], 0, atol=ATOL_M)
+    for beside, away in ((corner - 1, corner - 10), (corner, corner + 10)):
+        assert 0.55 * 1.5e-6 < off[beside] < 1.5e-6
+        assert 0.9 * 1.5e-6 < off[away] < 1.5e-6
+        assert length[away] / np.sqrt(1.5) - PERIODS.length < length[beside] < length[away]
+
+
+def test_a_corner_makes_lines_shorter_only_between_two_curves_and_where_they_are_balanced():
+    before, arc, behind = curves.line((-0.3, 0), (-0.1, 0), stop=True), half_circle(0), curves.line((0.1, 0), (0.3, 0))
+    way, *alone = (
+        np.diff(path(c, "plane", lift=0.0, periods=PERIODS).arc)
+        for c in (curves.join(before, arc, behind), before, arc, behind)
+    )
+    assert_allclose(way, np.concatenate(alone), atol=1e-9)
+    alone, twice = (path(c, "plane", lift=0.0) for c in (arc, curves.join(arc, half_circle(0.2))))
+    assert_allclose(np.diff(twice.arc), np.tile(np.diff(alone.arc), 2), atol=1e-9)
+
+
+def test_a_path_of_fewer_waypoints_is_the_same_curve_and_stands_beside_it_by_its_own_lines():
+    tool = path("circle", "plane", lift=0.0, periods=PERIODS)
+    rows = np.append(np.arange(0, len(tool.arc) - 1, 2), len(tool.arc) - 1)
+    fewer, arcs = tool.subset(rows), tool.subset(rows, via=np.arange(len(rows)) % 2 == 1)
+    segment = np.arange(len(rows) - 1)
+    for share, whole in ((0.0, rows[:-1]), (1.0, rows[1:])):
+        position = fewer.at(segment, np.full(len(segment), share)).pose.position
+        assert_allclose(position, tool.target.position[whole], atol=ATOL_M)
+    assert_allclose(off_chord(fewer)[:-1], 4 * off_chord(tool).max(), rtol=0.05)  # as much farther as two by two lines
+    assert off_balanced(fewer)[2:-2].max() < 0.6 * off_chord(fewer).max()  # to both sides
+    assert not fewer.via.any()
+    assert (arcs.via == (np.arange(len(rows)) % 2 == 1)).all()
+    assert not arcs.balance.any()  # an arc lies on the path
+    assert not path("circle", "plane", lift=0.0).subset(rows[:2]).balance.any()
 
 
 @pytest.mark.parametrize(("radius", "chord_um"), [(0.65, 1.5), (0.65, 10.0), (0.05, 1.5), (0.05, 0.1)])

@@ -88,6 +88,19 @@ def test_a_run_too_short_for_its_ramps_reaches_what_they_allow(robot):
     assert timing.at_word.sum() == 0
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_change_on_the_way_that_is_broken_off_is_of_what_it_comes_to(robot, backwards):
+    """From v on the way up to p and down to a stop: T(p - v) at a mean of (p + v) / 2, T(p) at one of p / 2."""
+    a, j = limits(robot)
+    v, p, word = 0.1, 0.14, 0.2
+    at_first, up, down = (float(ramp_duration(np.array([change]), a, j)[0]) for change in (v, p - v, p))
+    lengths, words = [0.5, up * (p + v) / 2 + down * p / 2], [v, word]
+    timing = clocked(robot, lengths[::-1] if backwards else lengths, words[::-1] if backwards else words)
+    assert_allclose(timing.highest[0 if backwards else 1], p, rtol=1e-6)
+    assert_allclose(timing.time[-1], 0.5 / v + at_first / 2 + up + down, rtol=1e-6)
+    assert_allclose(timing.at_word.sum(), 0.5 - at_first * v / 2, rtol=1e-6)  # of the first line alone
+
+
 run = st.lists(
     st.tuples(st.floats(5e-4, 0.3), st.sampled_from([0.01, 0.05, 0.0504, 0.15, 0.2])), min_size=1, max_size=6
 )
