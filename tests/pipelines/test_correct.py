@@ -80,14 +80,16 @@ def test_a_robot_without_error_changes_no_byte(path, rigid):
         assert (result.changed, result.added) == (0, 0)
 
 
-def test_what_is_left_as_it_is_says_how_far_it_stays_off():
+@pytest.mark.parametrize(("limits", "zero"), [("[-90, 20.0005]", -8), ("[19.9995, 90]", 8)])
+def test_what_is_left_as_it_is_says_how_far_it_stays_off(limits, zero):
     """J2 at its limit, and its zero 8 mdeg off: the forearm's angle to the horizontal counts by itself."""
-    off = ["limits.j2_deg=[-90, 20.0005]", "sources.joint_zeros.offset_mdeg=[0, -8, 0, 0, 0, 0]"]
+    off = [f"limits.j2_deg={limits}", f"sources.joint_zeros.offset_mdeg=[0, {zero}, 0, 0, 0, 0]"]
     cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), off)
-    high, low = (0, 20, -30, 0, -60, 0), (0, 18, -30, 0, -60, 0)
+    high, inside = (0, 20, -30, 0, -60, 0), (0, 20 + np.sign(zero) * 2, -30, 0, -60, 0)
     moves = ["J P[1] 20% FINE", "L P[2] 100mm/sec FINE"]
-    result = corrected(program(moves, [at(1, high), at(2, low)]), cell, before=())
-    real = (0, 20 - 0.008, -30 + 0.008, 0, -60, 0)
+    result = corrected(program(moves, [at(1, high), at(2, inside)]), cell, before=())
+    assert [station for station, _ in result.plan.stations.held] == [0]
+    real = (0, 20 + 1e-3 * zero, -30 - 1e-3 * zero, 0, -60, 0)
     stays = 1e3 * np.linalg.norm(arm.flange(real)[:3, 3] - arm.flange(high)[:3, 3])
     held = next(f.message for f in result.findings if f.code == "correction.held")
     assert f"left as it is, up to {stays:.0f} um off: its correction would drive joint J2 beyond" in held

@@ -108,6 +108,27 @@ def test_an_offset_that_is_told_is_corrected_where_it_leads(option, how, source,
     assert missed_um(data, data, 1, HOME, **how) > 50
 
 
+def test_a_place_with_and_without_its_offset_stays_where_its_correction_turns_a_joint_past_180(hot):
+    """Its one CONFIG cannot say it for both; a place of one motion, or one that does not turn past it, is corrected."""
+    stays = set()
+    for more in (-0.002, 0.0004, 0.002):
+        q = (*HOME[:5], 180.0 + more)
+        point, motion = [at(1, q, form="{:.6f}")], "L P[1] 50mm/sec FINE"
+        alone = shifted([motion], points=point)
+        of_one = run(alone, hot)
+        config, corrected_config = (naive_ls.read(d)[0][1].groups[1].config for d in (alone, of_one.text))
+        both = shifted([f"{motion} Offset,PR[5]", motion], *assign(5, SHIFT), points=point)
+        result = run(both, hot)
+        reasons = [reason for _, reason in result.plan.stations.held]
+        assert [reason.startswith("its correction would pass +-180 deg") for reason in reasons] == (
+            [True] if config != corrected_config else []
+        )
+        assert changed(alone, of_one) == {1, 3}
+        assert changed(both, result) == ({3} if reasons else {1, 3})
+        stays.add(bool(reasons))
+    assert stays == {True, False}
+
+
 def test_a_condition_gives_the_offset_of_motions_without_a_register(hot):
     moves = ["OFFSET CONDITION PR[5]", "L P[1] 50mm/sec FINE Offset", "L P[2] 50mm/sec FINE"]
     data = shifted(moves, *assign(5, SHIFT))

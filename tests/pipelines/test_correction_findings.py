@@ -10,10 +10,15 @@ from corrected import HOME, corrected, joints, pose
 from ls_text import at, joint_form, program
 from shipped import ROOT
 
+from compgen.compensation.problem import Settings
+from compgen.core import stages
 from compgen.core.finding_codes import Level
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import DEG, UM
+from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.program.frames import Frames, default_frames
 from compgen.verification.flight import PoseErrors
 
 MOVES = ["J P[1] 10% FINE", "L P[2] 50mm/sec FINE", "L P[3] 50mm/sec FINE"]
@@ -172,6 +177,41 @@ def test_a_station_that_is_held_has_no_correction_and_stays_at_its_joints(result
     assert not held.plan.free.any()
     assert held.text == held.planned
     assert np.abs(result.plan.stations.correction[:, :3]).max(axis=1).min() > 1 * UM
+
+
+def test_a_run_of_short_lines_keeps_a_limit_that_is_named_at_its_lines_and_tells_how_far_it_is(result):
+    """Two runs, of six and of three lines of 5 mm: the warm arm asks for 6e-5 of correction a length of line."""
+    places = [*[(0.0, -5.0 * n) for n in range(7)], *[(100.0, -5.0 * n) for n in range(4)]]
+    q = [arm.joints_at(arm.frame(x, y, 0, 0, 0, 0) @ arm.flange(HOME), HOME) for x, y in places]
+    begins = (1, 8)
+    moves = [f"{'J' if n in begins else 'L'} P[{n}] {'10%' if n in begins else '50mm/sec'} FINE" for n in range(1, 12)]
+    data, shares = program(["J P[12] 10% FINE", *moves], [at(n, j) for n, j in enumerate([*q, ENDS[1]], 1)]), []
+    options = Options(settings=Settings(rate=5e-5))
+    said = correct(data, result.cell, default_frames(), result.before, options, lambda *how: shares.append(how))
+    correction, length = said.plan.stations.correction[:, :3], said.plan.drive.length
+    slope = np.linalg.norm(np.diff(correction, axis=0), axis=1) / length[1:]
+    lines = [*range(2, 8), *range(9, 12)]  # by the station that each leads to
+    assert slope[np.array(lines) - 1] == pytest.approx(np.full(9, 5e-5), rel=1e-3)
+    assert [station for station, _ in said.plan.stations.limited] == [n - 1 for n in lines]
+    (finding,) = [f for f in said.findings if f.code == "correction.limited"]
+    assert finding.message == "rate limit binds at lines 5, 6, 7, 8, 9, 10, 12, 13 and 1 more"
+    assert said.plan.stations.held == ()
+    assert [share for stage, share in shares if stage == stages.CORRECTION] == [0.5, 1.0]
+
+
+def test_moves_and_turns_are_clamped_each_for_itself():
+    """The zero of J6 is 100 mdeg off: 1.7 mrad about the x of a tool that looks along J6, and nothing moves."""
+    cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), ["sources.joint_zeros.offset_mdeg=[0, 0, 0, 0, 0, 100]"])
+    along = Frames({0: IDENTITY}, {1: Pose(np.zeros(3), np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]]))})
+    data = program(MOVES[:1], [at(1, HOME, ut=arm.frame(0, 0, 0, 0, -90, 0), numbered=(0, 1))])
+
+    def held(**clamps):
+        return corrected(data, cell, along, before=(), settings=Settings(**clamps)).plan.stations.held
+
+    assert held(clamp_position=1e-3) == ()
+    assert held(clamp_rotation=1.8e-3) == ()
+    ((_, reason),) = held(clamp_rotation=1.7e-3)
+    assert reason.startswith("its correction is beyond the clamp")
 
 
 def test_of_a_plain_program_without_a_bound_nothing_else_is_said(result):

@@ -26,7 +26,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study import ASKS, build, questions, run, workers
+from compgen.pipelines.study import ASKS, build, questions, run, scenarios, workers
 from compgen.pipelines.study.geometry import execute_with, lay_out
 from compgen.pipelines.study.questions import answer_questions, first_above, first_below, passes, when_settled
 from compgen.pipelines.study.scenarios import Scenario
@@ -234,6 +234,7 @@ def test_a_study_that_cannot_be_is_refused(vary, words):
         ("feed,chord\n1,\n", ("line 2, column chord", "empty")),
         ("feed,chord\n1,2:3:0\n", ("line 2, column chord", "0 values")),
         ('feed,chord\n1,"2,3"\n', ("line 2, column chord", "2 values")),
+        ("feed,process.feed_mm_s\n1,2\n", ("process.feed_mm_s stands twice in the header", "keep one")),
     ],
 )
 def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
@@ -251,11 +252,29 @@ def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
         ("200:80:3", ["200.0", "140.0", "80.0"]),
         ("50:50:1", ["50.0"]),
         ("50:50:2", ["50.0", "50.0"]),
+        ("50:80:2", ["50.0", "80.0"]),
     ],
 )
 def test_a_range_is_so_many_values_both_ends_among_them(typed, values):
     ranged = build(PATH, None, (), (f"feed={typed}",), None, correct=False)
     assert [s.overrides() for s in ranged.scenarios] == [[f"process.feed_mm_s={value}"] for value in values]
+
+
+def test_as_many_scenarios_as_are_allowed_are_taken(monkeypatch):
+    monkeypatch.setattr(scenarios, "MOST", 4)
+    for vary in (("feed=20:50:4",), ("feed=20,30", "duty=0.5,1")):
+        assert len(build(PATH, None, (), vary, None, correct=False).scenarios) == 4
+    for vary, words in ((("feed=20:60:5",), "more than 4 values"), (("feed=20,30", "duty=0,0.5,1"), "6 .* over 4")):
+        with pytest.raises(InputError, match=words):
+            build(PATH, None, (), vary, None, correct=False)
+
+
+def test_a_value_that_looks_like_another_units_is_asked_about_once(tmp_path):
+    """Of all that its scenarios' files make one say, no more than this."""
+    study = build(PATH, None, (), ("robot.thermal.cte_um_m_K=11.25e-6,12", "feed=50,100"), None, correct=False)
+    assert {f.code for f in study.questions} == {"units.unlikely"}
+    assert len(study.questions) == 1
+    assert build(PATH, None, (), ("feed=50,100",), None, correct=False).questions == ()
 
 
 def test_a_row_that_the_file_does_not_have_is_named_with_its_short_name():
