@@ -78,7 +78,7 @@ class Code(StrEnum):
         "As for bounds.max_um.", OUTSIDE)
     BOUNDS_CROSS_UM = ("bounds.cross_um", "verification", "The error across the path is above its bound.",
         "As for bounds.max_um.", OUTSIDE)
-    BOUNDS_NORMAL_UM = ("bounds.normal_um", "verification", "The error along the surface normal is above its bound.",
+    BOUNDS_NORMAL_UM = ("bounds.normal_um", "verification", "The error along the tool is above its bound.",
         "As for bounds.max_um.", OUTSIDE)
     BOUNDS_AXIS_MDEG = ("bounds.axis_mdeg", "verification", "The tool's axis is tilted by more than its bound.",
         "As for bounds.max_um.", OUTSIDE)
@@ -97,7 +97,7 @@ class Code(StrEnum):
     BOUNDS_GUARANTEED_CROSS_UM = ("bounds.guaranteed.cross_um", "verification", "Too few arms and days keep it across.",
         "As for bounds.guaranteed.max_um.", OUTSIDE)
     BOUNDS_GUARANTEED_NORMAL_UM = ("bounds.guaranteed.normal_um", "verification",
-        "Too few arms and days keep it normal.", "As for bounds.guaranteed.max_um.", OUTSIDE)
+        "Too few arms and days keep it along the tool.", "As for bounds.guaranteed.max_um.", OUTSIDE)
     BOUNDS_GUARANTEED_AXIS_MDEG = ("bounds.guaranteed.axis_mdeg", "verification",
         "Too few arms and days keep the axis.", "As for bounds.guaranteed.max_um.", OUTSIDE)
     BOUNDS_GUARANTEED_TOGETHER = ("bounds.guaranteed.together", "verification",

@@ -29,11 +29,11 @@ class LargestTable(Table):
     rms_um: Positive | None = None
     """Root mean square of the distance, over the length of the path."""
     feed_um: Positive | None = None
-    """Largest residual along the feed."""
+    """Largest residual along the feed, square to the tool."""
     cross_um: Positive | None = None
-    """Largest residual across the feed, in the surface."""
+    """Largest residual across the feed, square to the tool."""
     normal_um: Positive | None = None
-    """Largest residual along the surface normal."""
+    """Largest residual along the tool: the surface's normal, unless the tool leans."""
     axis_mdeg: Positive | None = None
     """Largest tilt of the tool axis."""
 

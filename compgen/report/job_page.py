@@ -34,7 +34,7 @@ PARTS = {
     "total": "total [µm]",
     "feed": "along feed [µm]",
     "cross": "cross feed [µm]",
-    "normal": "normal to the surface [µm]",
+    "normal": "along the tool [µm]",
     "axis_angle": "tool axis [mdeg]",
 }
 
@@ -57,7 +57,7 @@ BOUNDS = {
     "rms_um": "rms {} µm",
     "feed_um": "along feed {} µm",
     "cross_um": "cross feed {} µm",
-    "normal_um": "normal to the surface {} µm",
+    "normal_um": "along the tool {} µm",
     "axis_mdeg": "tool axis {} mdeg",
 }
 
@@ -190,7 +190,7 @@ def _error_over_time(curves: list[_ErrorCurves], bound: float | None, radius: Ar
         total, normal = {"color": colour, "width": 1.4}, {"color": GREY, "width": 1, "dash": "dot"}
         traces = [
             trace("scatter", time, curve.total, name=f"{name}: total", line=total),
-            trace("scatter", time, curve.normal, name=f"{name}: normal to the surface", line=normal),
+            trace("scatter", time, curve.normal, name=f"{name}: along the tool", line=normal),
         ]
         limit = None if bound is None or name == "before" else bound / UM
         rows.append(Row(f"{name} [µm]", traces, course(name, curve.total, "µm"), limit, {}))
