@@ -28,7 +28,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen, norm
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.core.units import DEG, MM
-from compgen.program.driven import NONE, DrivenProgram
+from compgen.program.driven import NONE, DrivenProgram, Positions
 from compgen.robot.inverse_kinematics import BranchSolution
 from compgen.robot.joint_path import nearest_turns, wrist_centre
 from compgen.robot.kinematics import flange_pose
@@ -282,11 +282,17 @@ def _way_lengths(robot: Robot, driven: DrivenProgram, ways: IntArray) -> Array:
     arcs = ~driven.line[ways] & ~driven.joint[ways] & (driven.origin[ways] == ways - 1)
     lengths[arcs] = driven.length[ways[arcs]]
     turned = np.flatnonzero(driven.joint[ways])
-    if len(turned):
-        at = np.linspace(0, 1, JOINT_PIECES + 1)[:, None]
-        theta = driven.at.theta[start[turned], None] * (1 - at) + driven.at.theta[end[turned], None] * at
-        tools = np.repeat(driven.at.tools.position[driven.at.tool[end[turned]]], len(at), axis=0)
-        place = flange_pose(robot, theta.reshape(-1, 6)).act(tools)
-        chords = np.diff(place.reshape(len(turned), len(at), 3), axis=1)
-        lengths[turned] = np.linalg.norm(chords, axis=2).sum(axis=1)
+    lengths[turned] = joint_way_lengths(robot, driven.at, start[turned], end[turned])
     return np.asarray(np.nan_to_num(lengths, nan=0.0))
+
+
+def joint_way_lengths(robot: Robot, poses: Positions, start: IntArray, end: IntArray) -> Array:
+    """Length of the tool's way on joint motions from some rows of poses to others, (n,) [m]."""
+    if not len(start):
+        return np.zeros(0)
+    at = np.linspace(0, 1, JOINT_PIECES + 1)[:, None]
+    theta = poses.theta[start, None] * (1 - at) + poses.theta[end, None] * at
+    tools = np.repeat(poses.tools.position[poses.tool[end]], len(at), axis=0)
+    place = flange_pose(robot, theta.reshape(-1, 6)).act(tools)
+    chords = np.diff(place.reshape(len(start), len(at), 3), axis=1)
+    return np.asarray(np.linalg.norm(chords, axis=2).sum(axis=1))

@@ -110,6 +110,16 @@ def test_a_joint_motion_takes_its_longest_turn_over_its_share_of_the_speed_in_wh
     assert drive.duration[1] > drive.written[1]
 
 
+def test_the_tool_goes_round_on_a_joint_motion_and_what_is_driven_is_that_way_over_its_time(arm):
+    """J1 swings by 120 deg, 1300 mm from its axis; the straight way between both ends is 17 % shorter."""
+    swung = (1300 * np.cos(2 * np.pi / 3), 1300 * np.sin(2 * np.pi / 3), 203.0, 180.0, 0.0, 120.0)
+    text = program(["J P[1] 10% CNT100", "J P[2] 10% CNT100"], [cartesian(1, PLACES[0]), cartesian(2, swung)])
+    read = fanuc.loads(text)
+    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    assert_allclose(drive.length[1], 1.3 * 2 * np.pi / 3, rtol=3e-3)
+    assert_allclose(drive.joint_motion().driven[-1], drive.length[1] / drive.duration[1])
+
+
 def test_each_stop_adds_both_means_of_the_run_it_ends_to_lines_and_joint_motions(arm):
     """256 + 168 ms behind a first statement that lasts as long, 176 + 168 behind a shorter one."""
     known = replace(arm, motion=ControllerMotion(moving_averages=(0.176, 0.168), after_long=(0.256, 0.168)))

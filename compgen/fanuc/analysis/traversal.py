@@ -24,6 +24,7 @@ from compgen.fanuc.listing.positions import position_rows
 from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, UNTIMED, WAIT
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.extended_axes import SAME_VALUE
+from compgen.program.ways import joint_way_lengths
 from compgen.robot.robot import Robot
 
 ASSUMED = {"J": 0.25, "L": 0.1}  # share of joint speed, m/s: where a program leaves the speed to run time
@@ -53,6 +54,9 @@ def read_traversal(
     position, theta = np.full((len(pose), 3), np.nan), np.full((len(pose), 6), np.nan)
     position[known], theta[known] = poses.tcp.position[pose[known]], poses.theta[pose[known]]
     length = _lengths(position, letter == "C", last)
+    if robot is not None:
+        turned = np.flatnonzero((letter == "J")[1:] & known[1:] & known[:-1]) + 1
+        length[turned] = joint_way_lengths(robot, poses, pose[turned - 1], pose[turned])
     turn = np.abs(np.diff(theta, axis=0, prepend=np.nan))
     ways = _Ways(letter=letter, length=length, turn=turn, angle=_angles(poses, pose))
     value, unit = (column[motion] for column in parse_speeds(m.speed))
