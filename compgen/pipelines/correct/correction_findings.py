@@ -25,6 +25,7 @@ from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import numbers_by_words
 from compgen.pipelines.planned.many_starts import WIDE, spread_finding, start_words
+from compgen.planning.retiming.trajectory import SAME_FEED
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.page_stops import controller_capacity
@@ -252,14 +253,8 @@ def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
         mend += f"; --insert puts none into {_lines_at(result, closed)}" if len(closed) else ""
         message = f"straight lines between corrected ends stray by up to {deviation.max() / UM:.1f} um midway"
         yield Finding(Level.NOTE, Code.CORRECTION_STRAIGHT, f"{message}; {mend}")
-    with np.errstate(invalid="ignore", divide="ignore"):
-        speed = drive.length / drive.duration
-        short = (
-            drive.line
-            & (drive.origin != NONE)
-            & ~drive.stop
-            & (drive.length < speed * result.cell.robot.controller.period)
-        )
+    short = drive.line & (drive.origin != NONE) & ~drive.stop & (drive.length > 0)
+    short &= drive.written < (1 - SAME_FEED) * result.cell.robot.controller.period
     if short.any():
         message = f"{int(short.sum())} straight lines are shorter than speed x the interpolation period"
         yield Finding(Level.NOTE, Code.TIMING_SHORT, f"{message}: the robot will be slower there")
