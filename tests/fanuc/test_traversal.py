@@ -171,6 +171,19 @@ def test_a_way_from_a_place_that_is_not_known_has_no_origin_and_no_time(arm):
 
 
 @pytest.mark.parametrize(
+    ("table", "lines"),
+    [((0, 0, 0), ()), ((0, 90, 90), (5,)), ((0, 0, None), (6,)), ((None, None, None), ())],
+)
+def test_how_long_a_way_takes_on_which_another_group_moves_is_not_told(arm, table, lines):
+    """A table that turns by 90 deg while the arm goes on by a millimetre took 0.01 s, without a word."""
+    more = ["" if turn is None else f"\n   GP2:\n\tUF : 0, UT : 0,\n\tJ1= {turn:.3f} deg" for turn in table]
+    points = [cartesian(n, p, more=e) for n, (p, e) in enumerate(zip(PLACES, more, strict=True), 1)]
+    read = fanuc.loads(program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE", "L P[3] 100mm/sec FINE"], points))
+    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    assert drive.untimed == lines
+
+
+@pytest.mark.parametrize(
     ("axis", "carried"),
     [
         ((0, 0, 0), [False, False, False]),  # it stands wherever it is

@@ -20,6 +20,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis.flow_graph import station_origins
 from compgen.fanuc.analysis.poses import Poses, step_motions
 from compgen.fanuc.listing.listing import LsProgram, other_statements
+from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.listing.positions import position_rows
 from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, UNTIMED, WAIT
 from compgen.program.driven import NONE, DrivenProgram
@@ -67,7 +68,8 @@ def read_traversal(
     waits = [number for number, text in others if UNTIMED.match(text)]
     origin = _known_origins(station_origins(program, motion, motionless, poses.placements.shifted), known)
     carried = _carried(poses, pose, origin)
-    untimed[1:] |= carried[1:]  # how fast the axis moves is not told; the first way is never counted
+    # how fast an axis or another group moves is not told; the first way is never counted
+    untimed[1:] |= carried[1:] | _other_groups_move(program, number)
     return DrivenProgram(
         at=poses,
         motion=motion,
@@ -157,6 +159,18 @@ def _carried(poses: Poses, pose: IntArray, origin: IntArray) -> BoolArray:
     step = np.abs(at - at[origin])
     moved = (step > SAME_VALUE).any(axis=1) | (np.isnan(at) != np.isnan(at[origin])).any(axis=1)
     return np.asarray(np.where(origin != NONE, moved, somewhere) & np.isfinite(at).any(axis=1))
+
+
+def _other_groups_move(program: LsProgram, number: IntArray) -> BoolArray:
+    """Where a group besides the arm stands elsewhere at a position P[number] than at the one before, (S - 1,)."""
+    p, moves = program.positions, np.zeros(max(len(number) - 1, 0), dtype=bool)
+    for group in np.unique(p.group[p.group > 1]).tolist():
+        rows = np.flatnonzero(p.group == group)
+        at = position_rows(number, p.number[rows])
+        value = np.where((at != NO_NUMBER)[:, None], p.value[rows[at]], np.nan)
+        moves |= (np.abs(np.diff(value, axis=0)) > SAME_VALUE).any(axis=1)
+        moves |= np.diff(np.isnan(value), axis=0).any(axis=1)
+    return moves
 
 
 def pose_rows(poses: Poses, number: IntArray, motion: IntArray) -> IntArray:

@@ -331,8 +331,8 @@ def _timing_findings(result: Correction) -> Iterator[Finding]:
     if drive.untimed:
         message = (
             f"{_lines(drive.untimed)}: how fast or how long is only known at run time "
-            "(a register, a wait, an override, a moving extended axis): a speed is assumed; a wait, the axis or a way "
-            "between places that are not told takes no time in the heat"
+            "(a register, a wait, an override, a moving extended axis or group): a speed is assumed; a wait, the axis, "
+            "the group or a way between places that are not told takes no time in the heat"
         )
         yield Finding(Level.NOTE, Code.TIMING_ASSUMED, message)
     if drive.flow:
