@@ -114,6 +114,8 @@ def positions_record(movement: Movement | str) -> dict[str, Any]:
         "largest_um": nine_digits(movement.distance[worst] / UM),
         "largest_at": int(movement.number[worst]),
         "rms_um": nine_digits(rms(movement.distance) / UM),
+        "in_joints": movement.in_joints,
+        "in_joints_moved": movement.in_joints_moved,
         "same_within_um": nine_digits(movement.same_within / UM),
     }
     if movement.angle is not None:
@@ -281,6 +283,8 @@ def positions_sentence(comparison: Comparison) -> str:
     if movement.angle is not None and movement.angle.max() > movement.same_angle:
         turned = f" and turned, by up to {record['largest_mdeg']:.3g} mdeg"
     by = "" if movement.matched == "number" else f", matched by {_MATCHED[movement.matched]}"
+    if movement.in_joints:
+        by = f"; {movement.in_joints_moved} of {movement.in_joints} in joint angles read otherwise"
     return (
         f"{record['moved']} of {record['count']} commanded positions moved, by up to {largest} at "
         f"P[{record['largest_at']}] ({rms} rms){turned}{by}"

@@ -7,6 +7,8 @@ import shutil
 import numpy as np
 import pytest
 from command_line import refused, run
+from corrected import HOME
+from ls_text import at, joint_form, program
 from shipped import ROOT
 
 LINE = str(ROOT / "paths" / "line_y.toml")
@@ -278,6 +280,21 @@ def test_corrections_are_compared_position_by_position(home, tmp_path):
     assert [pair["key"] for pair in record["inputs"]] == ["before.0.duration_h"]
     (tmp_path / "b" / "PLAIN.LS").write_text((tmp_path / "b" / "PLAIN.LS").read_text().replace("CNT100", "CNT90", 1))
     refused(run("compare", "a", "b", cwd=tmp_path), 2, "PLAIN.LS", "edited")
+
+
+def test_positions_in_joint_form_are_counted_beside_those_whose_distance_is_told(tmp_path):
+    """*5 of 5 commanded positions moved* was said of seven."""
+    turned = [np.array(HOME) + 2.0 * n for n in range(8)]
+    points = [at(n, turned[n]) for n in range(1, 6)] + [joint_form(n, turned[n]) for n in (6, 7)]
+    (tmp_path / "PART.LS").write_bytes(program([f"J P[{n}] 20% FINE" for n in range(1, 8)], points))
+    for name, hours in (("a", "5h"), ("b", "2h")):
+        given = ("--robot", "m710ic50", "--before", f"moving 200mm/s {hours}", "--max-um", "20")
+        assert run("correct", tmp_path / "PART.LS", *given, "-o", tmp_path / name, "-q").returncode == 0
+    done = run("compare", "a", "b", cwd=tmp_path)
+    assert "5 of 5 commanded positions moved" in done.stdout
+    assert "; 2 of 2 in joint angles read otherwise" in done.stdout
+    positions = compared(tmp_path, "a", "b")["positions"]
+    assert (positions["count"], positions["in_joints"], positions["in_joints_moved"]) == (5, 2, 2)
 
 
 def test_reports_alone_are_compared_without_what_lies_beside_them(home, tmp_path):

@@ -43,7 +43,8 @@ def test_distance_to_one_point_is_to_it():
 
 def program(position, via):
     count = len(position)
-    return Commanded(np.arange(1, count + 1), position, np.tile(np.eye(3), (count, 1, 1)), np.array(via, dtype=bool))
+    rotation, joints = np.tile(np.eye(3), (count, 1, 1)), np.full((count, 6), np.nan)
+    return Commanded(np.arange(1, count + 1), position, rotation, np.array(via, dtype=bool), joints)
 
 
 def test_an_arc_is_drawn_on_its_circle():

@@ -36,6 +36,8 @@ class Movement:
     distance: Array  # (N,) [m]
     angle: Array | None  # (N,) [rad]; None at nearest places
     back: Array | None = None  # (M,) [m] at nearest places: of B's positions from the path of A
+    in_joints: int = 0  # positions in joint form, of which no distance is told
+    in_joints_moved: int = 0  # of these: that read otherwise
     same_within: float = UNCHANGED  # [m] what the digits of the texts leave open
     same_angle: float = UNCHANGED  # [rad]
 
@@ -48,7 +50,9 @@ class Movement:
     @property
     def is_same(self) -> bool:
         """Whether nothing moved, seen from either."""
-        return not self.moved and (self.back is None or not np.any(self.back > self.same_within))
+        return not (self.moved or self.in_joints_moved) and (
+            self.back is None or not np.any(self.back > self.same_within)
+        )
 
 
 def movement(a: Output, b: Output) -> Movement | str:
@@ -114,7 +118,15 @@ def _by_number(one: Commanded, other: Commanded) -> Movement | str:
     if not known.any():
         return "the positions are joint angles"
     turn = relative_rotation(one.rotation[i][known], other.rotation[j][known])
-    return Movement(matched="number", number=number[known], distance=distance[known], angle=row_norms(turn))
+    joints = np.abs(other.joints[j] - one.joints[i])
+    return Movement(
+        matched="number",
+        number=number[known],
+        distance=distance[known],
+        angle=row_norms(turn),
+        in_joints=int(np.isfinite(joints).all(axis=1).sum()),
+        in_joints_moved=int((joints > UNCHANGED).any(axis=1).sum()),
+    )
 
 
 def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]) -> Movement | None:

@@ -17,6 +17,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_named, read_regular
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
+from compgen.fanuc.listing.position_parser import J1
 from compgen.pipelines.comparison.outputs import Output, naming_damage
 from compgen.pipelines.files.program_course import listing_of
 from compgen.program.pages import MANIFEST_SUFFIX
@@ -28,6 +29,7 @@ BLOCK = 10_000  # points at a time
 CHORD = 1e-7  # [m] that a chord leaves of an arc
 MOST_CHORDS = 4096  # of one arc
 _POSE = slice(0, 6)  # X Y Z W P R in the columns of a text's positions
+_JOINTS = slice(J1, J1 + 6)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,6 +40,7 @@ class Commanded:
     position: Array  # (N, 3) [m] in the program's user frame; NaN for joint angles
     rotation: Array  # (N, 3, 3)
     via: BoolArray  # (N,) middle of a circular motion
+    joints: Array  # (N, 6) [deg] as they are printed; NaN of Cartesian positions
 
 
 def commanded_positions(output: Output) -> Commanded | None:
@@ -58,12 +61,13 @@ def commanded_positions(output: Output) -> Commanded | None:
         return None
     parts = [(program.positions, first) for program, first in texts]
     number = np.concatenate([p.number + first - 1 for p, first in parts])
-    value = np.concatenate([p.value[:, _POSE] for p, _ in parts])
+    value, joints = (np.concatenate([p.value[:, columns] for p, _ in parts]) for columns in (_POSE, _JOINTS))
     _, rows = np.unique(number, return_index=True)  # pages share the position at which one ends and the next begins
     w, p, r = value[rows, 3:].T * DEG
     motions = [(program.motions, first - 1) for program, first in texts]
     vias = [p[0] + n for m, n in motions for letter, p in zip(m.letter, m.position, strict=True) if letter == "C"]
-    return Commanded(number[rows], value[rows, :3] * MM, from_wpr(w, p, r), np.isin(number[rows], vias))
+    via = np.isin(number[rows], vias)
+    return Commanded(number[rows], value[rows, :3] * MM, from_wpr(w, p, r), via, joints[rows])
 
 
 def drawn(program: Commanded) -> Array:
