@@ -30,7 +30,6 @@ FAR_OF_OTHERS = 2 * FAR  # the same of the noise that the others have: one in fe
 ENOUGH = 18  # numbers of the others that tell their noise, beside frame and probe
 MOST = 0.1  # share of touches that may be, or one
 MISFIT = 2e-3  # [m] rms beyond which it is no noise
-SWAPPED = 0.3  # of the misfit: less is left where the names of two spheres are exchanged that were swapped
 VAGUE = 5e-3  # [rad] of the frame's turn: the spheres lie on a line
 
 
@@ -133,8 +132,10 @@ def _fit(touches: Touches, model: ArmModel, data: Measurements, outlier: BoolArr
     fitted = fit(model, kept, np.zeros(0, dtype=bool), learn=False, robust=False, noise=unit)
     F, position, rotation = fitted.frames.rotation[0], *model.pose(data, fitted.p)
     frame = Pose(-F.T @ fitted.frames.origin[0], F.T)
-    inwards = fitted.frames.difference(data, position, rotation) @ F
-    check_directions(touches, np.where(outlier[:, None], 0.0, inwards))
+    residual = measured_distance(fitted.frames, data, position, rotation)
+    if rms(residual[~outlier]) <= MISFIT:  # else something else is wrong
+        inwards = fitted.frames.difference(data, position, rotation) @ F
+        check_directions(touches, np.where(outlier[:, None], 0.0, inwards))
     measured = int(kept.numbers.sum())
     if measured < 7:
         raise InputError(f"{touches.label[0]}: {measured} measured numbers are too few for a frame; touch more")
@@ -153,7 +154,7 @@ def _fit(touches: Touches, model: ArmModel, data: Measurements, outlier: BoolArr
         flange=flange,
         noise=unit * np.sqrt(scale),
         shared=shared,
-        residual=measured_distance(fitted.frames, data, position, rotation),
+        residual=residual,
         outlier=outlier,
     )
 
@@ -226,7 +227,7 @@ def _misfit(artefact: Artefact, touches: Touches, model: ArmModel, data: Measure
         renamed = replace(touches, target=order[touches.target])
         rows = touches_of_part(artefact, renamed, data.direction, data.rise.shape[1])
         distance = measured_distance(initial_frames(rows, position, rotation), rows, position, rotation)
-        if rms(distance) < SWAPPED * left:
+        if rms(distance) <= MISFIT:
             return f"{missed}: are '{artefact.names[i]}' and '{artefact.names[j]}' swapped?"
     return (
         f"{missed}: check the spheres' places (mm) and names, the probe in the flange, and the pendant's convention of "

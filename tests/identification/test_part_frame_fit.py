@@ -1,5 +1,7 @@
 """A frame from touches of a perfect arm: exact from centres and from sides, its covariance, and what is refused."""
 
+import re
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -219,7 +221,29 @@ def test_an_artefact_that_is_not_there_is_asked_for(tmp_path):
 
 def test_directions_out_of_the_spheres_are_refused(tmp_path, arm):
     """Their deflections would count to the other side: 1.4 mm of 0.7 mm."""
-    target, pose, normal = commanded(np.random.default_rng(2), sides=True, overtravel=0.7 * MM)
-    text = touches_text(arm, target, pose, -normal, 0.7 * MM)
-    with pytest.raises(InputError, match="nx, ny, nz: the direction points out of the target"):
-        fitted(tmp_path, arm, artefact_text(), text)
+    for overtravel in (0.7 * MM, 3 * MM):
+        target, pose, normal = commanded(np.random.default_rng(2), sides=True, overtravel=overtravel)
+        text = touches_text(arm, target, pose, -normal, overtravel)
+        with pytest.raises(InputError, match="nx, ny, nz: the direction points out of the target"):
+            fitted(tmp_path, arm, artefact_text(), text)
+
+
+@pytest.mark.parametrize(
+    ("names", "places", "words"),
+    [
+        ("bacde", PLACES, "'a' and 'b' swapped"),
+        ("abcde", PLACES * 1e-3, "check the spheres' places"),
+    ],
+    ids=["swapped", "metres"],
+)
+def test_touches_from_one_side_that_miss_the_spheres_are_not_told_that_their_directions_are_wrong(
+    tmp_path, arm, names, places, words
+):
+    """*The direction points out of the target, at 11 of 24 touches* was said of good ones."""
+    target, pose, normal = commanded(np.random.default_rng(2), sides=True)
+    text = re.sub(
+        r"(?m)^[a-e](?=,)", lambda name: names["abcde".index(name[0])], touches_text(arm, target, pose, normal)
+    )
+    with pytest.raises(InputError, match=r"the touches miss the spheres by .* mm") as refusal:
+        fitted(tmp_path, arm, artefact_text(places), text)
+    assert words in str(refusal.value)
