@@ -17,9 +17,9 @@ from compgen.core.exceptions import ImpossibleError, naming_file
 from compgen.core.pose import Pose
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import DEG
+from compgen.error_model.beyond_measured import joint_halves, settling
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.validity import joint_halves, settling
 from compgen.job.job import Cell, Process, ProgramPlan
 from compgen.job.moves_in_arcs import page_stops_of_arcs, without_period
 from compgen.planning import retiming, toolpath

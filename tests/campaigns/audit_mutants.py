@@ -191,7 +191,7 @@ CHANGES = (
     in_code("duty left out", NODES, ("rises *= share if", "rises *= 1.0 if")),
     in_code(
         "duties in the other order",
-        "job/day_plan",
+        "job/day_before",
         ("return History(before=before, cycle", "return History(before=before[::-1], cycle"),
     ),
     in_code("durations halved", "thermal/tables/day", ("row.duration_h * HOUR", "row.duration_h * HOUR / 2")),

@@ -31,7 +31,7 @@ PLACES = ("error_model/sources/", "error_model/schema.py", "pipelines/files/twin
 SPECIAL = {
     "compensation/refinement.py": {"ThermalGrowth"},  # smooth along straight lines: nothing to refine
     "error_model/parameter_slopes.py": {"BaseFrame", "ToolFrame"},  # where the part stands is where the base does
-    "error_model/validity.py": {"AxisMap"},  # it alone has a hull to leave
+    "error_model/beyond_measured.py": {"AxisMap"},  # it alone has a hull to leave
     "identification/validation.py": {"AxisMap", "BaseFrame", "ToolFrame"},  # of the cell, not of the arm
     "pipelines/study/questions.py": {"ThermalGrowth"},  # contributions of single lengths
     "pipelines/uncertainty/not_known.py": {"JointZeros", "LinkOffsets"},  # the cold geometry

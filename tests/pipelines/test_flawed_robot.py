@@ -21,7 +21,7 @@ from compgen.core.dates import DEFAULT_DATE
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Level
 from compgen.core.units import DEG, MDEG, MM, UM
-from compgen.error_model import validity
+from compgen.error_model import beyond_measured
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.hysteresis import Hysteresis
@@ -190,7 +190,7 @@ def test_leaving_the_map_or_the_joints_is_told(robot):
     assert "z by up to 100.0 mm (203 to 1003 measured)" in told.message
     assert "sources.box" not in codes(planned.findings)
     narrow = replace(job.cell, joint_box=np.array([[-90, 90], [-60, 15], *4 * [[-200, 200]]]) * DEG)
-    (box,) = validity.joint_box_findings(narrow.robot, narrow.joint_box, planned.theta)
+    (box,) = beyond_measured.joint_box_findings(narrow.robot, narrow.joint_box, planned.theta)
     assert "J2 by up to" in box.message
     assert "(-60 to 15)" in box.message
 
@@ -207,14 +207,14 @@ def test_an_unknown_start_is_told_until_it_has_faded(robot):
     swing = np.array([0, 0.2, 0.0])[:, None] * np.ones(6) + planned.theta[n]
     far = np.array([0, 0.5, 0.0])[:, None] * np.ones(3)
     for contact, faded in (([False, False, True], True), ([True, True, True], False)):
-        start = validity.DrivenPoses(
+        start = beyond_measured.DrivenPoses(
             theta=swing,
             position=far,
             rise=planned.rise[:3],
             directions=planned.motion.at(slice(3)),
             contact=np.array(contact),
         )
-        findings = validity.unknown_start_findings(job.robot, job.sources, planned.model, start)
+        findings = beyond_measured.unknown_start_findings(job.robot, job.sources, planned.model, start)
         assert (not findings) is faded
 
 

@@ -9,7 +9,7 @@ from shipped import ROOT
 
 from compgen.core.findings import Finding
 from compgen.core.units import UM
-from compgen.job import day_plan
+from compgen.job import day_before
 from compgen.job.job import Cell, Job, ProgramPlan
 from compgen.job.motion_plan import MotionPlan, plan_written_motion
 from compgen.pipelines.files.path_file import load_job
@@ -92,7 +92,7 @@ def test_the_other_model_plans_the_day_and_not_the_program_itself(monkeypatch: p
         feeds.append(feed)
         return plan_written_motion(program, cell, feed)
 
-    monkeypatch.setattr(day_plan, "plan_written_motion", planned)
+    monkeypatch.setattr(day_before, "plan_written_motion", planned)
     job = load_job(LINE, None, ["process.feed_mm_s=100", "before.0.feed_mm_s=150"])
     assert job.on_other_heat_model is not None
     assert job.on_other_heat_model(None).heat.names != job.heat.names
@@ -111,7 +111,7 @@ def test_a_program_that_ran_before_is_planned_once_for_both_models(
         feeds.append(feed)
         return plan_written_motion(program, cell, feed)
 
-    monkeypatch.setattr(day_plan, "plan_written_motion", counted)
+    monkeypatch.setattr(day_before, "plan_written_motion", counted)
     planned, result = corrected(change, path=str(ROOT / "paths" / "circle_1300.toml"))
     assert feeds == planned_anew
     prepared = prepare(result.twin, result.program, result.before, result.air)

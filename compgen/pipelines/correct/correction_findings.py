@@ -8,8 +8,8 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import DEG, KB, MM, UM
+from compgen.error_model.beyond_measured import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.inspection import other_models, unattainable
 from compgen.fanuc.analysis.watermark import Mark, decimals_of

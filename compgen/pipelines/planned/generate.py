@@ -18,8 +18,8 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM
+from compgen.error_model.beyond_measured import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.error_model.direction_memory import DirectionState, command_directions, reversal_widths
-from compgen.error_model.validity import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.job.job import Job
 from compgen.job.motion_plan import keeps_waypoints, plan_motion
 from compgen.job.moves_in_arcs import flown_at_waypoints

@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import HOUR, MINUTE, MM
-from compgen.job.day_plan import Programs, plan_history
+from compgen.job.day_before import Programs, plan_history
 from compgen.job.job import Cell
 from compgen.thermal import Duty, ThermalModel, state_after
 from compgen.thermal.ensemble import Start, duties_before, started

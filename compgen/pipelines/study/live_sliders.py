@@ -11,7 +11,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError
 from compgen.core.toml import check
 from compgen.core.units import HOUR, MINUTE, MM
-from compgen.job.day_plan import Programs, plan_history
+from compgen.job.day_before import Programs, plan_history
 from compgen.job.job import Job
 from compgen.pipelines.files.path_file import programs_of, read_job_files
 from compgen.pipelines.files.schema import PathFile

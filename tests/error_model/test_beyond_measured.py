@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 
 from compgen.core.pose import Pose
-from compgen.error_model.direction_memory import DirectionState
-from compgen.error_model.model import ErrorModel
-from compgen.error_model.source import ReversalWidths, Source
-from compgen.error_model.sources.measured_map import AxisMap
-from compgen.error_model.validity import (
+from compgen.error_model.beyond_measured import (
     DrivenPoses,
     joint_box_findings,
     joint_halves,
@@ -19,6 +15,10 @@ from compgen.error_model.validity import (
     settling,
     unknown_start_findings,
 )
+from compgen.error_model.direction_memory import DirectionState
+from compgen.error_model.model import ErrorModel
+from compgen.error_model.source import ReversalWidths, Source
+from compgen.error_model.sources.measured_map import AxisMap
 from compgen.robot.robot import Robot
 
 
