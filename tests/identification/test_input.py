@@ -112,6 +112,40 @@ def test_bad_poses_are_refused_in_one_line(tmp_path, arm, rows, name):
         assert needle in message, message
 
 
+def noisy_rows(arm, extent, away):
+    """Twelve poses of two reflectors within so many degrees, to 0.1 mm, by a tracker so far off [m]."""
+    rng = np.random.default_rng(8)
+    pendant = np.array([20.0, 10.0, -20.0, 30.0, -60.0, 40.0]) + rng.uniform(-extent, extent, (12, 6))
+    flange = flange_pose(arm, arm.to_theta(pendant * DEG))
+    return [
+        [str(n), name, *(f"{v:.6f}" for v in pendant[n]), *(f"{v:.6f}" for v in p / MM)]
+        for n in range(12)
+        for name, place in (("a", [0.06, 0, 0.1]), ("b", [-0.04, 0.05, 0.12]))
+        for p in [flange[n].act(np.array(place)) + away + 1e-4 * rng.standard_normal(3)]
+    ]
+
+
+def of_other_poses(rows):
+    """The joints of each pose beside the places of the next one."""
+    return [[*r[:2], *later[2:8], *r[8:]] for r, later in zip(rows, rows[2:] + rows[:2], strict=True)]
+
+
+@pytest.mark.parametrize(("extent", "away"), [(60.0, 0.0), (15.0, 0.0), (60.0, 20.0), (15.0, 20.0)])
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda r: scaled(r, XYZ, 1e-3), "look like metres instead of mm"),
+        (lambda r: scaled(r, XYZ, 1e3), "look like um instead of mm"),
+        (lambda r: scaled(r, XYZ, 1 / 25.4), "look like inches instead of mm"),
+        (lambda r: scaled(r, JOINTS, DEG), "the values are radians"),
+        (of_other_poses, "the nominal arm misses the places by"),
+    ],
+)
+def test_units_are_told_of_a_small_volume_and_from_afar_and_of_nothing_else(tmp_path, arm, spoil, words, extent, away):
+    with pytest.raises(InputError, match=words):
+        read(tmp_path, arm, text(spoil(noisy_rows(arm, extent, away))))
+
+
 def test_good_poses_are_read(tmp_path, arm, rows):
     data = read(tmp_path, arm, text(rows))
     assert len(data.theta) == 12

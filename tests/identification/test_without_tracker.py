@@ -234,6 +234,7 @@ def test_wrong_distances_are_refused_in_a_line(arm, tmp_path, distances, case):
 
 
 METRES = [(k, v) for k, v in enumerate(SPHERES)]
+LENGTH_MM = float(np.linalg.norm(SPHERES[0] - SPHERES[1])) / MM
 BAD_TOUCHES = {
     "no length": (lambda: artefact(length=()), ("tells the scale", "[[length]]", "--distances")),
     "no certificate": (lambda: artefact("false"), ("tells the scale",)),
@@ -243,6 +244,7 @@ BAD_TOUCHES = {
         ("tells the scale",),
     ),
     "a length in metres": (lambda: artefact(mm=np.linalg.norm(SPHERES[0] - SPHERES[1])), ("length", "is it metres")),
+    "a length in inches": (lambda: artefact(mm=LENGTH_MM / 25.4), ("length", "is it inches instead of mm?")),
     "another length": (lambda: artefact(mm=700.0), ("length of 700 mm", "apart")),
     "a length with itself": (lambda: artefact().replace('["a", "b"]', '["a", "a"]'), ("'a' twice",)),
     "a length that places deny": (lambda: artefact(known=range(5), mm=700.0), ("length.0.mm", "places are")),
@@ -262,6 +264,23 @@ def test_wrong_artefacts_are_refused_in_a_line(arm, tmp_path, centres, case):
     message = str(refused.value)
     assert all(word in message for word in words), message
     assert len(message) <= 300 + len(str(tmp_path))
+
+
+@pytest.mark.parametrize("off_mm", [-9.0, -7.0, 7.0, 9.0])
+def test_a_certified_length_may_be_8_mm_off_what_the_arm_has_and_of_more_no_unit_is_blamed(
+    arm, tmp_path, centres, off_mm
+):
+    of = artefact(mm=LENGTH_MM + off_mm)
+    if abs(off_mm) < 8:
+        assert len(read(arm, tmp_path, touches=text(TOUCH_HEAD, centres), of=of).fixed.length) == 1
+    else:
+        with pytest.raises(InputError, match=r"which the arm has 133\d mm apart; mend"):
+            read(arm, tmp_path, touches=text(TOUCH_HEAD, centres), of=of)
+
+
+def test_a_length_to_a_sphere_that_nobody_touches_denies_nothing(arm, tmp_path, centres):
+    of = artefact() + '[[sphere]]\nname = "z"\n[[length]]\nbetween = ["a", "z"]\nmm = 5000\n'
+    assert read(arm, tmp_path, touches=text(TOUCH_HEAD, centres), of=of).fixed.certified
 
 
 def test_a_wrong_sign_of_touches_is_named(arm, tmp_path, centres):

@@ -459,6 +459,7 @@ def test_where_lines_end_does_not_hang_on_a_processor_s_last_digits(pattern):
         (2.0, -1.0, False, 1.0),  # where a curve bends over to the other side it goes on
         (2.0, -1.0, True, 0.0),  # a corner
         (2.0, 1.0, True, 1.0),  # a stop on the way round
+        (1.0, 2.0, True, 1.0),
         (2.0, 0.0, True, 1.0),  # of a curve that goes on as a straight line
     ],
 )
