@@ -150,6 +150,19 @@ def test_a_place_that_stays_as_it_is_leads_in_to_the_next(tmp_path):
     assert not any("J1 " in f.message for f in findings(led, "sources.start"))
 
 
+def test_a_line_that_only_its_correction_brings_through_the_arm_breaks_a_bound():
+    """The base stands 2 mm off, away from it: 291.5 mm beside the axis a line just passes the arm's inner reach."""
+    off = ["sources.base_frame.position_um=[2000, 0, 0]", "sources.base_frame.rotation_mdeg=[0, 0, 0]"]
+    cell, points, moves = load_cell(str(ROOT / "robots" / "m710ic50.toml"), off), [], []
+    for n, x in ((1, 290), (3, 293), (5, 300)):
+        points += [cartesian(n, (x, 1150, -100, *DOWN)), cartesian(n + 1, (x, -1150, -100, *DOWN))]
+        moves += [f"J P[{n}] 50% FINE", f"L P[{n + 1}] 100mm/sec FINE"]
+    planned, corrected_alone = findings(corrected(program(moves, points), cell, MANY, before=()), "correction.reach")
+    assert (planned.level, corrected_alone.level) == (Level.WARNING, Level.OUTSIDE)
+    assert planned.message.startswith("line 5: the straight way there leaves the reach")
+    assert corrected_alone.message.startswith("line 7: corrected, the straight way there would leave the reach")
+
+
 def test_a_correction_that_leads_out_of_reach_holds_its_station(tmp_path):
     shorter = ("sources.link_offsets.a_um=[-500, -900, 90, -70, 40, 30]",)
     cell = load_cell(flawed_file(tmp_path), shorter)

@@ -197,6 +197,8 @@ def test_a_run_of_short_lines_keeps_a_limit_that_is_named_at_its_lines_and_tells
     assert finding.message == "rate limit binds at lines 5, 6, 7, 8, 9, 10, 12, 13 and 1 more"
     assert said.plan.stations.held == ()
     assert [share for stage, share in shares if stage == stages.CORRECTION] == [0.5, 1.0]
+    for stage in (stages.READING, stages.TWIN_BEFORE, stages.TWIN_AFTER):
+        assert next(share for name, share in shares if name == stage) == 0.0
 
 
 def test_moves_and_turns_are_clamped_each_for_itself():

@@ -145,6 +145,16 @@ def test_without_its_posterior_a_robot_file_says_that_the_band_is_too_wide(copie
     assert any(f.code == "posterior.missing" and "too wide" in f.message for f in cell.input_findings)
 
 
+def test_a_robot_file_with_sigmas_that_names_no_posterior_says_so(copied):
+    file = copied / "mine.toml"
+    lines = [line for line in file.read_text().splitlines(keepends=True) if not line.startswith("posterior")]
+    file.write_text("".join(lines))
+    cell = load_cell(str(file))
+    assert cell.posterior is None
+    (message,) = [f.message for f in cell.input_findings if f.code.startswith("posterior")]
+    assert "identified.posterior: no file is named" in message
+
+
 def test_a_robot_file_that_was_never_identified_needs_no_posterior():
     cell = load_cell("m710ic50")
     assert cell.posterior is None

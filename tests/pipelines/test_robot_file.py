@@ -205,5 +205,7 @@ def test_known_robots_are_those_of_the_folder_and_the_shipped_ones(tmp_path):
 def test_what_an_identification_held_out_is_in_micrometres(tmp_path):
     file = tmp_path / "r.toml"
     file.write_text(f"{ROBOT}\n[identified]\nheld_out_um = [37.5, 30.0, 80.0]\nreflector_mm = {{ r1 = [0, 0, 100] }}\n")
-    assert load_cell(str(file)).held_out == pytest.approx(37.5e-6)
+    cell = load_cell(str(file))
+    assert cell.held_out == pytest.approx(37.5e-6)
+    assert not [f for f in cell.input_findings if f.code.startswith("posterior")]  # no sigmas: none is missed
     assert load_cell(str(ROOT / "robots" / "m710ic50.toml")).held_out is None
