@@ -18,6 +18,7 @@ from compgen.core.units import UM
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.findings.motion_findings import WHAT
 from compgen.report.correction import band_of_correction
+from compgen.thermal.ensemble import Ensemble
 
 PERIOD = 8.0  # ms
 MEANS = (200, 104)  # ms
@@ -186,6 +187,24 @@ def test_a_warm_robot_has_both_in_one_text():
     assert after.max() < 1.3 * both.command.left.largest / UM
     assert both.residual.distance[both.judged].max() < 1.2 * UM
     assert both.command.left.largest < 4.5 * UM
+
+
+@pytest.mark.parametrize(
+    ("how", "is_led"),
+    [
+        ({}, True),
+        ({"ensemble": Ensemble((0.0, 600.0))}, True),
+        ({"ensemble": Ensemble(overrides=(0.5,))}, False),
+        ({"ensemble": Ensemble(overrides=(0.5, 1.0))}, False),
+        ({"raised": 0.05}, False),
+    ],
+)
+def test_the_motion_at_100_percent_is_commanded_against_where_no_other_override_is_served(how, is_led):
+    """What leads it there would lead it astray at half the speed; a dry run is driven slowly."""
+    points = circle(2.0, turn=0.3)
+    result = corrected(listing(points, to_the_end(points)), cell(), **how)
+    assert any(f.code == "motion.predistorted" for f in result.findings) == is_led
+    assert (result.command is not None) == is_led
 
 
 # What stays as it is -----------------------------------------------------------------------------------------------

@@ -195,6 +195,8 @@ def test_a_second_group_stays_and_the_first_is_corrected(hot):
     result = corrected(data, hot)
     assert changed(data, result) == {1, 3}
     assert naive_ls.read(result.text)[0][1].groups[2] == naive_ls.read(data)[0][1].groups[2]
+    (note,) = [f.message for f in result.findings if f.code == "robot.groups"]
+    assert note.startswith("positions hold group 2 as well: group 1 is taken for ")
     assert missed_um(data, result.text, 1, HOME) < ROUNDED_UM
 
 
@@ -396,6 +398,13 @@ def test_a_long_line_is_reported_and_points_go_in_on_request(hot):
     assert judged.max() < 2e-6 + 2e-6
     assert not any(f.code == "correction.straight" for f in result.findings)
     assert finding.message.endswith("midway; --insert UM puts points into them")
+
+
+def test_where_no_point_is_needed_the_text_is_that_without_insertion(hot):
+    data, _ = line(50)
+    result = corrected(data, hot, insert=100e-6)
+    assert result.text == corrected(data, hot).text
+    assert result.added == 0
 
 
 @pytest.mark.parametrize(

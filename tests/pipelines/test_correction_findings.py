@@ -176,6 +176,8 @@ def test_a_station_that_is_held_has_no_correction_and_stays_at_its_joints(result
     assert (stations.theta == held.plan.poses.theta[drive.pose]).all()
     assert not held.plan.free.any()
     assert held.text == held.planned
+    assert not held.judged.any()
+    assert held.verdict == "nothing corrected"
     assert np.abs(result.plan.stations.correction[:, :3]).max(axis=1).min() > 1 * UM
 
 

@@ -104,7 +104,9 @@ def test_the_shared_ride_is_the_twins_own(path, motion):
     assert np.abs(found.error).max() > 20 * UM
 
 
-def test_other_workers_give_the_same_rows(study, rows):
+def test_other_workers_give_the_same_rows(study, rows, monkeypatch):
+    assert rows_of(study, workers=2) == rows
+    monkeypatch.setattr(workers, "CHUNK", 2)  # three chunks, over processes
     assert rows_of(study, workers=2) == rows
     assert rows_of(study, done={0, 1, 2, 3}) == rows[4:]
 

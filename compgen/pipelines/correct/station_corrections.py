@@ -56,7 +56,7 @@ class StationCorrections(StationRises):
 
 
 def rise_at_stations(
-    cell: Cell, drive: DrivenProgram, before: Sequence[Duty], ensemble: Ensemble | None = None, air: float = 0.0
+    cell: Cell, drive: DrivenProgram, before: Sequence[Duty], ensemble: Ensemble | None, air: float
 ) -> StationRises:
     """Times and rises of all stations, these averaged over an ensemble of starts, in air so much warmer [K].
 
@@ -81,7 +81,7 @@ def correct_stations(
     free: BoolArray,
     reached: StationRises,
     settings: Settings,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None],
 ) -> StationCorrections:
     """Corrections of all free stations, for the rises there."""
     S = len(free)

@@ -113,7 +113,7 @@ def run(
     study: Study,
     done: set[int],
     on_rows: Callable[[list[Row]], None],
-    workers: int = 0,
+    workers: int,
     cluster: str | None = None,
 ) -> None:
     """Compute the scenarios that are not done.
