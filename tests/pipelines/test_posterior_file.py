@@ -296,3 +296,18 @@ def test_a_network_has_no_law_and_takes_the_other_rows(identified):
     assert of_nodes.parameters[1].name == "thermal.node.rise_K[1]"
     assert of_network.parameters == tuple(of_nodes.parameters[i] for i in rest)
     assert_allclose(of_network.covariance, of_nodes.covariance[np.ix_(rest, rest)])
+
+
+def test_rows_of_how_nodes_warm_count_where_the_heat_model_has_nodes(copied):
+    file, name = str(copied / "mine.toml"), "thermal.node.rise_K[2]"
+    law = load_cell(file).heat.law
+    assert law is not None
+
+    def with_law(record):
+        record["parameters"].append({"name": name, "value": float(law.reference_rise[1]), "sigma": 0.5})
+        record["correlation"].append([0] * len(record["correlation"]) + [1])
+
+    damage(copied, with_law)
+    _, posterior = cell_with_posterior(copied)
+    assert posterior.parameters[-1].name == name
+    assert posterior.value[-1] == law.reference_rise[1]
