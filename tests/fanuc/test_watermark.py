@@ -94,6 +94,15 @@ def test_the_mark_costs_one_unit_of_tilt_and_no_place(hot, monkeypatch):
         assert abs(float(a[1]) - float(b[1])) <= (0.0010001 if a[0] in b"WPR" else 0)
 
 
+def test_few_joint_positions_are_not_led_from_their_nearest_digits_by_a_mark_that_they_cannot_carry(hot):
+    """Some of six have other digits than the mark would take: they are the nearest."""
+    few = corrected(many(6, joint=True), hot)
+    assert few.mark is Mark.NONE
+    digits = re.findall(rb"J[1-6]= *([-\d.]+)", few.text)
+    units = np.rint(1000 * np.array(digits, dtype=float)).astype(np.int64).reshape(6, 6)
+    assert watermark.joint_remainder(units).any()
+
+
 def test_few_positions_cannot_carry_it_and_say_so(hot):
     few = corrected(many(3), hot)
     assert few.mark is Mark.NONE
