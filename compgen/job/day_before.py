@@ -3,8 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import groupby
 
 from compgen.core.exceptions import InputError
+from compgen.core.units import DAY, HOUR
 from compgen.job.job import Cell, ProgramPlan
 from compgen.job.motion_plan import plan_written_motion
 from compgen.thermal import Ambient, Duty, JointMotion
@@ -51,7 +53,13 @@ class Programs:
 
 
 def plan_history(
-    programs: Programs, air: Ambient, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float
+    programs: Programs,
+    air: Ambient,
+    parts: Sequence[Sequence[Step]],
+    shifts: Sequence[Shift],
+    clock: float,
+    *,
+    as_given: bool = True,
 ) -> History:
     """What a cell does around a program, with the heat of each stretch; its ``standing`` is left to who asks for it.
 
@@ -61,9 +69,10 @@ def plan_history(
         parts: The steps before, in and after the cycle.
         shifts: Of a day.
         clock: When ``before`` begins, [s] of the day.
+        as_given: Whether files say the day; one that a slider moves may leave a stretch without a shift.
 
     Raises:
-        InputError: A program that is not there, or too many stretches.
+        InputError: A program that is not there, too many stretches, or one in shifts that meets none.
         ImpossibleError: A program that the robot cannot drive.
     """
     parts_with_feeds = [_with_programs_feed(steps, programs) for steps in parts]
@@ -78,12 +87,29 @@ def plan_history(
     spread = []
     for steps in parts_with_feeds:
         pieces = expand_steps(steps, shifts, clock, run_time)
+        if as_given:
+            _refuse_without_shift(pieces, clock)
         clock += sum(d.duration for _, d in pieces)
         losses = [programs.losses(step.program, step.feed or own_feed) for step, _ in pieces]
         spread.append([(step, loss.warming(duty)) for (step, duty), loss in zip(pieces, losses, strict=True)])
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
     return History(before=before, cycle=cycle, after=after, runs=runs, air=air)
+
+
+def _refuse_without_shift(pieces: Sequence[tuple[Step, Duty]], clock: float) -> None:
+    """Refuse a step inside shifts that meets none, of stretches that begin at a time of the day [s]."""
+    begin = clock
+    for step, stretches in groupby(pieces, key=lambda piece: piece[0]):
+        duties = [duty for _, duty in stretches]
+        lasts = sum(duty.duration for duty in duties)
+        if step.shifts and lasts > 0 and all(duty.state != "moving" for duty in duties):
+            hours = f"its {lasts / HOUR:.3g} h from {begin % DAY / HOUR:.4g} o'clock on"
+            raise InputError(
+                f"{step.key}.shifts: no [[shift]] falls into {hours}: nothing moves; say by ambient.clock_h when the "
+                "first [[before]] begins, or remove shifts"
+            )
+        begin += lasts
 
 
 def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:

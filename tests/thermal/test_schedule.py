@@ -158,6 +158,21 @@ def test_what_is_wrong_is_said(text, words):
     assert all(w in str(refusal.value) for w in words), refusal.value
 
 
+@pytest.mark.parametrize(
+    ("clock", "hours", "meets"), [(0, 6, False), (14, 16, False), (20, 6, False), (0, 6.1, True), (13.9, 6, True)]
+)
+def test_a_stretch_in_shifts_that_meets_none_is_refused(clock, hours, meets):
+    """It would stand through its six hours switched off, a cold arm said to have moved."""
+    moving = f'{{state="moving", feed_mm_s=20, duration_h={hours}, shifts=true}}'
+    before = f'before=[{{state="off", duration_h={clock}}}, {moving}]'
+    given = ("shift=[{from_h=6, to_h=14}]", before)
+    if meets:
+        assert any(duty.state == "moving" for duty in job_with(*given).history.before)
+        return
+    with pytest.raises(InputError, match=rf"before\.1\.shifts: no \[\[shift\]\].* {hours} h from {clock} o'clock"):
+        job_with(*given)
+
+
 # the air
 
 

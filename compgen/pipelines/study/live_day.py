@@ -138,7 +138,7 @@ def history_at(day: Day, setting: Setting) -> History:
             steps[slider.stage] = _moved(steps[slider.stage], slider.kind, value)
     before = day.history.before
     if steps != planned:
-        before = plan_history(day.programs, air, (steps, (), ()), day.shifts, day.clock).before
+        before = plan_history(day.programs, air, (steps, (), ()), day.shifts, day.clock, as_given=False).before
     return started(replace(day.history, before=before, air=air), start)
 
 
