@@ -1,6 +1,6 @@
 """Values that are plausible in another unit only: what a key was probably meant to say.
 
-A rule holds keys whose values cannot sensibly be so small, and why:
+A rule holds keys whose values cannot sensibly be so small, or so large, and why:
 
 - tools, arms, frames, parts and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in
   metres;
@@ -12,6 +12,7 @@ A rule holds keys whose values cannot sensibly be so small, and why:
   turn by more than 7 deg to one side: 3.14 is radians;
 - a controller smooths over an interpolation period at least: 0.2 ms is seconds;
 - masses lie centimetres and more from their joint; joints give 0.01 urad/(N m) and more: 3e-7 is rad/(N m);
+- mirrors have radii of up to 1 km and lie up to 100 m off the parent's axis: 84000 is mm;
 - a tool leads or leans by half a degree or more: 0.14 is radians;
 - an angle of a tool, a frame, an arm or a pattern that is a multiple of pi/4 to three digits is in radians, and so is
   one of pi/12 to four.
@@ -20,7 +21,7 @@ A rule holds keys whose values cannot sensibly be so small, and why:
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, pi
+from math import hypot, inf, pi
 from typing import Any
 
 from compgen.core.finding_codes import Code, Level
@@ -32,7 +33,8 @@ from compgen.core.units import DEG, MM
 class _Rule:
     keys: str  # regular expression of dotted keys, places in lists left out
     together: bool  # whether the values of a table or a list are judged by their largest
-    least: float  # what is below it, and not zero, was meant in another unit
+    least: float = 0.0  # what is below it, and not zero, was meant in another unit
+    most: float = inf  # and what is above it
     factor: float = 1e3  # from that unit
     unit: str = "metres"
     expected: str = "mm"
@@ -60,6 +62,8 @@ _RULES = (
     _Rule(keys=r"boundary\.holes\.(diameter|length|width|size|corners)_mm", together=True, least=1),
     _Rule(keys=r"process\.(lead|lean)_deg", together=True, least=0.5, factor=1 / DEG, unit="radians", expected="deg"),
     _Rule(keys=r"process\.lift_mm", together=False, least=0.1),
+    _Rule(keys=r"surface\.radius_of_curvature_m", together=False, most=1000, factor=1e-3, unit="mm", expected="m"),
+    _Rule(keys=r"surface\.off_axis_m", together=False, most=100, factor=1e-3, unit="mm", expected="m"),
     _Rule(keys=r"path\.(length|diameter|size)_mm|boundary\.(?!corners)\w+_mm", together=False, least=_SHORT),
     _Rule(keys=_EXPANSION, together=False, least=1e-3, factor=1e6, unit="1/K", expected="um/m/K"),
     _Rule(keys=_EXPANSION, together=False, least=0.1, factor=1e3, unit="mm/m/K", expected="um/m/K"),
@@ -111,7 +115,7 @@ def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, 
                 groups.setdefault(table_or_list if rule.together else key, []).append((key, value))
         for group in groups.values():
             key, value = max(group, key=lambda pair: abs(pair[1]))
-            if 0 < abs(value) < rule.least:
+            if 0 < abs(value) < rule.least or abs(value) > rule.most:
                 findings.setdefault(key, _finding(file, key, value, rule.factor, rule.unit, rule.expected))
     centre = {key: value for key, _, value in values if key in ("path.x_mm", "path.y_mm")}
     small = {key: value for key, value in centre.items() if 0 < abs(value) < _SHORT}

@@ -41,6 +41,8 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
         (PATH, "path.length_mm=1.3", "did you mean 1300?"),
         (PATH, "path.x_mm=1.35", "path.x_mm = 1.35: did you mean 1350? it looks like metres, the key is in mm"),
         (PATH, "process.lift_mm=0.02", "did you mean 20?"),
+        (PATH, "surface.radius_of_curvature_m=84000", "did you mean 84? it looks like mm, the key is in m"),
+        (PATH, "surface={radius_of_curvature_m=84,off_axis_m=1400}", "surface.off_axis_m = 1400: did you mean 1.4?"),
         (PATH, "process.feed_mm_s=0.2", "did you mean 200? it looks like m/s, the key is in mm/s"),
         (PATH, "before.0.feed_mm_s=0.2", "before.0.feed_mm_s = 0.2: did you mean 200?"),
         (ROBOT, "thermal.cte_um_m_K=12e-6", "did you mean 12? it looks like 1/K, the key is in um/m/K"),
