@@ -170,11 +170,13 @@ def tool_pose(table: ToolTable, file: str) -> Pose:
     """The tool centre point in the flange.
 
     Raises:
-        InputError: Its orientation is said twice.
+        InputError: Its orientation is said twice, or a direction without how far it leans.
     """
     angles = (table.w_deg, table.p_deg, table.r_deg)
     if table.tilt_deg and any(angles):
         raise InputError(f"{file}: tool.tilt_deg: w_deg, p_deg, r_deg say how the tool stands too; keep one of them")
+    if table.tilt_towards_deg and "tilt_deg" not in table.model_fields_set:
+        raise InputError(f"{file}: tool.tilt_towards_deg: nothing leans that way; give tilt_deg, or remove it")
     turn = from_wpr(*(np.array([angle * DEG]) for angle in angles))[0]
     if table.tilt_deg:  # about the axis in the flange's plane that is square to where it leans to
         towards = table.tilt_towards_deg * DEG

@@ -173,6 +173,10 @@ def test_a_length_without_a_tilt_goes_along_the_tools_own_axis(tmp_path):
     assert_allclose(pose.position, np.array([0, 0, 0.04]) + 0.1 * pose.rotation[:, 2], atol=1e-12)
     with pytest.raises(InputError, match=r"tool\.tilt_deg: w_deg, p_deg, r_deg say how the tool stands too"):
         job_of(tmp_path, PATTERNS["line"], more=f"[tool]\ntilt_deg = 5\n{angles}")
+    with pytest.raises(InputError, match=r"tool\.tilt_towards_deg: nothing leans that way; give tilt_deg"):
+        job_of(tmp_path, PATTERNS["line"], more="[tool]\nz_mm = 40\ntilt_towards_deg = 90\n")
+    flat = job_of(tmp_path, PATTERNS["line"], more="[tool]\nz_mm = 40\ntilt_deg = 0\ntilt_towards_deg = 90\n")
+    assert_allclose(flat.plan.tool.pose.rotation, np.eye(3), atol=1e-12)
 
 
 @pytest.mark.parametrize(
