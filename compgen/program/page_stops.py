@@ -169,6 +169,7 @@ def add_stops(
         if not len(candidates) and on_the_part:  # as few as can be: so late that no further page is needed
             candidates = np.arange(max(first + 1, N - 1 - later * (per_page - 1)), last + 1)
             candidates = candidates[may_stop[candidates]]
+            candidates = candidates if len(candidates) else late[-1:]  # the middle of an arc alone: its start
         if len(path_stops) and (path_stops[-1] >= half or not len(candidates)):
             first = int(path_stops[-1])
         elif len(candidates):

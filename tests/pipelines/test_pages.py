@@ -109,6 +109,21 @@ def test_the_calmest_waypoint_that_costs_no_page_is_taken(robot, per_page, stops
     assert set(added) >= set(stops) & {38, 48, 77}
 
 
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(3, 120), st.integers(4, 30))
+def test_a_path_of_arcs_can_be_parted_wherever_one_ends(robot, seed, count, per_page):
+    """Where fewest pages ask for a stop in the middle of an arc it comes at its start; no place was said to be left."""
+    rng = np.random.default_rng(seed)
+    via = np.zeros(count, dtype=bool)
+    via[1 : count - 1 : 2] = rng.random(len(via[1 : count - 1 : 2])) < 0.8
+    rate, stop = rng.uniform(1, 2, count), np.zeros(count, dtype=bool)
+    stop[[0, -1]] = True
+    pages = add_stops(rate, stop, np.ones(count, dtype=bool), per_page, on_the_part=True, via=via)
+    assert not pages.obstacle
+    assert not (pages.stop & via).any()
+    assert np.diff(np.flatnonzero(pages.stop)).max() < per_page
+
+
 def test_a_stop_off_the_part_comes_before_any_on_it(robot):
     contact = np.ones(101, dtype=bool)
     contact[40:43] = False
