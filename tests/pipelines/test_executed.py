@@ -146,6 +146,19 @@ def test_a_program_of_others_is_judged_on_its_lines_and_arcs(tmp_path, robot):
     assert stand.duration == pytest.approx(0.0, abs=0.15)
 
 
+@pytest.mark.parametrize("override", [0.5, 0.1])
+def test_what_a_smoothed_stop_takes_no_override_stretches(tmp_path, robot, override):
+    """Means settle as long at any override: at 50 % stops were planned to take twice as long, and a warning said so."""
+    places = [(1000.0, -200.0 + 20 * (n // 2), 100.0 + 400 * (n % 2), 180.0, 0.0, 0.0) for n in range(8)]
+    points = [ls_text.cartesian(n, place) for n, place in enumerate(places, 1)]
+    moves = ["UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE", *(f"L P[{n}] 100mm/sec FINE" for n in range(2, 9))]
+    content, known = ls_text.program(moves, points), replace(robot, motion=MEANS)
+    course = course_of_text(content, known, default_frames())
+    run = judged(tmp_path, known, content, by_steps(course, logs.Run(ramp=0.0, means=(0.2, 0.1), override=override)))
+    assert run.clock.took > 6 * 4 / override
+    assert run.clock.took == pytest.approx(run.clock.expected, rel=1e-3)
+
+
 def test_a_log_that_begins_late_ends_early_and_has_strange_motion_before(tmp_path, robot):
     course = course_of_text(logs.part(), robot, default_frames())
     t, p, w, _ = logs.log_rows(course, logs.Run(ramp=0.25), logs.Logger(noise=1e-6, start=0.3, end=0.8))

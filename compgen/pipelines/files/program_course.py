@@ -118,7 +118,8 @@ def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Program
         "theta": theta,
     }
     numbers = program.uframe, program.utool
-    return _course(nodes, pose.rotation, via, frame, tool, numbers, robot)
+    course = _course(nodes, pose.rotation, via, frame, tool, numbers, robot)
+    return replace(course, settles=robot.motion is not None and robot.motion.is_smooth)
 
 
 def _course(
@@ -193,7 +194,7 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     frame = IDENTITY if base == NONE else poses.bases[base]
     tools = IDENTITY if tool == NONE else poses.tools[tool]
     course = _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
-    return replace(course, several_frames=several, flow=drive.flow)
+    return replace(course, several_frames=several, flow=drive.flow, settles=True)
 
 
 def known_stations(poses: Poses, drive: DrivenProgram) -> IntArray:

@@ -283,7 +283,8 @@ class _Between:
         self.steady, self.a, self.held = steady, a, held
         self.first, self.last = np.searchsorted(course.arc, arc[a]), np.searchsorted(course.arc, arc[b])
         cost, wait = (cumulated(each) for each in (stop_costs(course), course.wait))
-        self.ramps = (cost[self.last] - cost[self.first]) / override  # [s] by the plan
+        stretched = 1.0 if course.settles else override
+        self.ramps = (cost[self.last] - cost[self.first]) / stretched  # [s] by the plan
         self.waits = wait[self.last] - wait[self.first]  # [s] by the program
         self.is_hold = np.searchsorted(held, arc[b]) - np.searchsorted(held, arc[a]) > 0
 

@@ -63,6 +63,7 @@ class ProgramCourse:
     counted: bool = False  # whether ``planned`` counts lines by whole periods
     several_frames: bool = False  # whether ways lead in other user frames, too
     flow: tuple[int, ...] = ()  # lines of statements that may change the order
+    settles: bool = False  # whether stops cost what smoothing takes to settle, at any override; else ramps
 
     @property
     def length(self) -> float:
