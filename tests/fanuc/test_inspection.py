@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import ls_text
 import numpy as np
 import pytest
 from command_line import refused, run
@@ -435,6 +436,17 @@ def test_positions_that_statements_read_are_used():
 def test_what_correct_would_hold_is_listed_with_its_reason(moves, places, text, reason):
     unsafe = inspected(["J P[1] 10% FINE    ;", *moves], {}, *places)["unsafe"]
     assert any(u["text"] == text and reason in u["reason"] for u in unsafe), unsafe
+
+
+@pytest.mark.parametrize(("form", "told"), [("{:.3f}", 20), ("{:.6f}", 0)])
+def test_a_joint_is_said_to_stand_at_180_deg_where_the_digits_of_its_position_leave_the_side_open(form, told):
+    """Half a thousandth of a degree from it, three decimals lay J4 to either side; of most nothing was said."""
+    rng = np.random.default_rng(4)
+    low, high = (-90, 0, -40, -179.9995, 25, -150), (90, 30, 10, -179.9995, 90, 150)
+    points = [ls_text.at(n, rng.uniform(low, high), form=form) for n in range(1, 21)]
+    text = ls_text.program([f"J P[{n}] 10% FINE" for n in range(1, 21)], points)
+    unsafe = inspection.inspect(fanuc.loads(text), load_robot("m710ic50"), default_frames())["unsafe"]
+    assert sum("J4 stands at 180 or -180 deg" in u["reason"] for u in unsafe) == told
 
 
 @pytest.mark.parametrize("config", ["F U T, 0, 1, 1", "F U T, 0, -1, -1", "N U T, 0, 0, 0"])

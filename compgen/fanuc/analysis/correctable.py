@@ -11,6 +11,7 @@ from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.listing.positions import decimal_places
 from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION, is_unknown, written_frames
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.ways import singular_ways
@@ -19,7 +20,7 @@ from compgen.robot.joint_path import elbow_margins, wrist_centre
 from compgen.robot.robot import Robot
 
 _CARRIED = "an extended axis moves on the way there, or may: the arm or the part is moved with it"
-HALF_TURN = 1e-4 * DEG  # so near 180 deg a position's digits do not tell the side
+STEEPEST = 60.0  # [deg] of J1, J4 or J6 for one of the tool, at most: with J5 at 1 deg
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
 
 
@@ -112,7 +113,10 @@ def _used_as_value(number: int, text: str, *, held: bool) -> list[Unsafe]:
 def _untold_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
     """Positions whose CONFIG does not tell a joint's turn: 180 deg from -180, or joint 3's where both are legal."""
     p, turning = program.positions, np.array(robot.controller.turn_joints) - 1
-    at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < HALF_TURN
+    # so near 180 deg the digits of W, P and R do not tell the side
+    digit = 10.0 ** -decimal_places(program.data, p.span[p.six_of(poses.row)])[:, 3:].min(axis=1) * DEG
+    untellable = digit / np.maximum(np.abs(np.sin(poses.theta[:, 4])), 1 / STEEPEST)
+    at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < untellable[:, None]
     untold = []
     for k, column in np.argwhere(at_half & ~poses.joint_form[:, None]).tolist():
         joint = f"J{turning[column] + 1}"
