@@ -1,6 +1,6 @@
 """A program as it is driven: the positions it names, the stations it drives to in order, and the ways there."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -54,13 +54,14 @@ class DrivenProgram:
     circular: BoolArray  # (S,) on an arc of three places that are surely known, to its via or from there
     beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
     rest: float = 0.0  # [s] waited behind the last station; NaN where called programs may move the arm there
-    called: Mapping[int, JointMotion] = field(default_factory=dict)  # what called programs do before leaving for one
+    called: Mapping[int, tuple["DrivenProgram", ...]] = field(default_factory=dict)  # before leaving for one, in order
     uncounted: tuple[str, ...] = ()  # called programs that may move the arm more, or otherwise, than ``called`` says
 
     def at_override(self, share: float) -> "DrivenProgram":
         """The same ways at a share of their speeds; what the program waits for, and what settles, takes as long."""
         written = self.written / share
-        called = {station: motion.at_override(share) for station, motion in self.called.items()}
+        slower = {key: its.at_override(share) for key, its in self._called_once().items()}
+        called = {station: tuple(slower[id(its)] for its in drives) for station, drives in self.called.items()}
         return replace(self, written=written, duration=self.duration + (written - self.written), called=called)
 
     def joint_motion(self) -> JointMotion:
@@ -74,7 +75,7 @@ class DrivenProgram:
             speed = np.nan_to_num(self.length / self.duration, nan=0.0, posinf=0.0)
         driven, theta = np.column_stack([np.zeros(len(speed)), speed]).ravel(), self._joint_sequence()
         if self.called:
-            stations, motions = zip(*sorted(self.called.items()), strict=True)
+            stations, motions = zip(*sorted(self._called_motions().items()), strict=True)
             way = np.repeat(2 * np.array(stations) + 1, [len(m.time) + 1 for m in motions])
             stands = theta[2 * np.array(stations) + 1]
             step = np.insert(step, way, np.concatenate([[0.0, *np.diff(m.time), 0.0] for m in motions]))
@@ -83,11 +84,28 @@ class DrivenProgram:
             theta = np.insert(theta, way + 1, np.concatenate(places), axis=0)
         return JointMotion(cumulated(step), theta, driven)
 
+    def motion_when_called(self) -> JointMotion:
+        """``joint_motion``, and how long it stands behind its last station."""
+        motion = self.joint_motion()
+        if not self.rest > 0:
+            return motion
+        time, theta = np.append(motion.time, motion.time[-1] + self.rest), np.vstack([motion.theta, motion.theta[-1:]])
+        return JointMotion(time, theta, np.append(motion.driven, 0.0))
+
+    def _called_once(self) -> dict[int, "DrivenProgram"]:
+        """Called programs, each once however often it is called, by their identity."""
+        return {id(its): its for drives in self.called.values() for its in drives}
+
+    def _called_motions(self) -> dict[int, JointMotion]:
+        """What called programs do before leaving for a station, by the station."""
+        motions = {key: its.motion_when_called() for key, its in self._called_once().items()}
+        return {s: _one_behind_the_other([motions[id(its)] for its in drives]) for s, drives in self.called.items()}
+
     @property
     def reached(self) -> IntArray:
         """Places of ``joint_motion`` where it begins, and where each station is reached, (S + 1,)."""
         places = np.full(len(self.pose), 2)
-        for station, motion in self.called.items():
+        for station, motion in self._called_motions().items():
             places[station] += len(motion.time) + 1
         return np.concatenate([[0], np.cumsum(places)])
 
@@ -101,3 +119,13 @@ class DrivenProgram:
         last_known = np.maximum.accumulate(np.where(np.isnan(theta).any(axis=1), 0, np.arange(len(theta))))
         theta = np.nan_to_num(theta[last_known])  # a position without joints: as if the robot stayed
         return np.vstack([theta[:1], np.repeat(np.vstack([theta[:1], theta]), 2, axis=0)[1:-1]])
+
+
+def _one_behind_the_other(motions: Sequence[JointMotion]) -> JointMotion:
+    """Motions as one, the ways between them in no time."""
+    ends = cumulated(np.array([m.time[-1] for m in motions]))
+    return JointMotion(
+        np.concatenate([begin + m.time for begin, m in zip(ends[:-1], motions, strict=True)]),
+        np.vstack([m.theta for m in motions]),
+        np.concatenate([motions[0].driven, *(np.append(0.0, m.driven) for m in motions[1:])]),
+    )

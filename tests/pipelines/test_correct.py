@@ -512,6 +512,19 @@ def test_a_called_program_warms_the_arm_as_it_is_listed(through, hot):
     assert 1.9 < half / full < 2.1
 
 
+def test_what_a_called_program_waits_and_settles_no_override_stretches(hot):
+    """At half speed a called hour of waiting took two, in the heat of --average-over."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    there = ["J P[1] 10% FINE", "WAIT 3600.00(sec)", "L P[2] 50mm/sec FINE"]
+    beside = {"REST": program([*there, "WAIT 60.00(sec)"], [at(1, HOME), at(2, q)], name="REST")}
+    calls = ["J P[1] 10% FINE", "CALL REST", "CALL REST", "L P[2] 50mm/sec FINE"]
+    data = program(calls, [at(1, HOME), at(2, q)])
+    drive = correct(data, hot, default_frames(), (), Options(), quiet, beside.get).plan.drive
+    half, full = (d.joint_motion().time[-1] for d in (drive.at_override(0.5), drive))
+    assert full == pytest.approx(2 * 3660 + 3 * (10 + 0.424), abs=0.1)
+    assert half == pytest.approx(full + 3 * 10, abs=0.1)
+
+
 @pytest.mark.parametrize(
     "does",
     [

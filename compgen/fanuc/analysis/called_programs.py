@@ -19,7 +19,6 @@ from compgen.fanuc.vocabulary import (
     written_frames,
 )
 from compgen.program.driven import NONE, DrivenProgram
-from compgen.thermal import JointMotion
 
 MOST_PLACES = 1_000_000  # of what a program calls, that are counted
 
@@ -107,7 +106,7 @@ def _names(program: LsProgram) -> set[str]:
 class CalledMotion(NamedTuple):
     """As ``DrivenProgram`` has them."""
 
-    called: Mapping[int, JointMotion]
+    called: Mapping[int, tuple[DrivenProgram, ...]]
     uncounted: tuple[str, ...]
     pause: Array  # (S,) with what programs wait that do not move the arm
     rest: float
@@ -128,47 +127,32 @@ def called_motion(
     calls = {line: match[1].upper() for line, text in statements if (match := CALL_ALWAYS.match(text))}
     otherwise = {*(text for line, text in statements if line not in calls), *program.motions.options}
     drives = {name: drive_of(name) for name in sorted(known.moving)}
-    motions = {name: _with_rest(its) for name, its in drives.items() if its is not None}
+    moving = {name: its for name, its in drives.items() if its is not None}
+    count = {name: len(its.motion_when_called().time) for name, its in moving.items()}
     still = {name: drive_of(name) for name in sorted(known.motionless & set(calls.values()))}
     waits = {name: its.rest for name, its in still.items() if its is not None}
     uncounted = {name for name, its in drives.items() if its is None or not _is_told(its)}
     uncounted |= {name.upper() for text in otherwise for name in CALL.findall(text)} & set(drives)
     if set(drive.flow) - set(calls):
         uncounted |= set(drives)
-    counted, places, pause = dict[int, JointMotion](), 0, np.append(drive.pause, drive.rest)
+    counted, places, pause = dict[int, tuple[DrivenProgram, ...]](), 0, np.append(drive.pause, drive.rest)
     at = np.searchsorted(program.motions.line[drive.motion], list(calls))
     for station, name in zip(at.tolist(), calls.values(), strict=True):
         pause[station] += waits.get(name, 0.0)
         if station == len(drive.pose) and name in drives:
             pause[station] = np.nan
-        if name not in motions or station == len(drive.pose):
+        if name not in moving or station == len(drive.pose):
             continue
-        places += len(motions[name].time)
+        places += count[name]
         if places > MOST_PLACES:
             uncounted.add(name)
         else:
-            counted[station] = _behind(counted[station], motions[name]) if station in counted else motions[name]
+            counted[station] = (*counted.get(station, ()), moving[name])
     return CalledMotion(counted, tuple(sorted(uncounted)), pause[:-1], float(pause[-1]))
-
-
-def _with_rest(drive: DrivenProgram) -> JointMotion:
-    """What a program does, and how long it stands behind its last station."""
-    motion = drive.joint_motion()
-    time, theta = np.append(motion.time, motion.time[-1] + drive.rest), np.vstack([motion.theta, motion.theta[-1:]])
-    return JointMotion(time, theta, np.append(motion.driven, 0.0)) if drive.rest > 0 else motion
 
 
 def _is_told(drive: DrivenProgram) -> bool:
     """Whether all ways of a program are known, but for that to its first station."""
     return (
         bool((drive.pose != NONE).all() and np.isfinite([*drive.length[1:], drive.rest]).all()) and not drive.uncounted
-    )
-
-
-def _behind(first: JointMotion, then: JointMotion) -> JointMotion:
-    """One motion behind another, the way between them in no time."""
-    return JointMotion(
-        np.concatenate([first.time, first.time[-1] + then.time]),
-        np.vstack([first.theta, then.theta]),
-        np.concatenate([first.driven, [0.0], then.driven]),
     )
