@@ -35,6 +35,12 @@ UNITS = ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "i
 SUSPECT = 4e-3  # [m] mean distance above which readings are tried; no arm is so far off its nominal figures
 HELPS = 1.5  # times nearer that the first of two must come
 ALIKE, EXACT = 1.1, 1e-6  # times, and [m], by which readings are equally near
+#: by what theta_3 counts of J2
+COUPLED = {
+    0: "J3 fits the convention of the angle against link 2 (theta_3 = J3), not of the horizontal",
+    1: "J3 fits the pendant's convention of the horizontal (theta_3 = J2 + J3)",
+    -1: "J3 fits the convention of the horizontal with J2 of the opposite sign (theta_3 = J3 - J2)",
+}
 MIRROR = np.array([1.0, 1.0, -1.0])
 COPIES = 3  # rows; fewer may agree by chance
 KEPT = 0.95  # share of rows, the nearest, whose mean distance counts
@@ -249,8 +255,8 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
     as_given = _mean(_distances(model, rows, rows.theta, 1.0, frames))
     if as_given <= SUSPECT:
         return
-    pendant, has_coupling = robot.to_pendant(rows.theta), bool(robot.pendant_map[2, 1])
-    better = better_reading(pendant, distance_of, as_given, has_coupling=has_coupling)
+    pendant, coupling = robot.to_pendant(rows.theta), int(np.sign(robot.pendant_map[2, 1] * robot.pendant_map[2, 2]))
+    better = better_reading(pendant, distance_of, as_given, coupling)
     limit = as_given / BETTER if better is None else better[1]
     if frames is None and int(rows.kind[0]) != DISTANCE:
         _check_mirrored(model, rows, as_given, min(limit, 2 * SUSPECT))
@@ -308,41 +314,39 @@ class Reading:
         return np.asarray(pendant @ self.matrix.T + self.offset)
 
 
-def readings(*, has_coupling: bool) -> list[Reading]:
+def readings(coupling: int) -> list[Reading]:
     """All that are tried.
 
     Args:
-        has_coupling: Whether the robot file counts J3 against the horizontal.
+        coupling: Of J2 in theta_3 by the robot file, 1 or -1 where J3 counts against the horizontal, 0 where alone.
     """
     still, unit = np.zeros(6), np.eye(6)
     signs = [Reading(f"J{k + 1} fits with the opposite sign", unit - 2 * np.diag(unit[k]), still) for k in range(6)]
-    horizontal = "J3 fits the pendant's convention of the horizontal (theta_3 = J2 + J3)"
-    link = "J3 fits the convention of the angle against link 2 (theta_3 = J3), not of the horizontal"
-    to_link, to_horizontal = unit.copy(), unit.copy()
-    to_link[2, 1], to_horizontal[2, 1] = -1.0, 1.0
-    coupling = [Reading(link if has_coupling else f"{link}, with J2 of the opposite sign", to_link, still)]
-    coupling.append(
-        Reading(f"{horizontal}, which the robot file has already" if has_coupling else horizontal, to_horizontal, still)
-    )
+    coupled = []
+    for more in (-coupling, coupling, -2 * coupling) if coupling else (-1, 1):
+        matrix, of = unit.copy(), coupling + more
+        matrix[2, 1] = more
+        words = COUPLED[of] if of in COUPLED else f"{COUPLED[coupling]}, which the robot file has already"
+        coupled.append(Reading(words, matrix, still))
     turned = [
         Reading(f"J{k + 1} fits with its zero turned by {turn:+d} deg", unit, unit[k] * turn * DEG)
         for k in range(6)
         for turn in (-90, 90, 180)
     ]
-    if has_coupling:  # the sign of theta_2 alone: theta_3 = J2 + J3 keeps its own
+    if coupling:  # the sign of theta_2 alone: theta_3 keeps its own
         alone = unit - 2 * np.diag(unit[1])
-        alone[2, 1] = 2.0
+        alone[2, 1] = 2.0 * coupling
         signs.insert(2, Reading(f"{signs[1].words}, and J3 as it is against the horizontal", alone, still))
     exchanged = []
     for i, j in ((0, 1), (1, 2), (3, 4), (4, 5), (3, 5)):
         order = list(range(6))
         order[i], order[j] = j, i
         exchanged.append(Reading(f"J{i + 1} and J{j + 1} fit exchanged", unit[order], still))
-    return [*signs, *coupling, *turned, *exchanged]
+    return [*signs, *coupled, *turned, *exchanged]
 
 
 def better_reading(
-    pendant: Array, distance_of: Callable[[Array], Array], as_given: float, *, has_coupling: bool
+    pendant: Array, distance_of: Callable[[Array], Array], as_given: float, coupling: int
 ) -> tuple[str, float] | None:
     """What explains measured places much better than the angles as they stand.
 
@@ -350,7 +354,7 @@ def better_reading(
         pendant: Angles of the poses, (M, 6) [rad].
         distance_of: Distances of the rows from the nominal arm at pendant angles, (M, 6) [rad] to (N,) [m].
         as_given: Their mean as the angles stand [m].
-        has_coupling: Whether the robot file counts J3 against the horizontal.
+        coupling: Of J2 in theta_3 by the robot file (``readings``).
 
     Returns:
         In words, and the mean distance as it then is [m]; None where nothing is much better.
@@ -358,7 +362,7 @@ def better_reading(
     words: list[str] = []
     best, angles = as_given, pendant
     for _ in range(2):
-        tried = [(_mean(distance_of(reading.of(angles))), reading) for reading in readings(has_coupling=has_coupling)]
+        tried = [(_mean(distance_of(reading.of(angles))), reading) for reading in readings(coupling)]
         least = min(mean for mean, _ in tried)
         # J5 reversed is J4 turned by 180 deg as well: the sign is named, which stands first
         nearest, reading = next(pair for pair in tried if pair[0] <= least * ALIKE + EXACT)

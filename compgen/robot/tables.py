@@ -219,9 +219,9 @@ def robot_from_tables(
     Raises:
         InputError: Limits that do not rise, a pendant map that has no inverse, joints named twice.
     """
-    bounds, third = _ranges(limits, file)
-    zero = np.array(pendant.offset_deg) * DEG
     matrix = np.array(pendant.matrix)
+    bounds, third = _ranges(limits, file, int(np.sign(matrix[2, 1] * matrix[2, 2])))
+    zero = np.array(pendant.offset_deg) * DEG
     if abs(np.linalg.det(matrix)) < 1e-9:
         raise InputError(f"{file}: pendant.matrix: it cannot be inverted; each joint needs its row")
     ends = np.diag(matrix)[:, None] * bounds  # a pendant may count the other way
@@ -248,19 +248,25 @@ def robot_from_tables(
     return replace(robot, interference=_interference(limits.interference, robot.pendant_map, robot.pendant_zero, file))
 
 
-def _ranges(limits: LimitsTable, file: str) -> tuple[Array, str]:
-    """Ranges of the pendant's joints, (6, 2) [rad], and what the third of them is of."""
+def _ranges(limits: LimitsTable, file: str, coupling: int) -> tuple[Array, str]:
+    """Ranges of the pendant's joints, (6, 2) [rad], and what the third of them is of, by how J2 counts in theta_3."""
     coupled = limits.j2_plus_j3_deg is not None
     third = limits.j2_plus_j3_deg if limits.j2_plus_j3_deg is not None else limits.j3_deg
     if third is None or (coupled and limits.j3_deg is not None):
         text = "missing" if third is None else "conflicts with limits.j3_deg"
         raise InputError(f"{file}: limits.j2_plus_j3_deg: {text}; give it, or j3_deg where the pendant is not coupled")
+    if coupled and not coupling:
+        raise InputError(
+            f"{file}: limits.j2_plus_j3_deg: pendant.matrix does not couple J3 to J2; give j3_deg, or mend it"
+        )
+    if coupling and not coupled:
+        raise InputError(f"{file}: limits.j3_deg: pendant.matrix couples J3 to J2; give j2_plus_j3_deg, or mend it")
     ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
     keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
     for key, pair in zip(keys, ranges, strict=True):
         if pair[0] >= pair[1]:
             raise InputError(f"{file}: limits.{key}: {pair} must rise; give the lower limit first")
-    return np.array(ranges) * DEG, "J2+J3" if coupled else "J3"
+    return np.array(ranges) * DEG, ("J3", "J2+J3", "J3-J2")[coupling]
 
 
 def _controller(table: ControllerTable, file: str) -> Controller:

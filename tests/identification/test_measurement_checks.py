@@ -140,6 +140,7 @@ def coupled(sign):
 
 
 LINK = "J3 fits the convention of the angle against link 2 (theta_3 = J3), not of the horizontal"
+OTHER_WAY = "J3 fits the convention of the horizontal with J2 of the opposite sign (theta_3 = J3 - J2)"
 HORIZONTAL = "J3 fits the pendant's convention of the horizontal (theta_3 = J2 + J3)"
 TURNS = [(0, -90), (5, 90), (3, 180)]
 PAIRS = [(0, 1), (1, 2), (3, 4), (4, 5), (3, 5)]
@@ -151,27 +152,31 @@ def sign_of_theta_2(pendant):
 
 
 @pytest.mark.parametrize(
-    ("right", "has_coupling", "words"),
+    ("right", "coupling", "words"),
     [
-        *((signed(k), False, f"J{k + 1} fits with the opposite sign") for k in range(6)),
-        *((turned(k, d), True, f"J{k + 1} fits with its zero turned by {d:+d} deg") for k, d in TURNS),
-        *((exchanged(i, j), True, f"J{i + 1} and J{j + 1} fit exchanged") for i, j in PAIRS),
-        (coupled(-1), True, LINK),
-        (coupled(-1), False, f"{LINK}, with J2 of the opposite sign"),
-        (coupled(1), False, HORIZONTAL),
-        (coupled(1), True, f"{HORIZONTAL}, which the robot file has already"),
-        (sign_of_theta_2, True, "J2 fits with the opposite sign, and J3 as it is against the horizontal"),
+        *((signed(k), 0, f"J{k + 1} fits with the opposite sign") for k in range(6)),
+        *((turned(k, d), 1, f"J{k + 1} fits with its zero turned by {d:+d} deg") for k, d in TURNS),
+        *((exchanged(i, j), 1, f"J{i + 1} and J{j + 1} fit exchanged") for i, j in PAIRS),
+        (coupled(-1), 1, LINK),
+        (coupled(1), -1, LINK),
+        (coupled(-1), 0, OTHER_WAY),
+        (coupled(-2), 1, OTHER_WAY),
+        (coupled(1), 0, HORIZONTAL),
+        (coupled(2), -1, HORIZONTAL),
+        (coupled(1), 1, f"{HORIZONTAL}, which the robot file has already"),
+        (coupled(-1), -1, f"{OTHER_WAY}, which the robot file has already"),
+        (sign_of_theta_2, 1, "J2 fits with the opposite sign, and J3 as it is against the horizontal"),
         (
             lambda p: turned(5, 90)(signed(0)(p)),
-            False,
+            0,
             "J1 fits with the opposite sign; J6 fits with its zero turned by +90 deg",
         ),
     ],
 )
-def test_the_reading_that_explains_the_places_is_named(right, has_coupling, words):
+def test_the_reading_that_explains_the_places_is_named(right, coupling, words):
     distance_of = readings_of(right, PENDANT)
     as_given = float(np.sort(distance_of(PENDANT))[:38].mean())
-    found = better_reading(PENDANT, distance_of, as_given, has_coupling=has_coupling)
+    found = better_reading(PENDANT, distance_of, as_given, coupling)
     assert found is not None
     assert found[0] == words
     assert found[1] == pytest.approx(0.0, abs=1e-12)
@@ -188,7 +193,7 @@ def test_a_reading_is_named_from_five_times_nearer_on_and_by_all_but_a_twentieth
             distance[:2] = 9.0  # of forty rows, two that were misread
             return distance
 
-        found = better_reading(PENDANT, distance_of, 0.05, has_coupling=False)
+        found = better_reading(PENDANT, distance_of, 0.05, 0)
         assert (found is not None) == named
         if found is not None:
             assert found[0] == "J3 fits with the opposite sign"
@@ -213,7 +218,7 @@ J1_TURNED, J2_TURNED = "J1 fits with its zero turned by +180 deg", "J2 fits with
 def test_a_second_reading_is_looked_for_where_the_first_leaves_much(first, second):
     weights = [first / 1e3 / np.pi, second / 1e3 / (np.pi / 2), 1.0, 1.0, 1.0, 1.0]
     distance_of = weighed(lambda p: turned(1, 90)(turned(0, 180)(p)), weights)
-    found = better_reading(PENDANT, distance_of, (first + second) / 1e3, has_coupling=True)
+    found = better_reading(PENDANT, distance_of, (first + second) / 1e3, 1)
     assert found is not None
     assert found[0] == f"{J1_TURNED}; {J2_TURNED}"
     assert found[1] == pytest.approx(0.0, abs=1e-9)
@@ -221,7 +226,7 @@ def test_a_second_reading_is_looked_for_where_the_first_leaves_much(first, secon
 
 def test_three_wrong_columns_and_two_that_only_together_come_nearer_are_not_guessed_at():
     three = weighed(lambda p: turned(2, 90)(turned(1, 90)(turned(0, 180)(p))), [0.1] * 6)
-    assert better_reading(PENDANT, three, 0.2 * np.pi, has_coupling=True) is None
+    assert better_reading(PENDANT, three, 0.2 * np.pi, 1) is None
     two = turned(1, 90)(turned(0, 90)(PENDANT))
 
     def farther(angles):
@@ -229,4 +234,4 @@ def test_three_wrong_columns_and_two_that_only_together_come_nearer_are_not_gues
         right = (np.abs(angles - two).max(axis=0) < 1e-9)[:2].sum()
         return np.full(40, (0.31, 0.26, 0.0)[right])
 
-    assert better_reading(PENDANT, farther, 0.31, has_coupling=True) is None
+    assert better_reading(PENDANT, farther, 0.31, 1) is None

@@ -175,6 +175,22 @@ def test_exported_joints_turn_as_the_pendant_counts(tmp_path, way):
     assert_allclose(joints[4]["axis"], [0, -way, 0], atol=1e-9)
 
 
+@pytest.mark.parametrize(("coupling", "name"), [(1, "J2+J3"), (-1, "J3-J2"), (0, "J3")])
+def test_what_a_third_limit_is_of_follows_from_the_matrix(tmp_path, coupling, name):
+    """Limits of J3 alone held on J2 + J3, which was called J3, and J3 - J2 was called J2 + J3."""
+    text = with_matrix([[float(i == k) + coupling * ((i, k) == (2, 1)) for k in range(6)] for i in range(6)])
+    alone = text.replace("j2_plus_j3_deg", "j3_deg")
+    right, wrong = (text, alone) if coupling else (alone, text)
+    (tmp_path / "right.toml").write_text(right)
+    (tmp_path / "wrong.toml").write_text(wrong)
+    robot = load_robot(str(tmp_path / "right.toml"))
+    assert robot.joint_names[2] == name
+    record = export_record(robot, rigid_chain(robot, (), np.zeros(0)), {}, "")
+    assert str(record["pendant"]).replace(" ", "") == f"joint3is{name}"
+    with pytest.raises(InputError, match=r"limits\.(j3|j2_plus_j3)_deg: pendant.matrix .* J3 to J2; give"):
+        load_robot(str(tmp_path / "wrong.toml"))
+
+
 @pytest.mark.parametrize(("length", "by"), [("-1016", "1016"), ("-175", "175")])
 def test_a_length_of_the_wrong_sign_is_named_before_anything_is_driven(tmp_path, length, by):
     text = (ROOT / "robots" / "m710ic50.toml").read_text()
