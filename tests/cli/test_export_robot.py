@@ -62,6 +62,7 @@ def test_json_has_the_same_lines(tmp_path):
         (("m710ic50", "--rise-K", "j9=1"), "--rise-K: no node 'j9'; did you mean 'j3'?"),
         (("m710ic50", "--rise-K", "j2"), "j2: '' is no rise of -100 to 200 K"),
         (("m710ic50", "--rise-K", "j2=nan"), "j2: 'nan' is no rise"),
+        (("m710ic50", "--rise-K", "j2=3,j3=1,j2=5"), "--rise-K: j2: stands twice, 3 and 5 K; keep one"),
         (("m20ia", "--rise-K", "j2=1"), "m20ia has no nodes: leave it out"),
         (("m710ic50", "-o", "arm.txt"), "ends in neither .urdf nor .json"),
         (("nosuch",), "nosuch"),

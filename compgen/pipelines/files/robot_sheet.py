@@ -158,10 +158,10 @@ def export_arm(name: str, rises: str | None = None) -> ExportedArm:
         InputError: An unknown robot or node, or a rise that is no number or out of range.
     """
     arm = load_arm(name)
-    rise_K = dict.fromkeys(arm.nodes, 0.0)
+    given: dict[str, float] = {}
     for item in (rises or "").split(",") if rises is not None else ():
         node, sign, number = (word.strip() for word in item.partition("="))
-        if node not in rise_K:
+        if node not in arm.nodes:
             known = f"known: {', '.join(arm.nodes)}" if arm.nodes else f"{name} has no nodes: leave it out"
             raise InputError(f"--rise-K: no node '{node:.40}'{suggest(node, arm.nodes)}; {known}")
         try:
@@ -170,6 +170,8 @@ def export_arm(name: str, rises: str | None = None) -> ExportedArm:
             value = np.nan
         if not sign or not RANGE[0] <= value <= RANGE[1]:
             raise InputError(f"--rise-K: {node}: '{number:.40}' is no rise of {RANGE[0]:g} to {RANGE[1]:g} K; mend it")
-        rise_K[node] = value
+        if given.setdefault(node, value) != value:
+            raise InputError(f"--rise-K: {node}: stands twice, {given[node]:g} and {value:g} K; keep one")
+    rise_K = {node: given.get(node, 0.0) for node in arm.nodes}
     sources = [known.source for known in arm.known]
     return ExportedArm(arm, rise_K, rigid_chain(arm.robot, sources, np.array(list(rise_K.values()))))
