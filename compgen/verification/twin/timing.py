@@ -223,7 +223,7 @@ def _drive(lines: _Lines) -> _Driven:
         broken = np.zeros(len(todo), dtype=bool)
         broken[up.first] = up_new.rise < up.rise * (1 - REACHED)
         broken[len(todo) - 1 - down.first[down_new.rise < down.rise * (1 - REACHED)]] = True
-        run = np.cumsum(lines.from_stop) - 1
+        run = np.cumsum(lines.from_stop)
         again = np.isin(run, run[broken])
         if not again.any():
             break
