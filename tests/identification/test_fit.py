@@ -122,12 +122,20 @@ def test_measured_orientations_are_fitted_with_each_reflectors_own_axes(truth, s
     assert (with_axes.sigma[zeros] < without.sigma[zeros]).all()  # orientations tell of the joints
 
 
-def of_two_sources(truth, poses):
-    """Measured on an arm whose zeros and lengths alone are off, and which parameters these are."""
+def of_two_sources(truth, poses, times=1.0):
+    """Measured on an arm whose zeros and lengths alone are off, so many times as much, and which these are."""
     rng = np.random.default_rng(12)
     active = np.array([t.source in ("joint_zeros", "link_offsets") for t in truth.model.parameters])
-    only = replace(truth, p=np.where(active, truth.p, 0.0))
+    only = replace(truth, p=np.where(active, times * truth.p, 0.0))
     return measured(only, random_theta(truth.arm.robot, rng, poses), rng), active, rng
+
+
+@pytest.mark.parametrize("robust", [False, True])
+def test_a_fit_that_begins_where_one_ended_stays_there(truth, robust):
+    data, active, _ = of_two_sources(truth, 25, times=5.0)
+    ended = fit(truth.model, data, active, robust=robust)
+    again = fit(truth.model, data, active, robust=robust, start=ended)
+    assert (np.abs(again.p - ended.p) <= 1e-4 * ended.sigma).all()
 
 
 def test_rows_that_say_they_are_twice_as_bad_are_rows_of_twice_the_noise(truth):

@@ -10,6 +10,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.distances import read_distances
+from compgen.identification.instrument_frames import initial_frames
 from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurement_checks import check_copies, check_plausible, check_row_count
 from compgen.identification.measurements import concatenate, with_one_frame_a_name
@@ -144,6 +145,15 @@ def of_other_poses(rows):
 def test_units_are_told_of_a_small_volume_and_from_afar_and_of_nothing_else(tmp_path, arm, spoil, words, extent, away):
     with pytest.raises(InputError, match=words):
         read(tmp_path, arm, text(spoil(noisy_rows(arm, extent, away))))
+
+
+def test_a_single_row_is_judged_by_frames_that_are_known(tmp_path, arm, rows):
+    data, model = read(tmp_path, arm, text(rows)), build_model(arm, [], 0)
+    frames = initial_frames(data, *model.pose(data, np.zeros(len(model.parameters))))
+    one = data.subset(np.arange(len(data.pose)) == 3)
+    check_plausible(arm, model, one, frames)
+    with pytest.raises(InputError, match="has the instrument moved"):
+        check_plausible(arm, model, replace(one, position=one.position + 0.5), frames)
 
 
 def test_good_poses_are_read(tmp_path, arm, rows):

@@ -71,9 +71,28 @@ def test_a_change_of_speed_on_the_way_takes_what_its_ramp_is_late(robot):
 
 def test_words_that_rise_from_line_to_line_are_one_change(robot):
     """Stairs of 1 mm up to a speed take the time of the whole change."""
-    stairs = clocked(robot, [0.5, *np.full(4, 1e-3), 0.5], [0.1, 0.12, 0.14, 0.16, 0.18, 0.2])
-    at_once = clocked(robot, [0.5, 0.504], [0.1, 0.2])
-    assert_allclose(stairs.time[-1], at_once.time[-1], atol=1e-6)  # no stair is lower than the ramp is there
+    words, at_once = [0.12, 0.14, 0.16, 0.18], clocked(robot, [0.5, 0.504], [0.1, 0.2])
+    for lines in (1, 2):  # a stair
+        stairs = clocked(robot, [0.5, *np.full(4 * lines, 1e-3 / lines), 0.5], [0.1, *np.repeat(words, lines), 0.2])
+        assert_allclose(stairs.time[-1], at_once.time[-1], atol=1e-6)  # no stair is lower than the ramp is there
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_words_are_one_change_on_a_line_shorter_than_the_first_of_them_takes_alone(robot, share):
+    """T(m - v) at a mean of (m + v) / 2 is the way that the first takes; a longer line makes it a change of its own."""
+    a, j = limits(robot)
+    v, m, w = 0.1, 0.15, 0.2
+
+    def duration(change):
+        return float(ramp_duration(np.array([change]), a, j)[0])
+
+    length = share * duration(m - v) * (m + v) / 2
+    rises = [w - v, w - v] if share < 1 else [m - v, w - m]
+    first, second = (rise / duration(rise) for rise in rises)  # mean accelerations
+    on_first = (m - v) / first + (length - (m**2 - v**2) / (2 * first)) / m
+    on_second = (w - m) / second + (0.5 - (w**2 - m**2) / (2 * second) - duration(w) * w / 2) / w + duration(w)
+    timing = clocked(robot, [0.5, length, 0.5], [v, m, w])
+    assert_allclose(np.diff(timing.time), [0.5 / v + duration(v) / 2, on_first, on_second], rtol=1e-6)
 
 
 def test_a_run_too_short_for_its_ramps_reaches_what_they_allow(robot):
