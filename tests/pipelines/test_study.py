@@ -271,6 +271,13 @@ def test_as_many_scenarios_as_are_allowed_are_taken(monkeypatch):
             build(PATH, None, (), vary, None, correct=False)
 
 
+def test_values_are_not_refused_for_what_the_files_say_of_another_key():
+    study = build(PATH, None, ("process.chord_um=-1",), ("duty=0.5,1",), None, correct=False)
+    rows = rows_of(study)
+    assert [row["state"] for row in rows] == ["failed", "failed"]
+    assert all("process.chord_um: -1" in row["reason"] for row in rows)
+
+
 def test_a_value_that_looks_like_another_units_is_asked_about_once(tmp_path):
     """Of all that its scenarios' files make one say, no more than this."""
     study = build(PATH, None, (), ("robot.thermal.cte_um_m_K=11.25e-6,12", "feed=50,100"), None, correct=False)
@@ -432,6 +439,14 @@ def test_two_workers_of_a_cluster_give_the_same_table(tmp_path, study, rows):
         cluster.stdin.close()
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "o" / "whatif.csv").read_bytes() == study_csv(study, rows)
+
+
+def test_a_machine_of_a_cluster_gives_the_same_rows_of_one_study_after_another(study, rows):
+    """What Dask calls there, without Dask."""
+    other = build(PATH, None, (), ("feed=50,100",), None, correct=False)
+    for asked in (study, other, study):
+        expected = rows if asked is study else rows_of(other)
+        assert [workers._apart(asked, [scenario])[0] for scenario in asked.scenarios] == expected
 
 
 def test_a_cluster_that_does_not_answer_is_said_in_time(tmp_path):
