@@ -15,7 +15,7 @@ from shipped import ROOT, quiet
 
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.finding_codes import Level
-from compgen.core.pose import Pose
+from compgen.core.pose import IDENTITY, Pose
 from compgen.fanuc import compose
 from compgen.fanuc.editing.numbers import format_like
 from compgen.pipelines.correct import Options, correct
@@ -318,6 +318,23 @@ def test_w_at_180_does_not_grow_by_a_turn(w, hot):
     now = naive_ls.read(text)[0][1].groups[1].axes
     assert (np.abs(np.array([now[k] for k in "WPR"], float)) <= 180).all()
     assert missed_um(data, text, 1, down, None, ut) < ROUNDED_UM
+
+
+def test_places_of_two_tools_and_postures_are_corrected_each_with_its_own(hot):
+    """A tool of 200 mm, before and behind a flip of the wrist and a place of the flange."""
+    long = arm.frame(0, 0, 200, 0, 0, 0)
+    frames = Frames({0: IDENTITY}, {0: IDENTITY, 1: Pose(np.array([0, 0, 0.2]), np.eye(3))})
+    joints = ((10.0, 20.0, -15.0, 30.0, 60.0, 45.0), (15.0, 25.0, -20.0, 25.0, -55.0, 40.0), HOME)
+    tools = (long, None, long)
+    places = [
+        at(n, q, ut=ut, numbered=(0, 0 if ut is None else 1))
+        for n, (q, ut) in enumerate(zip(joints, tools, strict=True), 1)
+    ]
+    data = program([f"J P[{n}] 10% FINE" for n in (1, 2, 3)], places)
+    text = corrected(data, hot, frames).text
+    for n, (q, ut) in enumerate(zip(joints, tools, strict=True), 1):
+        assert missed_um(data, data, n, q, ut=ut) > 50
+        assert missed_um(data, text, n, q, ut=ut) < ROUNDED_UM
 
 
 @pytest.mark.parametrize("edge", [180.0, -180.0])
