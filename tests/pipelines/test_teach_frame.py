@@ -458,3 +458,15 @@ def test_without_its_posterior_a_robot_file_is_named(cell, record):
     assert "posterior.missing" not in {f["code"] for f in record["findings"]}
     assert (np.array(missing["sigma_um"]) <= record["sigma_um"]).all()
     assert missing["sigma_um"] != record["sigma_um"]
+
+
+def test_a_posterior_of_other_values_than_the_robot_files_is_refused(cell):
+    write_posterior(cell, {"joint_zeros.offset_mdeg[2]": 1.0}, [[1]])
+    file, posterior = cell / "known.toml", cell / "known.posterior.json"
+    old, record = sha256(posterior.read_bytes()).hexdigest(), json.loads(posterior.read_text())
+    record["parameters"][0]["value"] += 5.0
+    posterior.write_text(json.dumps(record))
+    file.write_text(file.read_text().replace(old, sha256(posterior.read_bytes()).hexdigest()))
+    done = run("teach-frame", file, "--touches", cell / "touches.csv", "--temperatures", cell / "log.csv", "--json")
+    assert done.returncode == 2
+    assert "it belongs to another identification" in done.stderr
