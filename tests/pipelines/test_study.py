@@ -9,9 +9,11 @@ import re
 import subprocess
 import sys
 import time
+from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import ModuleType, SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -441,12 +443,35 @@ def test_two_workers_of_a_cluster_give_the_same_table(tmp_path, study, rows):
     assert (tmp_path / "o" / "whatif.csv").read_bytes() == study_csv(study, rows)
 
 
-def test_a_machine_of_a_cluster_gives_the_same_rows_of_one_study_after_another(study, rows):
-    """What Dask calls there, without Dask."""
+class OneMachine:
+    """As much of Dask as a study asks for, all in this process."""
+
+    def __init__(self, address="", timeout=0.0, security=None):
+        self.asked = (address, timeout, security)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def map(self, compute, chunks, pure):
+        done: list[Future[Any]] = [Future() for _ in chunks]
+        for future, chunk in zip(done, chunks, strict=True):
+            future.set_result(compute(chunk))
+        return done
+
+
+def test_a_machine_of_a_cluster_gives_the_same_rows_of_one_study_after_another(study, rows, monkeypatch):
+    """It keeps the geometries of one study, and may have had another before."""
+    dask = SimpleNamespace(Client=OneMachine, Security=OneMachine, as_completed=iter)
+    monkeypatch.setitem(sys.modules, "distributed", cast(ModuleType, dask))
+    monkeypatch.setattr(workers, "CHUNK", 4)
     other = build(PATH, None, (), ("feed=50,100",), None, correct=False)
-    for asked in (study, other, study):
-        expected = rows if asked is study else rows_of(other)
-        assert [workers._apart(asked, [scenario])[0] for scenario in asked.scenarios] == expected
+    for asked, expected in ((study, rows), (other, rows_of(other)), (study, rows)):
+        found: list[dict[str, Any]] = []
+        run(asked, set(), found.extend, 0, "tcp://here:1")
+        assert found == expected
 
 
 def test_a_cluster_that_does_not_answer_is_said_in_time(tmp_path):
