@@ -20,12 +20,16 @@ def predict(folder, *arguments, path="line_y"):
     return run("predict", path_file(path), "--program", "-o", folder, *arguments)
 
 
-@pytest.mark.parametrize("path", ["line_y", "circle_1300"])
-def test_the_prediction_is_what_the_twin_does_with_the_text(tmp_path, path):
-    done = predict(tmp_path, "--json", path=path)
+@pytest.mark.parametrize(
+    ("path", "sets"),
+    [("line_y", []), ("circle_1300", []), ("circle_1300", ["process.moves=arcs"]), ("line_y", ["process.thin_um=9"])],
+)
+def test_the_prediction_is_what_the_twin_does_with_the_text(tmp_path, path, sets):
+    done = predict(tmp_path, "--json", *(word for item in sets for word in ("--set", item)), path=path)
     assert done.returncode == 0, done.stderr
     (file,) = tmp_path.glob("*.LS")
-    program, job = interpret(file.read_bytes()), load_job(path_file(path))
+    program, job = interpret(file.read_bytes()), load_job(path_file(path), None, sets)
+    assert program.via.any() == ("process.moves=arcs" in sets)
     prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
     planned = generate.predict(job, lambda stage, share: None)
     flown = deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count)
@@ -56,6 +60,13 @@ def test_the_same_command_without_it_takes_it_away(tmp_path):
     assert (tmp_path / "LINE_Y_PLAN.LS").read_bytes() == text
     assert run("predict", path_file("line_y"), "-q", "-o", tmp_path).returncode == 0
     assert not list(tmp_path.glob("*.LS"))
+
+
+def test_pages_of_arcs_are_parted_between_them(tmp_path):
+    assert predict(tmp_path, "-q", *PAGED, "--set", "process.moves=arcs", path="spiral_1300").returncode == 0
+    programs = [interpret(f.read_bytes()) for f in tmp_path.glob("*.LS") if b"P[1]" in f.read_bytes()]
+    assert len(programs) > 2
+    assert all(program.via.any() and not program.via[[0, -1]].any() for program in programs)
 
 
 def test_every_page_says_it_and_none_is_resumed(tmp_path):

@@ -9,6 +9,7 @@ import numpy as np
 
 from compgen.compensation.arc_fit import FittedMoves
 from compgen.compensation.problem import Problem, Solution
+from compgen.compensation.simplify import simplify
 from compgen.core import stages
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, frozen
@@ -32,6 +33,21 @@ def fit_job_moves(planned: Planned, commanded: Pose, theta: Array) -> FittedMove
     return fit_planned_moves(job.plan.process, job.robot, path, commanded, printed, theta, planned.trajectory.speed)
 
 
+def as_said(planned: Planned, progress: Progress) -> Planned:
+    """An uncorrected plan at the positions that its program names, with their times; itself in lines through each."""
+    process, path = planned.job.plan.process, planned.path
+    if process.arcs:
+        rows, via = fit_job_moves(planned, path.target, planned.theta)
+        dense = DenseCorrection(path, planned.theta, np.zeros((len(path.arc), 6)))
+        said = replace(planned.at(rows, path.subset(rows, via)), dense=dense)
+    elif process.thin is not None:
+        unmoved, period = np.zeros_like(path.target.position), planned.job.robot.controller.period
+        said = planned.at(simplify(path, unmoved, process.thin, planned.feed * period))
+    else:
+        return planned
+    return replace(said, trajectory=time_corrected(said, said.theta, progress))
+
+
 def with_arcs(
     planned: Planned, problem: Problem, solution: Solution, moves: FittedMoves
 ) -> tuple[Planned, Problem, Solution]:
@@ -52,8 +68,8 @@ CHANGE_LENGTH = 3e-3  # [m] of an arc, what a change of speed spreads over at mo
 CHANGE_SHARE = 0.8  # of a joint's acceleration that a change of speed between two statements uses
 
 
-def time_corrected(planned: Planned, solution: Solution, progress: Progress) -> Trajectory:
-    """The final timing of a corrected program.
+def time_corrected(planned: Planned, theta: Array, progress: Progress) -> Trajectory:
+    """The final timing of a program that drives joints, (N, 6) [rad].
 
     An arc is one statement with one speed: it is timed on the dense waypoints, whose joints keep their limits all along
     it, and each statement gets the speed that takes as long as they do. Statements end where that speed changes by a
@@ -67,7 +83,7 @@ def time_corrected(planned: Planned, solution: Solution, progress: Progress) -> 
         progress(stages.FINAL_TIMING, share)
 
     if planned.dense is None:
-        return retiming.retime(robot, path.arc, solution.theta, path.stop, feed, tell, lines=True)
+        return retiming.retime(robot, path.arc, theta, path.stop, feed, tell, lines=True)
     dense, rows = planned.dense, planned.rows
     starts = statement_starts(path.via)
     statement = np.cumsum(starts) - 1  # of each segment

@@ -65,8 +65,7 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = plan_uncorrected(job, progress, date, pages=pages)
-    progress(stages.TWIN_BEFORE, 0.0)
+    planned = _flown(corrected_arcs.as_said(_plan(job, progress, pages=pages), progress), progress, date)
     off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
     findings = (
@@ -79,10 +78,18 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
 
 
 def plan_uncorrected(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bool = True) -> Planned:
-    """What ``predict`` begins with, the twin still driving the uncorrected text on another thread."""
+    """The plan in lines through each waypoint, the twin still driving its text on another thread."""
+    return _flown(_plan(job, progress, pages=pages), progress, date)
+
+
+def _plan(job: Job, progress: Progress, *, pages: bool) -> Planned:
     with job_findings.asking_units(job):
         planned = plan_of(job, plan_motion(job.plan, job.cell, job.feed, progress, pages=pages))
-    planned = motion_predistortion.as_logged(planned)
+    return motion_predistortion.as_logged(planned)
+
+
+def _flown(planned: Planned, progress: Progress, date: str) -> Planned:
+    """A plan with what is known of it, the twin still driving its text on another thread."""
     progress(stages.TWIN_BEFORE, 0.0)
     flight = run_in_background(partial(_fly_uncorrected, planned, date), len(planned.theta))
     return replace(planned, twin_result=flight, findings=tuple(_plan_findings(planned)))
@@ -95,7 +102,7 @@ def _fly_uncorrected(planned: Planned, date: str) -> tuple[Deviation, WrittenMot
     if job.ensemble is not None:
         prepared = prepared.with_rise(planned.rise)
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, path.touching_segments())
-    return deviation_of(path, prepared), written
+    return deviation_of(path, prepared), motion_predistortion.as_commanded(planned, written)
 
 
 def _plan_findings(planned: Planned) -> Iterator[Finding]:
@@ -281,7 +288,7 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
 def final_timing(planned: Planned, problem: Problem, solution: Solution, progress: Progress) -> Trajectory:
     """The timing of a corrected program, as its joints are driven, with words for its times as it is commanded."""
     as_driven = motion_predistortion.as_smoothed(solution, problem, planned)
-    timed = corrected_arcs.time_corrected(planned, as_driven, progress)
+    timed = corrected_arcs.time_corrected(planned, as_driven.theta, progress)
     return motion_predistortion.at_planned_times(timed, planned, problem.commanded(solution.correction))
 
 

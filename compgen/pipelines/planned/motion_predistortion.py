@@ -142,6 +142,14 @@ def at_planned_times(trajectory: Trajectory, planned: Planned, commanded: Pose) 
     return replace(trajectory, speed=frozen(np.where(fits, trajectory.speed, wanted)))
 
 
+def as_commanded(planned: Planned, written: WrittenMotion) -> WrittenMotion:
+    """The motion of an uncorrected text, for a job whose runs, as they are commanded, may begin otherwise."""
+    motion, effect = planned.job.robot.motion, written.effect
+    if motion is None or effect is None:
+        return written
+    return replace(written, effect=replace(effect, motion=replace(effect.motion, unlogged=motion.unlogged)))
+
+
 def findings(
     planned: Planned, prepared: PreparedProgram, written: WrittenMotion, deviation: Deviation
 ) -> list[Finding]:

@@ -72,7 +72,7 @@ class Geometry:
 
 def lay_out(job: Job) -> Geometry:
     """Plan a job and execute its uncorrected text once, pinocchio confirming."""
-    planned = generate.predict(job, lambda stage, share: None)
+    planned = generate.plan_uncorrected(job, lambda stage, share: None)
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
     return executed(job, planned.path, prepared_for(job, program))
 
