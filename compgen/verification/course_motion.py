@@ -1,8 +1,8 @@
 r"""How far a controller's motion leads the tool off a program that exists: its course, commanded and smoothed.
 
 From stop to stop the statements are commanded back to back at their written speeds, in whole periods where the
-controller rounds up, with waits behind CNT n (``twin.controller.command``). With x the smoothed place, s the smoothed
-way and t the course's direction there,
+controller rounds up, with waits behind CNT n (``twin.controller.command``) and the program's own. With x the smoothed
+place, s the smoothed way and t the course's direction there,
 
     d = x - p(s),      across = d - (d . t) t
 
@@ -106,9 +106,10 @@ def _led(
     """The nodes of one run, commanded and smoothed; behind the last it rests until all has settled."""
     before = spread[np.maximum(np.arange(run.start, run.stop) - 1, 0)]
     wait = corner_wait(replace(robot, motion=motion), np.where(course.stop[run], 1.0, course.kept[run]), before)
-    arrive = clock[run] - clock[run.start] + np.cumsum(wait) - wait
     period = robot.controller.period
     longest = motion.on_line(float(max(motion.reach_at, *spread[run.start : run.stop - 1]))).settling
+    wait[1:-1] += np.minimum(course.wait[run][1:-1], longest)  # the program's own: it rests there, once all has settled
+    arrive = clock[run] - clock[run.start] + np.cumsum(wait) - wait
     time = period * np.arange(int(np.ceil((arrive[-1] + longest) / period)) + 1, dtype=float)
     knots = np.column_stack([arrive, arrive + wait]).ravel()
     command = np.interp(time, knots, np.repeat(course.arc[run], 2))

@@ -102,6 +102,18 @@ def test_each_line_has_means_by_how_far_the_arm_is_spread_on_it(word, waiting):
     assert not replace(motion, enabled=True).may_predistort
 
 
+@pytest.mark.parametrize("seconds", [0.08, 0.4, 3600.0])
+def test_a_corner_at_which_the_program_waits_is_cut_by_what_the_wait_leaves(seconds):
+    """The robot stands there however its line ends: behind an hour it was led as far off as without."""
+    line = b"   3:L P[3]"
+    text = listing(["CNT100", "CNT100", "FINE"]).replace(line, b"    :  WAIT %.2f(sec) ;\n" % seconds + line)
+    means, waits = (0.176, 0.168), np.array([min(seconds, 0.4), 0.0])
+    effect, only_the_first = effect_of(text, ControllerMotion(moving_averages=means)), CORNERS[:3]
+    alone = effect_of(text.replace(b"L P[3] 200mm/sec CNT100", b"L P[3] 200mm/sec FINE"), effect.motion)
+    assert effect.largest / MM == pytest.approx(farthest(CORNERS, waits, means), rel=0.03)
+    assert alone.largest / MM == pytest.approx(farthest(only_the_first, waits[:1], means), rel=0.03, abs=1e-3)
+
+
 def test_a_stop_at_each_corner_leaves_nothing():
     assert effect_of(listing(["FINE"] * 3), ControllerMotion(moving_averages=(0.2, 0.1))).largest < 2e-7  # m: settled
 
