@@ -55,6 +55,7 @@ class DrivenProgram:
     beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
     rest: float = 0.0  # [s] waited behind the last station; NaN where called programs may move the arm there
     called: Mapping[int, tuple["DrivenProgram", ...]] = field(default_factory=dict)  # before leaving for one, in order
+    untold: tuple[str, ...] = ()  # called programs in which a speed, a way or a wait is not told
     uncounted: tuple[str, ...] = ()  # called programs that may move the arm more, or otherwise, than ``called`` says
 
     def at_override(self, share: float) -> "DrivenProgram":

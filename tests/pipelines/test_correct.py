@@ -563,6 +563,21 @@ def test_a_called_program_waits_as_it_is_listed(does, hot):
     assert missed_um(data, result.text, 2, q, lengths=naive_heat.warm_lengths(cooled)) < ROUNDED_UM
 
 
+@pytest.mark.parametrize("does", ["J P[1] 10% FINE", "R[1]=1"])
+@pytest.mark.parametrize("untold", ["WAIT R[2]", "WAIT DI[1]=ON", "CALL PAUSE"])
+def test_a_called_program_whose_times_only_run_time_knows_is_named(does, untold, hot):
+    """Of its waits for signals, and of speeds in registers, nothing was said."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    pause = program(["WAIT DI[1]=ON"], [], name="PAUSE")
+    for own, words in ((), "in REST: how"), (("WAIT DI[2]=ON",), "line 5 and in REST: how"), (None, ""):
+        lines = ["J P[1] 10% FINE", *(own or ()), "CALL REST", "L P[2] 50mm/sec FINE"]
+        rest = program([does, "WAIT 1.00(sec)" if own is None else untold], [at(1, HOME)], name="REST")
+        data = program(lines, [at(1, HOME), at(2, q)])
+        result = correct(data, hot, default_frames(), (), Options(), quiet, {"REST": rest, "PAUSE": pause}.get)
+        messages = [f.message for f in result.findings if f.code == "timing.assumed"]
+        assert [m[: len(words)] for m in messages] == [words] * (own is not None)
+
+
 @pytest.mark.parametrize(
     ("level", "call", "does"),
     [

@@ -108,6 +108,7 @@ class CalledMotion(NamedTuple):
 
     called: Mapping[int, tuple[DrivenProgram, ...]]
     uncounted: tuple[str, ...]
+    untold: tuple[str, ...]
     pause: Array  # (S,) with what programs wait that do not move the arm
     rest: float
 
@@ -129,8 +130,10 @@ def called_motion(
     drives = {name: drive_of(name) for name in sorted(known.moving)}
     moving = {name: its for name, its in drives.items() if its is not None}
     count = {name: len(its.motion_when_called().time) for name, its in moving.items()}
-    still = {name: drive_of(name) for name in sorted(known.motionless & set(calls.values()))}
-    waits = {name: its.rest for name, its in still.items() if its is not None}
+    called = {name: drive_of(name) for name in sorted(known.motionless & set(calls.values()))}
+    still = {name: its for name, its in called.items() if its is not None}
+    waits = {name: its.rest for name, its in still.items()}
+    untold = sorted(name for name, its in (moving | still).items() if its.untimed or its.untold)
     uncounted = {name for name, its in drives.items() if its is None or not _is_told(its)}
     uncounted |= {name.upper() for text in otherwise for name in CALL.findall(text)} & set(drives)
     if set(drive.flow) - set(calls):
@@ -148,7 +151,7 @@ def called_motion(
             uncounted.add(name)
         else:
             counted[station] = (*counted.get(station, ()), moving[name])
-    return CalledMotion(counted, tuple(sorted(uncounted)), pause[:-1], float(pause[-1]))
+    return CalledMotion(counted, tuple(sorted(uncounted)), tuple(untold), pause[:-1], float(pause[-1]))
 
 
 def _is_told(drive: DrivenProgram) -> bool:

@@ -328,9 +328,11 @@ def _heat_findings(result: Correction) -> Iterator[Finding]:
 
 def _timing_findings(result: Correction) -> Iterator[Finding]:
     drive = result.plan.drive
-    if drive.untimed:
+    where = [_lines(drive.untimed)] if drive.untimed else []
+    where += [f"in {_first_of(drive.untold)}"] if drive.untold else []
+    if where:
         message = (
-            f"{_lines(drive.untimed)}: how fast or how long is only known at run time "
+            f"{' and '.join(where)}: how fast or how long is only known at run time "
             "(a register, a wait, an override, a moving extended axis or group): a speed is assumed; a wait, the axis, "
             "the group or a way between places that are not told takes no time in the heat"
         )
