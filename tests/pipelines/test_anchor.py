@@ -518,6 +518,14 @@ def test_warmth_that_a_robot_file_does_not_know_is_no_noise(tmp_path):
     assert Code.ANCHOR_PHYSICS in {f.code for f in result.findings}
 
 
+def test_one_touch_that_says_its_noise_says_nothing_of_the_others(days):
+    """Of eight touches one was said to be known to 300 um: all were, and touches that are off were *left*."""
+    day = days(0)
+    sigma = np.where(np.arange(8) == 2, 300 * UM, np.nan)
+    seen = touched(day.artefact, replace(day.touches, sigma=sigma), WORLD, forecast_now(day.job, day.touches))
+    assert_allclose(seen.sigma, np.where(seen.touch == 2, 300, 15) * UM)
+
+
 def test_a_deflected_probe_met_its_target_before(tmp_path):
     day = drawn_day(0, tmp_path, sided=True)
     forecast = forecast_now(day.job, day.touches)

@@ -92,8 +92,7 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
         target = target + then - nominal
     touch, along, y = _coordinates(touches, target - actual, outward, reach, artefact.probe_diameter / 2)
     given = touches.sigma
-    usual = np.nanmedian(given) if np.isfinite(given).any() else (cell.fit.repeatability or SIGMA)
-    sigma = np.where(np.isfinite(given), given, usual)
+    sigma = np.where(np.isfinite(given), given, cell.fit.repeatability or SIGMA)
     # a place that nobody certified is known no better than one touch tells it
     of_place = np.concatenate([artefact.sigma, artefact.plane_sigma])
     open_places = np.where(of_place > 0, of_place, 0.0 if artefact.certified else float(np.median(sigma)))
@@ -249,7 +248,7 @@ def check_touches(
             raise InputError(
                 f"{artefact.source}: sphere '{named}': x_mm, y_mm, z_mm are {name}, as the touches say; give mm"
             )
-    mend = "joints are in radians, not degrees" if largest < RADIANS else "mend its place, artefact.frame, or the probe"
+    mend = "joints are in radians, not degrees" if largest < RADIANS else "mend place, artefact.frame, probe or joints"
     raise InputError(f"{touches.label[n]}: touched {gap / MM:.0f} mm from where sphere '{named}' is; {mend}")
 
 
