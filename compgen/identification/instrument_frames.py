@@ -20,6 +20,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from compgen.core.arrays import Array, BoolArray, IntArray, owns
+from compgen.core.rotations import rotation_vector
 from compgen.identification.measurements import NONE, Measurements
 
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
@@ -88,6 +89,19 @@ class InstrumentFrames:
 def measured_distance(frames: InstrumentFrames, data: Measurements, position: Array, rotation: Array) -> Array:
     """How far each row was measured from what is predicted, along the coordinates that were measured, (N,) [m]."""
     return np.asarray(np.linalg.norm(np.nan_to_num(frames.residual(data, position, rotation)), axis=1))
+
+
+def turned_otherwise(frames: InstrumentFrames, data: Measurements, rotation: Array) -> Array:
+    """Angles by which measured orientations turn otherwise than the arm, from the mean of a reflector, (N,) [rad]."""
+    angle = np.full(len(data.pose), np.nan)
+    seen = np.isfinite(data.rotation[:, 0, 0])
+    axes = np.swapaxes(frames.rotation_of(data.instrument) @ rotation[data.pose], 1, 2) @ data.rotation
+    for r in np.unique(data.reflector[seen]).tolist():
+        rows = seen & (data.reflector == r)
+        u, _, v = np.linalg.svd(axes[rows].mean(axis=0))
+        mean = u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v
+        angle[rows] = np.linalg.norm(rotation_vector(mean.T @ axes[rows]), axis=1)
+    return angle
 
 
 def initial_frames(data: Measurements, position: Array, rotation: Array) -> InstrumentFrames:

@@ -21,7 +21,12 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
+from compgen.identification.instrument_frames import (
+    InstrumentFrames,
+    initial_frames,
+    measured_distance,
+    turned_otherwise,
+)
 from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot
@@ -30,6 +35,7 @@ FAR = 0.05  # of the arm's reach: a larger median distance is no calibration err
 NEAR = 0.2  # of the spread of the positions
 FEWEST = 8  # poses from which a reading of the joints can be told from frames
 BETTER = 5.0  # times nearer: a reading of the file that explains it so much better is the right one
+TURNED = 1 * DEG  # median by which an orientation may be off: of no arm
 NEAR_LENGTH = 0.05  # share by which a length in another unit may differ from what the arm says
 UNITS = ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "inches instead of mm"))
 SUSPECT = 4e-3  # [m] mean distance above which readings are tried; no arm is so far off its nominal figures
@@ -162,6 +168,7 @@ def _check_part(robot: Robot, model: ArmModel, rows: Measurements, frames: Instr
     if distance <= far:
         _check_conventions(robot, model, rows, frames)
         _check_lengths(model, rows, frames)
+        _check_orientations(model, rows, frames)
         return
     _check_units(robot, model, rows, frames, distance, far)
     _check_exchanged(model, rows, frames, distance)
@@ -227,6 +234,20 @@ def _check_lengths(model: ArmModel, rows: Measurements, frames: InstrumentFrames
                 f"'{rows.fixed.names[b]}', which the arm has {by_arm / MM:.4g} mm apart"
                 f"{f': is it {unit}?' if unit else ''}; mend [[length]] in the artefact's file"
             )
+
+
+def _check_orientations(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
+    """Raises InputError where measured orientations are none of the flange's."""
+    if len(np.unique(rows.pose)) < FEWEST and frames is None:
+        return
+    position, rotation = model.pose(rows, np.zeros(len(model.parameters)))
+    angle = turned_otherwise(frames or initial_frames(rows, position, rotation), rows, rotation)
+    off = float(np.median(angle[np.isfinite(angle)])) if np.isfinite(angle).any() else 0.0
+    if off > TURNED:
+        raise InputError(
+            f"{rows.file()}: columns rx_deg, ry_deg, rz_deg: they turn by {off / DEG:.1f} deg (median) otherwise than "
+            "the arm: are they W P R, other Euler angles, or radians? give rotation vectors in deg, or leave them out"
+        )
 
 
 def _check_exchanged(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None, distance: float) -> None:

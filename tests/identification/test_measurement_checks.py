@@ -4,11 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from synthetic import random_theta
 
 from compgen.core.exceptions import InputError
+from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
 from compgen.core.units import DEG
-from compgen.identification.measurement_checks import better_reading, check_copies, check_row_count, check_scale
+from compgen.identification.measurement_checks import (
+    better_reading,
+    check_copies,
+    check_plausible,
+    check_row_count,
+    check_scale,
+)
 from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, blank_rows
+from compgen.identification.model import build_model
+from compgen.pipelines.files.robot_file import load_arm
+from compgen.robot.kinematics import flange_pose
 
 
 def rows(places, *, distances=0, instruments=1, reflectors=2, oriented=0, names=(), known=0, lengths=0):
@@ -235,3 +246,38 @@ def test_three_wrong_columns_and_two_that_only_together_come_nearer_are_not_gues
         return np.full(40, (0.31, 0.26, 0.0)[right])
 
     assert better_reading(PENDANT, farther, 0.31, 1) is None
+
+
+@pytest.mark.parametrize(
+    ("read", "refused"),
+    [
+        (lambda turn: turn, False),
+        (lambda turn: rotation_matrix(rotation_vector(turn) * DEG), True),  # radians
+        (lambda turn: rotation_matrix(np.column_stack(to_wpr(turn))), True),
+        (lambda turn: np.swapaxes(turn, 1, 2), True),
+    ],
+    ids=["right", "radians", "W P R", "the other way"],
+)
+def test_orientations_that_are_no_rotation_vectors_of_the_flange_are_refused(read, refused):
+    """They were taken for noise of 50 deg, and the fit was accepted without a word."""
+    arm = load_arm("m710ic50")
+    rng, count = np.random.default_rng(5), 20
+    theta = random_theta(arm.robot, rng, count)
+    flange, base = flange_pose(arm.robot, theta), rotation_matrix(rng.normal(size=(1, 3)))[0]
+    axes = rotation_matrix(rng.normal(size=(1, 3)))[0]  # of the reflector, in the flange
+    at = flange.position + flange.rotation @ [0.06, 0.01, 0.1]
+    turn = base @ flange.rotation @ axes @ rotation_matrix(rng.normal(0, 0.1 * DEG, (count, 3)))
+    data = replace(
+        blank_rows(theta, np.arange(count), [f"m.csv: line {n + 2}" for n in range(count)], 0),
+        position=at @ base.T,
+        rotation=np.asarray(read(turn)),
+        reflectors=("r",),
+        instruments=("m.csv",),
+        aligned=np.array([False]),
+    )
+    model = build_model(arm.robot, [], 0)
+    if refused:
+        with pytest.raises(InputError, match=r"columns rx_deg, ry_deg, rz_deg: they turn by \d+\.\d deg \(median\)"):
+            check_plausible(arm.robot, model, data)
+    else:
+        check_plausible(arm.robot, model, data)
