@@ -226,13 +226,15 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
                 yield Finding(Level.WARNING, Code.LOG_SWAPPED, message)
     if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
         return
-    for a in highest:
-        if expected[a] >= max(expected.values()) / SWAPPED and air >= SWAPPED * highest[a]:
-            message = (
-                f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
-                f"and {air:.1f} K"
-            )
-            yield Finding(Level.WARNING, Code.LOG_SWAPPED, message)
+    hottest = max(expected.values()) / SWAPPED
+    suspects = [a for a in highest if expected[a] >= hottest and air >= SWAPPED * highest[a]]
+    if len(suspects) == 1:  # more than one never is: the hall warms, and the arm stands
+        (a,) = suspects
+        message = (
+            f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
+            f"and {air:.1f} K"
+        )
+        yield Finding(Level.WARNING, Code.LOG_SWAPPED, message)
 
 
 def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:

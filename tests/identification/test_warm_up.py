@@ -206,6 +206,10 @@ def test_two_sensors_are_called_swapped_from_twice_their_proportion_and_two_kelv
     assert "are j2_degC and ambient_degC swapped? they change by 2.0 and 4.2 K" in message
     assert not swapped(2.3, 0.5, ambient_degC=hours)
     assert not swapped(1.9, 0.5, ambient_degC=AIR + 3.9 * time / time[-1])
+    assert not swapped(
+        1.9, 0.5, ambient_degC=hours, part_6=AIR + 1.8 * time / time[-1]
+    )  # a hall, in which the arm stands
+    assert swapped(1.9, 0.5, ambient_degC=hours, part_6=AIR + 2.5 * time / time[-1])
 
 
 def test_poses_in_gaps_of_more_than_half_an_hour_are_counted(tmp_path, arm):
