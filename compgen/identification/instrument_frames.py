@@ -91,7 +91,7 @@ def measured_distance(frames: InstrumentFrames, data: Measurements, position: Ar
     return np.asarray(np.linalg.norm(np.nan_to_num(frames.residual(data, position, rotation)), axis=1))
 
 
-def turned_otherwise(frames: InstrumentFrames, data: Measurements, rotation: Array) -> Array:
+def turn_errors(frames: InstrumentFrames, data: Measurements, rotation: Array) -> Array:
     """Angles by which measured orientations turn otherwise than the arm, from the mean of a reflector, (N,) [rad]."""
     angle = np.full(len(data.pose), np.nan)
     seen = np.isfinite(data.rotation[:, 0, 0])

@@ -21,12 +21,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.instrument_frames import (
-    InstrumentFrames,
-    initial_frames,
-    measured_distance,
-    turned_otherwise,
-)
+from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance, turn_errors
 from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot
@@ -241,7 +236,7 @@ def _check_orientations(model: ArmModel, rows: Measurements, frames: InstrumentF
     if len(np.unique(rows.pose)) < FEWEST and frames is None:
         return
     position, rotation = model.pose(rows, np.zeros(len(model.parameters)))
-    angle = turned_otherwise(frames or initial_frames(rows, position, rotation), rows, rotation)
+    angle = turn_errors(frames or initial_frames(rows, position, rotation), rows, rotation)
     off = float(np.median(angle[np.isfinite(angle)])) if np.isfinite(angle).any() else 0.0
     if off > TURNED:
         raise InputError(

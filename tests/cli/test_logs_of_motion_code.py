@@ -319,7 +319,7 @@ def test_one_stop_of_several_that_is_elsewhere_is_another_program(tmp_path):
 
 
 @pytest.mark.parametrize("off", [0, 3])
-def test_a_tool_that_turns_on_its_lines_is_the_programs_own_and_one_that_is_turned_otherwise_is_not(tmp_path, off):
+def test_a_tool_that_turns_on_its_lines_is_the_programs_own_and_one_that_is_turn_errors_is_not(tmp_path, off):
     """By 30 deg on a line of 500 mm: what the text has at its ends is not what it has between."""
     lines, angles, fine = [(1000, -300, 100), (1000, 200, 100), (1300, 200, 100)], [0, 30, -20], [True, False, True]
     turned = [(180, angle, 0) for angle in angles]
