@@ -113,10 +113,10 @@ def test_bad_poses_are_refused_in_one_line(tmp_path, arm, rows, name):
         assert needle in message, message
 
 
-def noisy_rows(arm, extent, away):
+def noisy_rows(arm, extent, away, about=(20.0, 10.0, -20.0, 30.0, -60.0, 40.0)):
     """Twelve poses of two reflectors within so many degrees, to 0.1 mm, by a tracker so far off [m]."""
     rng = np.random.default_rng(8)
-    pendant = np.array([20.0, 10.0, -20.0, 30.0, -60.0, 40.0]) + rng.uniform(-extent, extent, (12, 6))
+    pendant = about + rng.uniform(-extent, extent, (12, 6))
     flange = flange_pose(arm, arm.to_theta(pendant * DEG))
     return [
         [str(n), name, *(f"{v:.6f}" for v in pendant[n]), *(f"{v:.6f}" for v in p / MM)]
@@ -145,6 +145,13 @@ def of_other_poses(rows):
 def test_units_are_told_of_a_small_volume_and_from_afar_and_of_nothing_else(tmp_path, arm, spoil, words, extent, away):
     with pytest.raises(InputError, match=words):
         read(tmp_path, arm, text(spoil(noisy_rows(arm, extent, away))))
+
+
+def test_small_angles_are_not_said_to_be_radians_for_that_alone(tmp_path, arm):
+    rows = noisy_rows(arm, 6.0, 0.0, about=np.zeros(6))
+    assert len(read(tmp_path, arm, text(rows)).theta) == 12
+    with pytest.raises(InputError, match="look like um instead of mm"):
+        read(tmp_path, arm, text(scaled(rows, XYZ, 1e3)))
 
 
 def test_a_single_row_is_judged_by_frames_that_are_known(tmp_path, arm, rows):
