@@ -225,6 +225,20 @@ def test_a_warmer_hall_warms_the_robot_by_as_much(job):
     assert_allclose(warm.start_rise(), job.start_rise() + 3, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("first", "last", "said"),
+    [
+        (0, 21600, []),
+        (0, 7200, ["air.csv: it ends at 2 of 6 h: 26 degC from then on"]),
+        (90000, 93600, ["air.csv: it begins 25 h after the first [[before]]: 20 degC until then"]),
+    ],
+)
+def test_air_that_does_not_reach_over_the_day_is_told(tmp_path, first, last, said):
+    (tmp_path / "air.csv").write_text(f"time_s,ambient_degC\n{first},20\n{last},26\n")
+    (tmp_path / "p.toml").write_text(Path(PATH).read_text() + '\n[ambient]\nkind = "csv"\nfile = "air.csv"\n')
+    assert [f.message for f in load_job(str(tmp_path / "p.toml")).input_findings] == said
+
+
 def test_ramp_and_csv_of_the_same_air_agree(tmp_path):
     (tmp_path / "air.csv").write_text("time_s,ambient_degC\n0,20\n7200,\n10800,26\n21600,26\n")
     (tmp_path / "p.toml").write_text(Path(PATH).read_text() + '\n[ambient]\nkind = "csv"\nfile = "air.csv"\n')

@@ -156,6 +156,7 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
     state = load_state(state_file, cell, age) if state_file else None  # before files are hashed, for its own words
     others = files_read(path, str(source)) | (files.project.record(source) if files.project else {})
     history = _planned_day(path, programs, air)
+    notes = (*notes, *read_findings(tables.held_air(path.ambient, air, history)))
     if files.may_start_late or path.state or path.start or path.compensation.average_over:
         history = replace(history, standing=programs.standing())
     if log is not None:
@@ -168,7 +169,6 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
         notes = (*notes, state_note(state, age, replaced))
     if path.start or not path.compensation.average_over:
         history = started(history, tables.start_of(path.start, len(history.runs), str(source)))
-    ensemble = _ensemble(path, len(history.runs), program)
     job = Job(
         name=source.stem,
         title=path.title,
@@ -185,7 +185,7 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
         on_other_heat_model=_on_other_heat_model(files),
         log=log,
         own_file=_own_file(path, source),
-        ensemble=ensemble,
+        ensemble=_ensemble(path, len(history.runs), program),
     )
     refuse_without_uncertainty(job)
     return job

@@ -1,6 +1,6 @@
 """From the thermal tables of path and robot files to models, steps and logs in SI."""
 
-from compgen.thermal.tables.day import ambient_of, believed_rises, log_of, shifts_of, steps_of
+from compgen.thermal.tables.day import ambient_of, believed_rises, held_air, log_of, shifts_of, steps_of
 from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words, start_of
 from compgen.thermal.tables.materials import check_materials
 from compgen.thermal.tables.model import check_sensors, growth_of, network_of, node_model_of, profiles_of
@@ -14,6 +14,7 @@ __all__ = [
     "ensemble_of",
     "ensemble_of_words",
     "growth_of",
+    "held_air",
     "log_of",
     "network_of",
     "node_model_of",

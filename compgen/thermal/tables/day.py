@@ -11,7 +11,7 @@ from compgen.core.units import HOUR, MINUTE, MM
 from compgen.thermal import Ambient, still_air
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.model import ArmHeat
-from compgen.thermal.schedule import Shift, Step, check_shifts
+from compgen.thermal.schedule import History, Shift, Step, check_shifts
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.tables import schema as sh
 from compgen.thermal.temperature_log import Temperatures, check_sensors, read_temperature_log
@@ -122,6 +122,22 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
             raise InputError(f"{source}: it has no column ambient_degC; add it")
         return Ambient(log.time, log.ambient - zero)
     return still_air(level)
+
+
+def held_air(table: sh.AmbientTable, air: Ambient, history: History) -> tuple[str, ...]:
+    """Notes that a CSV of the air does not reach over the day, and what is taken there."""
+    if table.kind != "csv":
+        return ()
+    lasts = sum(duty.duration for part in (history.before, history.cycle, history.after) for duty in part)
+    (first, last), (low, high) = air.time[[0, -1]], air.rise[[0, -1]] + table.reference_degC
+    notes = []
+    if first > MINUTE:
+        begins = f"it begins {first / HOUR:.3g} h after the first [[before]]"
+        notes.append(f"{table.file}: {begins}: {low:.4g} degC until then")
+    if last < lasts - MINUTE:
+        ends = f"it ends at {last / HOUR:.3g} of {lasts / HOUR:.3g} h"
+        notes.append(f"{table.file}: {ends}: {high:.4g} degC from then on")
+    return tuple(notes)
 
 
 def log_of(
