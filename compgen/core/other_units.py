@@ -41,6 +41,7 @@ class _Rule:
 
 
 _SHORT = 3  # mm: of no arm, tool, frame or pattern
+_IN_THE_BASE = 100.0  # mm from World's origin, where no instrument stands, and metres from it any does
 _SHORTEST_TOOL = 25  # mm from the flange
 _EXPANSION = r"thermal\.(uncertainty\.)?cte_um_m_K(\.\w+)?"
 _RULES = (
@@ -132,7 +133,7 @@ def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, 
 
 def lengths_in_other_units(option: str, text: str, lengths: Sequence[float]) -> tuple[Finding, ...]:
     """A warning where the lengths of an option [mm] were probably given in metres."""
-    if not 0 < max(map(abs, lengths)) < _SHORT:
+    if not 0 < max(map(abs, lengths)) < (_IN_THE_BASE if option == "--instrument" else _SHORT):
         return ()
     meant = " ".join(f"{length / MM:.4g}" for length in lengths)
     message = f"{option} '{text}': did you mean '{meant}'? it looks like metres, it is in mm"

@@ -128,7 +128,13 @@ def test_a_correction_reports_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("option", "text"), [("--reflector", "0.06 0 0.1"), ("--instrument", "2.5 0 1"), ("--box", "0.5 -1 -1 1.5 1 1")]
+    ("option", "text"),
+    [
+        ("--reflector", "0.06 0 0.1"),
+        ("--instrument", "2.5 0 1"),
+        ("--instrument", "4 -12 0.5"),
+        ("--box", "0.5 -1 -1 1.5 1 1"),
+    ],
 )
 def test_lengths_of_options_in_metres_are_asked_about(option, text):
     lengths = [float(v) for v in text.split()]
