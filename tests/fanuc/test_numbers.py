@@ -11,7 +11,7 @@ from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.editing.insertion import target_number_span
-from compgen.fanuc.editing.numbers import NewPoses, nearest_wpr, number_edits
+from compgen.fanuc.editing.numbers import NewPoses, nearest_wpr, number_edits, round_joints
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
 
@@ -60,3 +60,14 @@ def test_the_number_of_each_station_stands_where_its_target_does():
     drive = read_traversal(read, read_poses(read, None, default_frames()), None)
     spans = [target_number_span(read, drive, station) for station in range(4)]
     assert [read.data[a:b] for a, b in spans] == [b"1", b"20", b"3", b"4"]
+
+
+def test_joints_are_rounded_within_their_limits():
+    """J5 wanted at -124.9997 deg, limit 125: -125.001 was nearer for the tool, and written."""
+    robot, rng = load_robot("m710ic50"), np.random.default_rng(3)
+    wanted = np.column_stack([rng.uniform(-90, 90, (20, 2)), rng.uniform(-40, 0, 20), rng.uniform(-90, 90, 20)])
+    wanted = np.column_stack([wanted, np.full(20, -124.9997), rng.uniform(-90, 90, 20)])
+    step, tcp = np.full((20, 6), 1e-3), np.tile([0.0, 0.0, 0.2], (20, 1))
+    rounded = round_joints(robot, wanted, step, tcp, np.full(20, 0.01), np.zeros(20, dtype=bool))
+    assert rounded[:, 4].min() >= -125 - 1e-9
+    assert np.abs(rounded - wanted).max() < 2.6e-3

@@ -22,6 +22,8 @@ from compgen.robot.robot import Robot
 Edits = dict[tuple[int, int], bytes]
 #: [m] how much an angle counts against a distance when joints are rounded; where the tool is not known
 TCP_LEVER, FLANGE_LEVER = 0.01, 0.2
+AT_LIMIT = 6  # steps of the digits, of two joints that are limited together: so near to it a neighbour may be beyond
+SAME_ANGLE = 1e-9  # [rad]
 _BLOCK = 16
 _NEIGHBOURS = np.array([0.0, -1, 1, -2, 2])[np.ascontiguousarray(np.indices(6 * (5,)).reshape(6, -1).T)]
 
@@ -102,7 +104,7 @@ def round_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever: A
     r"""Pendant angles on the grid of a program's digits that leave the tool nearest to the wanted pose.
 
     Rounding each joint for itself moves the tool by up to 26 um. Of the 5^6 neighbours of the nearest grid point the
-    one is taken that minimises, to first order, \\|dp\\|^2 + lever^2 \\|dw\\|^2.
+    one is taken that minimises, to first order, \\|dp\\|^2 + lever^2 \\|dw\\|^2, of those within the joints' limits.
 
     Args:
         robot: Nominal arm.
@@ -123,6 +125,11 @@ def round_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever: A
         units = np.rint(wanted / grid)[:, None, :] + _NEIGHBOURS
         move = np.einsum("nij,nkj->nki", jacobian, units * grid[:, None, :] - wanted[:, None, :])
         cost = (move**2).sum(axis=2)
+        theta = robot.to_theta(wanted * DEG)
+        room = np.minimum(theta - robot.lower, robot.upper - theta).min(axis=1)
+        for n in np.flatnonzero(room < AT_LIMIT * grid.max(axis=1) * DEG).tolist():
+            there = robot.to_theta(units[n] * grid[n] * DEG)
+            cost[n] += ((there < robot.lower - SAME_ANGLE) | (there > robot.upper + SAME_ANGLE)).any(axis=1)
         for n in np.flatnonzero(marked[rows]).tolist():
             cost[n, watermark.joint_remainder(units[n].astype(np.int64)) != 0] = np.inf
         best = np.argmin(cost, axis=1)
