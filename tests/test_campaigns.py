@@ -107,3 +107,12 @@ def test_the_page_names_files_that_are_there():
     names = set(re.findall(r"`([\w/]+\.py)`", page)) | set(re.findall(r"[\w/]+\.py", changes))
     assert len(names) > 50
     assert not [n for n in names if not (any((p / n).is_file() for p in places) or ("/" not in n and n in files))]
+
+
+def test_what_is_explained_of_changes_stands_in_the_library_and_once():
+    """An explanation of a line that is gone would hide a change of another that is like it."""
+    explained = mutation.tomllib.loads(mutation.EQUIVALENT.read_text())["mutant"]
+    assert len({mutation.key_of(entry) for entry in explained}) == len(explained)
+    lines_of = {file: (ROOT / file).read_text().splitlines() for file in {entry["file"] for entry in explained}}
+    there = {(file, line.strip()) for file, its in lines_of.items() for line in its}
+    assert [e for e in explained if (e["file"], e["statement"]) not in there] == []
