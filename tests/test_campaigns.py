@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 
 import code_mutants
 import mutation
@@ -111,7 +112,7 @@ def test_the_page_names_files_that_are_there():
 
 def test_what_is_explained_of_changes_stands_in_the_library_and_once():
     """An explanation of a line that is gone would hide a change of another that is like it."""
-    explained = mutation.tomllib.loads(mutation.EQUIVALENT.read_text())["mutant"]
+    explained = tomllib.loads(mutation.EQUIVALENT.read_text())["mutant"]
     assert len({mutation.key_of(entry) for entry in explained}) == len(explained)
     lines_of = {file: (ROOT / file).read_text().splitlines() for file in {entry["file"] for entry in explained}}
     there = {(file, line.strip()) for file, its in lines_of.items() for line in its}

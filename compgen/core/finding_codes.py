@@ -146,13 +146,11 @@ class Code(StrEnum):
         "Measure what would see them, where they matter.", NOTE)
     SETUP = ("setup", "identification", "Two setups of an instrument agree and are taken as one.",
         "Nothing, if the instrument did not move.", NOTE)
-    FRAMES = ("frames", "identification",
-        "The poses hardly turn the tool: places of instrument and reflector cannot be told apart.",
+    FRAMES = ("frames", "identification", "The poses hardly turn the tool: its reflector's place stays unknown.",
         "Measure poses with other orientations, or a second reflector.", REFUSED, WARNING)
     SET_ASIDE = ("set_aside", "identification", "Too many rows do not fit the others.",
         "Find what moved during the measurement and measure again.", REFUSED)
-    UNEXPLAINED = ("unexplained", "identification",
-        "The best model is further off than zeros, lengths and gears of this arm explain.",
+    UNEXPLAINED = ("unexplained", "identification", "More is left than zeros, lengths and gears of this arm explain.",
         "Check the pendant table, the DH lengths and the order of the columns.", REFUSED)
     LEFT = ("left", "identification", "Unseen places are further off than instrument and repeatability explain.",
         "Give the arm's masses in [sources.loads], and measure repeatability: poses driven to three times.", WARNING)
@@ -303,6 +301,8 @@ class Code(StrEnum):
         "If the arm was warm, give its log with --temperatures.", NOTE)
     FRAME_LENGTH = ("frame.length", "pipelines", "The arm measures a certified length wrongly.",
         "Check the artefact's temperature, or identify the arm with --touches.", WARNING)
+    FRAME_LEFT = ("frame.left", "pipelines", "The touches do not fit each other by more than they and the arm explain.",
+        "Mend the probe's diameter, the spheres' places or the joints; leave out spheres that have moved.", WARNING)
     STATE = ("state", "job", "The robot begins as a state from cgen anchor has it.",
         "If something moved, find what before it runs.", WARNING, NOTE)
     ANCHOR_VERDICT = ("anchor.verdict", "pipelines", "What the touches say of the robot now.",

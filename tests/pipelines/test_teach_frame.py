@@ -286,6 +286,17 @@ def test_a_sensor_that_fell_off_is_named_and_moves_no_frame(cell, truth):
     assert not (cell / "fallen.toml").exists()
 
 
+def test_a_sphere_that_stands_elsewhere_than_the_artefact_says_is_a_finding(cell, record):
+    """Six spheres touched twelve times each, one of them 1 mm off: below what is refused."""
+    assert "frame.left" not in {f["code"] for f in record["findings"]}
+    write_artefact(cell, SPHERES + np.eye(6)[:, :1] * [0, 0, 1 * MM])
+    moved = taught(cell, name="moved.toml")
+    write_artefact(cell)
+    (message,) = [f["message"] for f in moved["findings"] if f["code"] == "frame.left"]
+    assert moved["noise_um"] > 150
+    assert f"by {moved['noise_um']:.0f} um" in message
+
+
 def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, record):
     nominal = taught(cell, "--nominal", name="pendant.toml")
     assert "frame.hot" in {f["code"] for f in nominal["findings"]}

@@ -25,6 +25,7 @@ from compgen.error_model.rigid_share import rigid_share
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, build_model, fixed_source
 from compgen.identification.part_frame_fit import PROBE, FrameFit, fit_frame, measured_lengths, touches_of_part
+from compgen.identification.touch_rows import sigma_of
 from compgen.identification.touches import Artefact, Touches, probed_motion, read_artefact, read_touches
 from compgen.identification.warm_up import read_log, with_temperatures
 from compgen.job.part_frame import WARM
@@ -35,6 +36,7 @@ from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.tables.schema import AmbientTable
 from compgen.thermal.temperature_log import Reference
 
+BEYOND = 4.0  # times what touches and arm explain
 MISSING = 0.05  # of the thermal error, that the model of an arm leaves out whose warm-up nobody measured
 
 
@@ -192,9 +194,21 @@ def _findings(
     if log is None:
         message = "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
         yield Finding(Level.NOTE, Code.FRAME_COLD, message)
-    if not nominal and not any(k.sigma for k in arm.known):
+    if nominal:
+        return
+    if not any(k.sigma for k in arm.known):
         message = f"{arm.source} was never identified: what the arm errs by where it touched is in the frame"
         yield Finding(Level.WARNING, Code.FRAME_MODEL, message)
+        return
+    limits = fit_limits_of(arm.identified)
+    explained = float(np.linalg.norm([np.median(sigma_of(touches)), limits.noise, limits.repeatability or 0.0]))
+    if fitted.noise > BEYOND * explained:
+        message = (
+            f"the touches do not fit each other by {fitted.noise / UM:.0f} um (rms of a coordinate), where they and "
+            f"the arm explain {explained / UM:.0f}: check the probe's diameter, the spheres' places and the joints; "
+            "the frame may be off by more than it says"
+        )
+        yield Finding(Level.WARNING, Code.FRAME_LEFT, message)
 
 
 def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> Iterator[Finding]:
