@@ -59,7 +59,7 @@ def on_circle(*degrees, radius=80.0):
 def test_an_arc_that_comes_to_sweep_more_than_half_a_turn_is_said():
     planned, wider = arc(*on_circle(0, 90, 179.99)), arc(*on_circle(0, 90, 190))
     (finding,) = wide_arcs(planned, wider)
-    assert "1 arcs sweep" in finding.message
+    assert "1 arc sweeps" in finding.message
     assert "P[11] 190.0000" in finding.message
     assert wide_arcs(wider, wider) == []  # a controller took it before
     assert wide_arcs(planned, arc(*on_circle(0, 90, 180.0005))) == []  # the last digits of a half circle

@@ -32,6 +32,7 @@ from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.json_text import read_record
+from compgen.core.units import counted
 
 if TYPE_CHECKING:
     from compgen.pipelines.correct import Correction
@@ -225,8 +226,8 @@ def show_correction(correction: "Correction", folder: Path, files: Iterable[str]
     console.print(f"verdict: {summary['verdict']}")
     count = summary["positions"]
     console.print(
-        f"{count['corrected']} positions corrected, {count['new']} new, {count['unchanged']} unchanged; "
-        f"{summary['duration_s']:.1f} s"
+        f"{counted(count['corrected'], 'position', 'positions')} corrected, {count['new']} new, {count['unchanged']} "
+        f"unchanged; {summary['duration_s']:.1f} s"
     )
     if verbose:
         heat = summary["thermal"]

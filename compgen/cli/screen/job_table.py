@@ -13,6 +13,7 @@ from compgen.cli.screen.ci_reports import JudgedPath
 from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
 from compgen.core.exit_codes import ExitCode
 from compgen.core.finding_codes import Code
+from compgen.core.units import counted
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report import job_summary
 from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, is_corrected, not_known_words
@@ -43,7 +44,7 @@ def show_job(
     path, time, heat = summary["path"], summary["timing"], summary["thermal"]
     console.print(
         f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "
-        f"{100 * time['at_feed']:.1f} % of the length at feed, {path['stops']} stops"
+        f"{100 * time['at_feed']:.1f} % of the length at feed, {counted(path['stops'], 'stop', 'stops')}"
     )
     if verbose:
         rises = ", ".join(f"{n} {heat['start_K'][n]:.2f} to {heat['end_K'][n]:.2f}" for n in heat["start_K"])

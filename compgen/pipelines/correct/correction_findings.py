@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
-from compgen.core.units import DEG, KB, MM, UM
+from compgen.core.units import DEG, KB, MM, UM, counted
 from compgen.error_model.beyond_measured import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.analysis.contradictions import contradictions
@@ -92,8 +92,8 @@ def _placement_findings(result: Correction) -> Iterator[Finding]:
     poses = result.plan.poses
     rows = result.plan.drive.pose[result.plan.free]
     if len(rows) and (bases := np.unique(poses.arm_bases.base[rows][poses.arm_bases.base[rows] > 0])).size:
-        message = f"an extended axis carries the arm: {len(bases)} places of its base are taken from the frames table"
-        message += "; errors told in World, maps among them, are taken to move along with it"
+        message = f"an extended axis carries the arm: {counted(len(bases), 'place', 'places')} of its base taken from "
+        message += "the frames table; errors told in World, maps among them, are taken to move along with it"
         yield Finding(Level.NOTE, Code.ROBOT_CARRIED, message)
     if poses.placements.assumed:
         names = _first_of([f"PR[{n}]" for n in poses.placements.assumed])
@@ -256,8 +256,9 @@ def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
     short = drive.line & (drive.origin != NONE) & ~drive.stop & (drive.length > 0)
     short &= drive.written < (1 - SAME_FEED) * result.cell.robot.controller.period
     if short.any():
-        message = f"{int(short.sum())} straight lines are shorter than speed x the interpolation period"
-        yield Finding(Level.NOTE, Code.TIMING_SHORT, f"{message}: the robot will be slower there")
+        message = f"{counted(int(short.sum()), 'straight line is', 'straight lines are')} shorter than speed x the "
+        message += "interpolation period: the robot will be slower there"
+        yield Finding(Level.NOTE, Code.TIMING_SHORT, message)
 
 
 def _way_findings(result: Correction) -> Iterator[Finding]:
@@ -359,7 +360,9 @@ def _controller_findings(result: Correction) -> Iterator[Finding]:
         message = f"{message}: more than it holds in one file, it cannot be loaded; cgen pages parts it at FINE"
         yield Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)
     elif result.added:
-        yield Finding(Level.NOTE, Code.CONTROLLER_SIZE, f"{result.added} positions are new: {message}")
+        yield Finding(
+            Level.NOTE, Code.CONTROLLER_SIZE, f"{counted(result.added, 'position is', 'positions are')} new: {message}"
+        )
 
 
 def _decimal_places(result: Correction) -> IntArray:

@@ -23,7 +23,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
-from compgen.core.units import UM
+from compgen.core.units import UM, counted
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.editing.insertion import insert_remark, says_override
@@ -250,7 +250,8 @@ def motion_command_findings(result: Correction) -> Iterator[Finding]:
         level = Level.WARNING if beyond else Level.NOTE
         yield Finding(level, Code.MOTION_PREDISTORTED, message)
     if command is not None and command.kept:
-        message = f"{len(command.kept)} runs with bends are not commanded against {WHAT}; the first: {command.kept[0]}"
+        runs = counted(len(command.kept), "run with bends is", "runs with bends are")
+        message = f"{runs} not commanded against {WHAT}; the first: {command.kept[0]}"
         yield Finding(Level.NOTE, Code.MOTION_KNOWN, message)
     chained = chained_lines(result.plan.program)
     if result.motion is None or command is None or not command.runs or result.motion.largest > 0 or chained:

@@ -16,7 +16,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector
-from compgen.core.units import DEG, MDEG
+from compgen.core.units import DEG, MDEG, counted
 from compgen.pipelines.correct.station_corrections import LARGEST_TURN, explained_turns
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.ways import arcs_in_line, swept_angles
@@ -113,8 +113,8 @@ def wide_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]
     worst = int(np.argmax(np.where(over, swept, 0.0)))
     number = int(corrected.at.number[corrected.pose[via[worst]]])
     message = (
-        f"{int(over.sum())} arcs sweep more than 180 deg once corrected, by P[{number}] {swept[worst] / DEG:.4f}: "
-        "a controller may refuse them (circle angle too large); part them in two"
+        f"{counted(int(over.sum()), 'arc sweeps', 'arcs sweep')} more than 180 deg once corrected, by P[{number}] "
+        f"{swept[worst] / DEG:.4f}: a controller may refuse that (circle angle too large); part each in two"
     )
     return [Finding(Level.WARNING, Code.CORRECTION_ARC, message)]
 
@@ -129,7 +129,7 @@ def flat_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]
         return []
     names = ", ".join(f"P[{n}]" for n in corrected.at.number[drive.pose[flat[:8]]].tolist())
     message = (
-        f"{len(flat)} arcs have their three places in one line (by {names}): a controller may refuse them; their "
-        "places are judged, not the way between them"
+        f"{counted(len(flat), 'arc has its', 'arcs have their')} three places in one line (by {names}): a controller "
+        "may refuse that; the places are judged, not the way between them"
     )
     return [Finding(Level.WARNING, Code.CORRECTION_FLAT_ARC, message)]

@@ -17,7 +17,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.stages import Progress
-from compgen.core.units import UM
+from compgen.core.units import UM, counted
 from compgen.job.moves_in_arcs import fit_planned_moves, without_period
 from compgen.pipelines.planned.job_results import DenseCorrection, Planned, solution_at
 from compgen.pipelines.planned.motion_predistortion import as_smoothed
@@ -56,8 +56,9 @@ def with_arcs(
     dense = DenseCorrection(planned.path, as_smoothed(solution, problem, planned).theta, solution.correction)
     arcs, process = int(via.sum()), planned.job.plan.process
     message = (
-        f"{len(rows)} positions for {len(problem.arc)} waypoints: {arcs} arcs and {len(rows) - 1 - 2 * arcs} lines, "
-        f"within {(process.thin or process.chord) / UM:g} um of the corrected path"
+        f"{len(rows)} positions for {len(problem.arc)} waypoints: {counted(arcs, 'arc', 'arcs')} and "
+        f"{counted(len(rows) - 1 - 2 * arcs, 'line', 'lines')}, within {(process.thin or process.chord) / UM:g} um of "
+        "the corrected path"
     )
     kept = planned.at(rows, planned.path.subset(rows, via))
     findings = (*planned.findings, Finding(Level.NOTE, Code.PATH_ARCS, message))

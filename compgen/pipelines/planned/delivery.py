@@ -12,7 +12,7 @@ from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.units import KB
+from compgen.core.units import KB, counted
 from compgen.core.version import __version__
 from compgen.fanuc.paging.join_check import check_manifest, interpret_pages
 from compgen.fanuc.paging.split import split_canonical
@@ -138,7 +138,8 @@ def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list
         pages = f"written as {len(paged.pages)} pages and a main program"
         count = paged.load_count
         loads = f", to be loaded in {count} loads, one after another (drip feed)" if count > 1 else ""
-        stopped = f"; {added} stops were put in for them, {stops.on_the_part} of them on the part" if added else ""
+        were = counted(added, "stop was", "stops were")
+        stopped = f"; {were} put in for them, {stops.on_the_part} of them on the part" if added else ""
         level = Level.WARNING if stops.on_the_part else Level.NOTE
         return [Finding(level, Code.CONTROLLER_SIZE, f"{message}; {pages}{loads}{stopped}")]
     if not over:

@@ -9,7 +9,7 @@ from compgen.core.arrays import Array, norm
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
-from compgen.core.units import MM, MS, PERCENT, UM
+from compgen.core.units import MM, MS, PERCENT, UM, counted
 from compgen.verification.executed.clock_fit import ClockFit, chords, fit_clock, nearest_rows
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, constant_offset, offset_words
@@ -286,15 +286,17 @@ def _of_bound(course: ProgramCourse, deviation: PathDeviation, bound: float | No
 def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding]:
     step = np.diff(followed.time)
     missing = step > 2.5 * followed.log.period
+    gaps = counted(followed.log.gaps, "row has", "rows have")
     if missing.any() or followed.log.gaps:
         message = (
-            f"rows are missing at {int(missing.sum())} places of the log, for {step.max() / MS:.0f} ms at most"
-            f"{f', and {followed.log.gaps} rows have no position' * bool(followed.log.gaps)}: what happened there is "
-            "not seen"
+            f"rows are missing at {counted(int(missing.sum()), 'place', 'places')} of the log, for "
+            f"{step.max() / MS:.0f} ms at most{f', and {gaps} no position' * bool(followed.log.gaps)}: what happened "
+            "there is not seen"
         )
         yield Finding(Level.NOTE, Code.EXECUTED_GAPS, message)
     if deviation.away:
-        message = f"{deviation.away} rows between the first and the last are over 20 mm off the path, and not judged"
+        away = counted(deviation.away, "row", "rows")
+        message = f"{away} between the first and the last, over 20 mm off the path, not judged"
         yield Finding(Level.WARNING, Code.EXECUTED_AWAY, message)
     unjudged = 1 - float(np.mean(deviation.judged))
     if unjudged > 0.01:
