@@ -158,7 +158,7 @@ def test_lines_shorter_than_a_period_at_their_speed_are_counted_but_for_those_th
 
     assert not counted(written=np.full(3, 0.998 * period))  # as digits round it
     (message,) = counted(written=np.array([1.0, 0.99, 1.01]) * period, duration=np.full(3, period))
-    assert message.startswith("1 straight lines")
+    assert message.startswith("1 straight line is")
     assert not counted(written=np.full(3, 0.5 * period), stop=lines)
     assert counted(written=np.full(3, 0.5 * period))[0].startswith("2 straight lines")
     assert not counted(written=np.full(3, 0.5 * period), line=~lines)

@@ -72,7 +72,7 @@ def test_arcs_in_one_line_are_said_whichever_text_has_them():
     bent, flat = arc((0, 0), (50, 1), (100, 0)), arc((0, 0), (50, 0), (100, 0))
     for pair in ((bent, flat), (flat, bent), (flat, flat)):
         (finding,) = flat_arcs(*pair)
-        assert "1 arcs have" in finding.message
+        assert "1 arc has" in finding.message
         assert "P[11]" in finding.message
     assert flat_arcs(bent, bent) == []
 
