@@ -103,7 +103,7 @@ def _refuse_without_shift(pieces: Sequence[tuple[Step, Duty]], clock: float) -> 
     for step, stretches in groupby(pieces, key=lambda piece: piece[0]):
         duties = [duty for _, duty in stretches]
         lasts = sum(duty.duration for duty in duties)
-        if step.shifts and lasts > 0 and all(duty.state != "moving" for duty in duties):
+        if step.shifts and lasts > 0 and all(duty.state == "off" for duty in duties):
             hours = f"its {lasts / HOUR:.3g} h from {begin % DAY / HOUR:.4g} o'clock on"
             raise InputError(
                 f"{step.key}.shifts: no [[shift]] falls into {hours}: nothing moves; say by ambient.clock_h when the "

@@ -173,6 +173,14 @@ def test_a_stretch_in_shifts_that_meets_none_is_refused(clock, hours, meets):
         job_with(*given)
 
 
+def test_a_stretch_in_the_break_of_a_shift_meets_the_shift():
+    """*No [[shift]] falls into its 0.25 h* was said of it."""
+    before = 'before=[{state="moving", feed_mm_s=20, duration_h=0.25, shifts=true}]'
+    shift = "shift=[{from_h=6, to_h=14, breaks_h=[[9, 9.5]]}]"
+    (stretch,) = job_with(shift, before, "ambient.clock_h=9.1").history.before
+    assert stretch.state == "idle"
+
+
 # the air
 
 
