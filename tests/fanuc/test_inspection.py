@@ -1,6 +1,7 @@
 """What ``inspect`` says of a program, and the frames it needs."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -447,6 +448,13 @@ def test_a_joint_is_said_to_stand_at_180_deg_where_the_digits_of_its_position_le
     text = ls_text.program([f"J P[{n}] 10% FINE" for n in range(1, 21)], points)
     unsafe = inspection.inspect(fanuc.loads(text), load_robot("m710ic50"), default_frames())["unsafe"]
     assert sum("J4 stands at 180 or -180 deg" in u["reason"] for u in unsafe) == told
+
+
+def test_a_number_without_decimals_leaves_out_zeros():
+    """A W of 180 deg where others have three decimals was known to a degree, and J4 at 179.6 deg said to be at 180."""
+    point = ls_text.at(1, (10, 10, -20, 179.6, 60, 20))
+    text = ls_text.program(["J P[1] 10% FINE"], [re.sub(r"(W = -?\d+)\.\d+", r"\1", point)])
+    assert "J4 " not in str(inspection.inspect(fanuc.loads(text), load_robot("m710ic50"), default_frames())["unsafe"])
 
 
 @pytest.mark.parametrize("config", ["F U T, 0, 1, 1", "F U T, 0, -1, -1", "N U T, 0, 0, 0"])

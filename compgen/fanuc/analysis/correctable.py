@@ -113,8 +113,8 @@ def _used_as_value(number: int, text: str, *, held: bool) -> list[Unsafe]:
 def _untold_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
     """Positions whose CONFIG does not tell a joint's turn: 180 deg from -180, or joint 3's where both are legal."""
     p, turning = program.positions, np.array(robot.controller.turn_joints) - 1
-    # so near 180 deg the digits of W, P and R do not tell the side
-    digit = 10.0 ** -decimal_places(program.data, p.span[p.six_of(poses.row)])[:, 3:].min(axis=1) * DEG
+    # so near 180 deg the digits of W, P and R do not tell the side; some leave the last zeros out
+    digit = 10.0 ** -decimal_places(program.data, p.span[p.six_of(poses.row)])[:, 3:].max(initial=0) * DEG
     untellable = digit / np.maximum(np.abs(np.sin(poses.theta[:, 4])), 1 / STEEPEST)
     at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < untellable[:, None]
     untold = []
