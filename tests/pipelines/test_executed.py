@@ -154,9 +154,13 @@ def test_what_a_smoothed_stop_takes_no_override_stretches(tmp_path, robot, overr
     moves = ["UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE", *(f"L P[{n}] 100mm/sec FINE" for n in range(2, 9))]
     content, known = ls_text.program(moves, points), replace(robot, motion=MEANS)
     course = course_of_text(content, known, default_frames())
-    run = judged(tmp_path, known, content, by_steps(course, logs.Run(ramp=0.0, means=(0.2, 0.1), override=override)))
+    smoothed = logs.Run(ramp=0.0, means=(0.2, 0.1), override=override)
+    run = judged(tmp_path, known, content, by_steps(course, smoothed))
     assert run.clock.took > 6 * 4 / override
     assert run.clock.took == pytest.approx(run.clock.expected, rel=1e-3)
+    assert run.clock.start == pytest.approx(0.0, abs=0.1)
+    begun = judged(tmp_path, known, content, by_steps(course, smoothed, logs.Logger(noise=1e-6, start=0.02)))
+    assert begun.clock.start == pytest.approx(run.clock.start, abs=0.05)  # it was 0.6 s too early at 10 %
 
 
 def test_a_log_that_begins_late_ends_early_and_has_strange_motion_before(tmp_path, robot):

@@ -303,7 +303,8 @@ def _begun(steady: _Steady, first: int, rate: float) -> float:
     if len(resting):
         return float(time[resting[-1]])
     begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
-    return float(time[first] - (steady.shown[first] - steady.clock[begin] + stop_costs(course)[begin] / 2) / rate)
+    ramp = stop_costs(course)[begin] / 2 / (1.0 if course.settles else rate)
+    return float(time[first] - (steady.shown[first] - steady.clock[begin]) / rate - ramp)
 
 
 def _pooled(steady: _Steady, stretches: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
