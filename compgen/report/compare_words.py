@@ -273,7 +273,7 @@ def positions_sentence(comparison: Comparison) -> str:
     if movement.is_same:
         digit = f" within the last digit of the texts, {record['same_within_um']:.2g} um"
         within = "" if movement.matched == "number" else f"{digit}, matched by {_MATCHED[movement.matched]}"
-        return f"all {record['count']} commanded positions are the same{within}"
+        return f"all {record['count'] + movement.in_joints} commanded positions are the same{within}"
     largest, rms = _length(record["largest_um"]), _length(record["rms_um"])
     if movement.matched == "nearest":
         back = _length(record["largest_of_b_um"])

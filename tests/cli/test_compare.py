@@ -287,14 +287,15 @@ def test_positions_in_joint_form_are_counted_beside_those_whose_distance_is_told
     turned = [np.array(HOME) + 2.0 * n for n in range(8)]
     points = [at(n, turned[n]) for n in range(1, 6)] + [joint_form(n, turned[n]) for n in (6, 7)]
     (tmp_path / "PART.LS").write_bytes(program([f"J P[{n}] 20% FINE" for n in range(1, 8)], points))
-    for name, hours in (("a", "5h"), ("b", "2h")):
-        given = ("--robot", "m710ic50", "--before", f"moving 200mm/s {hours}", "--max-um", "20")
+    for name, hours, most in (("a", "5h", "20"), ("b", "2h", "20"), ("wider", "5h", "30")):
+        given = ("--robot", "m710ic50", "--before", f"moving 200mm/s {hours}", "--max-um", most)
         assert run("correct", tmp_path / "PART.LS", *given, "-o", tmp_path / name, "-q").returncode == 0
     done = run("compare", "a", "b", cwd=tmp_path)
     assert "5 of 5 commanded positions moved" in done.stdout
     assert "; 2 of 2 in joint angles read otherwise" in done.stdout
     positions = compared(tmp_path, "a", "b")["positions"]
     assert (positions["count"], positions["in_joints"], positions["in_joints_moved"]) == (5, 2, 2)
+    assert "all 7 commanded positions are the same" in run("compare", "a", "wider", cwd=tmp_path).stdout
 
 
 def test_reports_alone_are_compared_without_what_lies_beside_them(home, tmp_path):
