@@ -99,9 +99,11 @@ def with_temperatures(
 def check_warms(parts: Sequence[Measurements], log: Temperatures) -> None:
     """Raises InputError where by a log the arm is cold at all poses of a warm-up."""
     if parts and not any(part.warm.any() for part in parts):
+        in_minutes = max(float(part.time.max()) for part in parts) * MINUTE <= log.time[-1]
+        mend = "are their times minutes? multiply them by 60" if in_minutes else "give poses of a cold arm by --poses"
         raise InputError(
             f"{parts[0].file()}: column time_s: by the log {log.table.source} the arm is less than {COLD:g} K warm at "
-            "all poses of the warm-up; are their times minutes? multiply them by 60"
+            f"all poses of the warm-up; {mend}"
         )
 
 

@@ -156,6 +156,10 @@ def test_a_warm_up_at_which_the_log_says_the_arm_is_cold_is_refused(tmp_path, ar
     check_warms([cold, warm], log)
     with pytest.raises(InputError, match=r"poses.csv: column time_s: by the log .* less than 0.5 K .* minutes\?"):
         check_warms([cold], log)
+    log, heat = log_of(tmp_path, arm, [0.0, 2 * HOUR, 4 * HOUR], j2=AIR, link1=AIR)
+    standing, _ = with_temperatures(poses(arm, seconds), log, heat, "start")
+    with pytest.raises(InputError, match="give poses of a cold arm by --poses"):  # minutes would be outside the log
+        check_warms([standing], log)
 
 
 @pytest.mark.parametrize(("air", "other"), [(True, 0.0), (False, 0.0)])
