@@ -26,8 +26,8 @@ from compgen.verification.twin import Execution
 
 SUBSAMPLE = 64  # one of so many values tells first about where the percentile lies
 UNKNOWN = -1.0  # in place of a parameter
-#: size of the position error; along the direction of travel; across it, in the surface; along the tool axis, away from
-#: the surface; between the tool axes
+#: size of the position error; along the direction of travel and across it, square to the tool; along the tool axis,
+#: away from the part; between the tool axes
 COMPONENTS = ("total", "feed", "cross", "normal", "axis_angle")
 
 
