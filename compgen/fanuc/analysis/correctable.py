@@ -20,7 +20,7 @@ from compgen.robot.joint_path import elbow_margins, wrist_centre
 from compgen.robot.robot import Robot
 
 _CARRIED = "an extended axis moves on the way there, or may: the arm or the part is moved with it"
-STEEPEST = 60.0  # [deg] of J1, J4 or J6 for one of the tool, at most: with J5 at 1 deg
+STEEPEST = 60.0  # [deg] of J4 or J6 for one of the tool, at most: with J5 at 1 deg
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
 
 
@@ -115,8 +115,9 @@ def _untold_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe
     p, turning = program.positions, np.array(robot.controller.turn_joints) - 1
     # so near 180 deg the digits of W, P and R do not tell the side; some leave the last zeros out
     digit = 10.0 ** -decimal_places(program.data, p.span[p.six_of(poses.row)])[:, 3:].max(initial=0) * DEG
-    untellable = digit / np.maximum(np.abs(np.sin(poses.theta[:, 4])), 1 / STEEPEST)
-    at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < untellable[:, None]
+    steep = 1 / np.maximum(np.abs(np.sin(poses.theta[:, 4:5])), 1 / STEEPEST)
+    untellable = digit * np.where(turning > 2, steep, 1.0)  # J1 turns as the tool does
+    at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < untellable
     untold = []
     for k, column in np.argwhere(at_half & ~poses.joint_form[:, None]).tolist():
         joint = f"J{turning[column] + 1}"
