@@ -92,16 +92,27 @@ def measured_distance(frames: InstrumentFrames, data: Measurements, position: Ar
 
 
 def turn_errors(frames: InstrumentFrames, data: Measurements, rotation: Array) -> Array:
-    """Angles by which measured orientations turn otherwise than the arm, from the mean of a reflector, (N,) [rad]."""
-    angle = np.full(len(data.pose), np.nan)
-    seen = np.isfinite(data.rotation[:, 0, 0])
-    axes = np.swapaxes(frames.rotation_of(data.instrument) @ rotation[data.pose], 1, 2) @ data.rotation
-    for r in np.unique(data.reflector[seen]).tolist():
-        rows = seen & (data.reflector == r)
-        u, _, v = np.linalg.svd(axes[rows].mean(axis=0))
-        mean = u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v
-        angle[rows] = np.linalg.norm(rotation_vector(mean.T @ axes[rows]), axis=1)
+    """Angles by which orientations that an instrument measured turn otherwise than the arm, (N,) [rad].
+
+    From what fits them best, F R_n A: places on a line do not tell how the instrument stands about it. F and A, a
+    reflector's, are means of each other's rows by turns, from F as the frames have it.
+    """
+    angle, seen = np.full(len(data.pose), np.nan), np.isfinite(data.rotation[:, 0, 0])
+    arm, turned, reflector = rotation[data.pose[seen]], data.rotation[seen], data.reflector[seen]
+    F, axes = frames.rotation_of(data.instrument[seen]), np.empty_like(turned)
+    for _ in range(ROUNDS if len(turned) else 0):
+        for r in np.unique(reflector).tolist():
+            rows = reflector == r
+            axes[rows] = _mean_turn(np.swapaxes(F[rows] @ arm[rows], 1, 2) @ turned[rows])
+        F = np.broadcast_to(_mean_turn(turned @ np.swapaxes(arm @ axes, 1, 2)), F.shape)
+    angle[seen] = np.linalg.norm(rotation_vector(np.swapaxes(F @ arm @ axes, 1, 2) @ turned), axis=1)
     return angle
+
+
+def _mean_turn(turns: Array) -> Array:
+    """The rotation nearest to some, (3, 3)."""
+    u, _, v = np.linalg.svd(turns.mean(axis=0))
+    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v)
 
 
 def initial_frames(data: Measurements, position: Array, rotation: Array) -> InstrumentFrames:

@@ -7,6 +7,7 @@ import pytest
 from synthetic import random_theta
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.identification.measurement_checks import (
@@ -19,6 +20,7 @@ from compgen.identification.measurement_checks import (
 from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, blank_rows
 from compgen.identification.model import build_model
 from compgen.pipelines.files.robot_file import load_arm
+from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 
 
@@ -281,3 +283,25 @@ def test_orientations_that_are_no_rotation_vectors_of_the_flange_are_refused(rea
             check_plausible(arm.robot, model, data)
     else:
         check_plausible(arm.robot, model, data)
+
+
+def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
+    """Right orientations were refused: the frame that places alone tell was turned by 42 deg about the line."""
+    arm, rng, count = load_arm("m710ic50"), np.random.default_rng(4), 20
+    ball = np.array([0.06, 0.01, 0.1])
+    place = np.array([1.3, 0.0, 0.3]) + np.linspace(-0.5, 0.5, count)[:, None] * [0, 1, 0]
+    tilted = np.diag([1.0, -1.0, -1.0]) @ rotation_matrix(rng.uniform(-0.5, 0.5, (count, 3)))
+    theta = solve_tool(arm.robot, Pose(place, tilted), Pose(ball, np.eye(3)), Posture())[0]
+    base = rotation_matrix(rng.normal(size=(1, 3)))[0]
+    data = replace(
+        blank_rows(theta, np.arange(count), [f"m.csv: line {n + 2}" for n in range(count)], 0),
+        position=(place + rng.normal(0, 1e-4, (count, 3))) @ base.T,
+        rotation=base @ tilted,
+        reflectors=("r",),
+        instruments=("m.csv",),
+        aligned=np.array([False]),
+    )
+    model = build_model(arm.robot, [], 0)
+    check_plausible(arm.robot, model, data)
+    with pytest.raises(InputError, match="rx_deg, ry_deg, rz_deg: they turn by"):
+        check_plausible(arm.robot, model, replace(data, rotation=np.swapaxes(data.rotation, 1, 2)))
