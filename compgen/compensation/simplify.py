@@ -2,9 +2,10 @@
 
 Greedy, as with an opening window: from each kept waypoint the line goes on to the farthest waypoint of its piece from
 which it still leaves the true path by no more than the tolerance, what the correction between them differs from a
-straight change included; by half of its sag where lines leave the path to both sides (``ToolPath.balance``); and the
-tool, which turns evenly along a line, no more than ``AXES`` from how it stands on the path. (Douglas and Peucker 1973
-ask the same of lines between kept points, but divide from the ends.) Ends of pieces and stops stay.
+straight change included; by half of its sag where lines leave the path to both sides (``ToolPath.balance``); the tool,
+which turns evenly along a line, no more than ``AXES`` from how it stands on the path; and no joint turns farther than
+``SWING``. (Douglas and Peucker 1973 ask the same of lines between kept points, but divide from the ends.) Ends of
+pieces and stops stay.
 Lines of whole interpolation periods add up to such. Where the end of a piece would be nearer than the controller can
 follow at feed, the waypoint before moves back half way. All pieces are walked at once.
 """
@@ -12,17 +13,19 @@ follow at feed, the waypoint before moves back half way. All pieces are walked a
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, bisected, norm
-from compgen.core.units import MDEG
+from compgen.core.units import DEG, MDEG
 from compgen.planning.toolpath import SIDES, ToolPath
 
 AXES = 10 * MDEG  # of the tool's x and z from an even turn between two waypoints
+SWING = 85 * DEG  # of a joint within one line: the twin refuses over 90
 
 
-def simplify(path: ToolPath, correction: Array, tolerance: float, shortest: float) -> IntArray:
+def simplify(path: ToolPath, theta: Array, correction: Array, tolerance: float, shortest: float) -> IntArray:
     """Rows of the waypoints that stay.
 
     Args:
         path: With N waypoints.
+        theta: Joints there, (N, 6) [rad].
         correction: Of each waypoint's position, (N, 3) [m].
         tolerance: Largest distance of the real TCP from the true path between two waypoints [m].
         shortest: Feed times the interpolation period [m].
@@ -34,7 +37,7 @@ def simplify(path: ToolPath, correction: Array, tolerance: float, shortest: floa
     ends = np.flatnonzero(np.append(path.piece[1:] != path.piece[:-1], True) | path.stop[1:]) + 1
     begins = np.concatenate([[0], ends[:-1]])
     last = np.repeat(ends, ends - begins)  # of the piece that begins or runs on at each row
-    farthest = _farthest_rows(path, correction, tolerance, last)
+    farthest = _farthest_rows(path, theta, correction, tolerance, last)
 
     # one walker a piece, all one line further at a time
     visited = [begins]
@@ -58,7 +61,7 @@ def simplify(path: ToolPath, correction: Array, tolerance: float, shortest: floa
     return np.flatnonzero(keep)
 
 
-def _farthest_rows(path: ToolPath, correction: Array, tolerance: float, last: IntArray) -> IntArray:
+def _farthest_rows(path: ToolPath, theta: Array, correction: Array, tolerance: float, last: IntArray) -> IntArray:
     """For each of the S rows that begin a segment, the farthest row of its piece that a line may lead to."""
     S = len(last)
     first = np.arange(S)
@@ -66,7 +69,8 @@ def _farthest_rows(path: ToolPath, correction: Array, tolerance: float, last: In
     # doubling steps until one is too far, then bisection between it and the last that is not
 
     def within(rows: IntArray, end: IntArray) -> BoolArray:
-        return _is_within(path, correction, rows, end, tolerance)
+        near = _is_within(path, correction, rows, end, tolerance)
+        return np.asarray(near & (np.abs(theta[end] - theta[rows]).max(axis=1) <= SWING))
 
     rows, step = np.flatnonzero(low < high), 2
     while len(rows):

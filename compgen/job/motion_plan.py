@@ -205,7 +205,7 @@ def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> Motion
     if thin is None or keeps_waypoints(program.process):
         return plan
     unmoved, period = np.zeros_like(plan.path.target.position), cell.robot.controller.period
-    rows = simplify.simplify(plan.path, unmoved, thin, plan.feed * period)
+    rows = simplify.simplify(plan.path, plan.theta, unmoved, thin, plan.feed * period)
     path, theta = plan.path.subset(rows), plan.theta[rows]
     robot = cell.robot.at_acceleration(program.process.acc)
     trajectory = retiming.retime(robot, path.arc, theta, path.stop, plan.feed * path.pace, lines=True)

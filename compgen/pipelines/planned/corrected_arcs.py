@@ -42,7 +42,7 @@ def as_said(planned: Planned, progress: Progress) -> Planned:
         said = replace(planned.at(rows, path.subset(rows, via)), dense=dense)
     elif process.thin is not None:
         unmoved, period = np.zeros_like(path.target.position), planned.job.robot.controller.period
-        said = planned.at(simplify(path, unmoved, process.thin, planned.feed * period))
+        said = planned.at(simplify(path, planned.theta, unmoved, process.thin, planned.feed * period))
     else:
         return planned
     return replace(said, trajectory=time_corrected(said, said.theta, progress))

@@ -357,7 +357,7 @@ def _stage(progress: Progress, stage: RunStage, settings: Settings) -> Callable[
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
     """The plan and its correction at those waypoints only that the written program keeps."""
     path, period = planned.path, planned.job.robot.controller.period
-    rows = simplify.simplify(path, solution.correction[:, :3], tolerance, planned.feed * period)
+    rows = simplify.simplify(path, solution.theta, solution.correction[:, :3], tolerance, planned.feed * period)
     N = len(path.arc)
     message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
     findings = (*planned.findings, Finding(Level.NOTE, Code.PATH_THINNED, message))

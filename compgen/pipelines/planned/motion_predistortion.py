@@ -89,7 +89,9 @@ def _first_statements(planned: Planned, shift: Array) -> Array:
     """How long the statement lasts that each run begins with, of a plan that is commanded off (N, 3) [m], (R,) [s]."""
     job, path, speed, controller = planned.job, planned.path, planned.trajectory.speed, planned.job.robot.controller
     process, shortest = job.plan.process, planned.feed * controller.period
-    rows = np.arange(len(path.arc)) if process.thin is None else simplify(path, shift, process.thin, shortest)
+    rows = np.arange(len(path.arc))
+    if process.thin is not None:
+        rows = simplify(path, planned.theta, shift, process.thin, shortest)
     via = np.zeros(len(rows), dtype=bool)
     if process.arcs:
         pose = Pose(frozen(path.target.position + shift), path.target.rotation)
