@@ -30,7 +30,7 @@ PARTS = {
     "total": "position [µm]",
     "feed": "along feed [µm]",
     "cross": "cross feed [µm]",
-    "normal": "normal [µm]",
+    "normal": "along the tool [µm]",
     "axis_angle": "tool axis [mdeg]",
 }
 

@@ -1,8 +1,9 @@
 """The table that a job prints at its end."""
 
 from compgen.cli.screen.ci_reports import JudgedPath
-from compgen.cli.screen.job_table import name_list, show_outcomes
+from compgen.cli.screen.job_table import ROWS, name_list, show_outcomes
 from compgen.core.finding_codes import Code
+from compgen.report import job_page, resume
 
 
 def test_many_pages_are_listed_by_their_ends():
@@ -20,3 +21,9 @@ def test_what_a_project_gives_to_several_paths_is_said_once(capsys):
     out = capsys.readouterr().out
     assert out.count("note: cgen.toml gives bounds.max_um = 15") == 1
     assert "read as" not in out
+
+
+def test_the_error_along_the_tool_is_called_that_on_the_screen_and_on_pages():
+    labels = {row: label for row, label, _ in ROWS}
+    assert labels["normal"] == "along tool, um"
+    assert resume.PARTS["normal"] == job_page.PARTS["normal"] == "along the tool [µm]"

@@ -22,7 +22,7 @@ ROWS = (  # row of the report, its label, its bound
     ("total", "TCP error, um", "max_um"),
     ("feed", "along feed, um", "feed_um"),
     ("cross", "cross feed, um", "cross_um"),
-    ("normal", "normal, um", "normal_um"),
+    ("normal", "along tool, um", "normal_um"),
     ("axis_angle", "tool axis, mdeg", "axis_mdeg"),
 )
 _SIZES = ("max_um", "p99_um", "rms_um")
