@@ -40,8 +40,8 @@ def text(x: float, y: float, words: str, fill: str, size: int = 13, more: str = 
     return f'<text x="{x:g}" y="{y:g}" fill="{fill}" font-size="{size}"{more}>{escape(words)}</text>'
 
 
-def main() -> None:
-    """Read the imports, write the SVG."""
+def picture() -> str:
+    """The text of docs/rooms.svg, from the imports."""
     width, height = GRID + CELL * len(ROOMS) + 10, TOP + ROW * len(ROOMS) + 16
     out = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" role="img" '
@@ -72,8 +72,8 @@ def main() -> None:
             else:
                 out.append(f'<circle cx="{x}" cy="{y + 20}" r="1.5" fill="{LINE}"/>')
     out.append("</svg>")
-    (HERE / "rooms.svg").write_text("\n".join(out) + "\n")
+    return "\n".join(out) + "\n"
 
 
 if __name__ == "__main__":
-    main()
+    (HERE / "rooms.svg").write_text(picture())
