@@ -41,8 +41,13 @@ def test_the_note_says_how_far_other_ramps_move_the_tool(made):
     assert (finding.level, finding.code) == ("note", "timing.ramps")
     moved = max(np.linalg.norm(flown(made, share), axis=1).max() for share in SHARES)
     assert moved > 1e-9
-    assert f"move the tool by {moved / UM:.2g} um at most" in finding.message
+    assert f"move the tool by {max(moved / UM, 0.01):.2f} um at most" in finding.message
     assert np.log(SHARES) == pytest.approx([-0.4, 0.4])
+
+
+def test_what_ramps_hardly_move_is_said_as_a_number_that_one_reads():
+    """Of a line it was '6.4e-05 um at most'."""
+    assert "move the tool by 0.01 um at most" in run("check", path_file("line_y"), "--strict").stdout
 
 
 def test_nothing_is_asked_of_accelerations_that_are_known(made):

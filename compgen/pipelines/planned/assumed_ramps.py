@@ -60,6 +60,7 @@ def ramp_findings(job: Job, path: ToolPath, program: Program) -> list[Finding]:
         finding = Finding(Level.OUTSIDE, Code.TIMING_RAMPS, f"{facts}: {broken}; {mend}")
     else:
         low, high = SHARES
-        message = f"{facts}: ramps at {low:.2g} to {high:.2g} of them move the tool by {moved / UM:.2g} um at most"
+        size = f"{max(moved / UM, 0.01):.2f} um at most"
+        message = f"{facts}: ramps at {low:.2g} to {high:.2g} of them move the tool by {size}"
         finding = Finding(Level.NOTE, Code.TIMING_RAMPS, message)
     return [finding]
