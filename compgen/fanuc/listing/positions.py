@@ -49,6 +49,11 @@ class Positions:
         return np.flatnonzero(self.group <= 1)
 
     @property
+    def joints(self) -> Array:
+        """J1 to J6 as they are printed, (G, 6) [deg]; NaN of Cartesian positions."""
+        return self.value[:, J1 : J1 + 6]
+
+    @property
     def joint_form(self) -> BoolArray:
         """Which rows are told in joints, (G,)."""
         return np.asarray(self.span[:, J1, 1] > 0)

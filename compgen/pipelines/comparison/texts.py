@@ -17,7 +17,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_named, read_regular
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.fanuc.listing.position_parser import J1
 from compgen.pipelines.comparison.outputs import Output, naming_damage
 from compgen.pipelines.files.program_course import listing_of
 from compgen.program.pages import MANIFEST_SUFFIX
@@ -29,7 +28,6 @@ BLOCK = 10_000  # points at a time
 CHORD = 1e-7  # [m] that a chord leaves of an arc
 MOST_CHORDS = 4096  # of one arc
 _POSE = slice(0, 6)  # X Y Z W P R in the columns of a text's positions
-_JOINTS = slice(J1, J1 + 6)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,7 +59,8 @@ def commanded_positions(output: Output) -> Commanded | None:
         return None
     parts = [(program.positions, first) for program, first in texts]
     number = np.concatenate([p.number + first - 1 for p, first in parts])
-    value, joints = (np.concatenate([p.value[:, columns] for p, _ in parts]) for columns in (_POSE, _JOINTS))
+    value = np.concatenate([p.value[:, _POSE] for p, _ in parts])
+    joints = np.concatenate([p.joints for p, _ in parts])
     _, rows = np.unique(number, return_index=True)  # pages share the position at which one ends and the next begins
     w, p, r = value[rows, 3:].T * DEG
     motions = [(program.motions, first - 1) for program, first in texts]
