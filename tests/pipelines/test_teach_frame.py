@@ -297,6 +297,20 @@ def test_a_sphere_that_stands_elsewhere_than_the_artefact_says_is_a_finding(cell
     assert f"by {moved['noise_um']:.0f} um" in message
 
 
+def test_a_touch_of_the_warm_arm_is_set_aside(cell, record):
+    """It ended in a fault of its own: the pose of such a touch stays, its row does not."""
+    right = (cell / "touches.csv").read_text()
+    rows = [line.split(",") for line in right.splitlines()]
+    rows[4][3] = f"{float(rows[4][3]) + 0.1:.6f}"
+    (cell / "touches.csv").write_text("\n".join(",".join(row) for row in rows) + "\n")
+    aside = taught(cell, name="aside.toml")
+    (cell / "touches.csv").write_text(right)
+    (message,) = [f["message"] for f in aside["findings"] if f["code"] == "outlier"]
+    assert "line 5" in message
+    of_both = [np.array(told["pendant_would_differ"]["place_um"]) for told in (aside, record)]
+    assert np.linalg.norm(of_both[0] - of_both[1]) < 300  # in the middle of the touches of one fit, not of each its own
+
+
 def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, record):
     nominal = taught(cell, "--nominal", name="pendant.toml")
     assert "frame.hot" in {f["code"] for f in nominal["findings"]}

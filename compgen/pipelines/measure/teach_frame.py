@@ -155,9 +155,11 @@ def _open_of_warmth(
     motion, still = DirectionState(data.direction, np.zeros((len(data.theta), 3))), replace(data, rise=0 * data.rise)
     (A, B, _), (cold, *_) = (slopes(d.theta, d.rise, motion) for d in (data, still))
     tool, cold_tool = (Pose(*model.pose(d, np.zeros(0))) @ probe for d in (data, still))
-    share = rigid_share(tool.position, tool.rotation, along, fit.noise * data.sigma, PROBE)
+    at_row = tool[data.pose]  # touches that are set aside leave their poses
+    share = rigid_share(at_row.position, at_row.rotation, along, fit.noise * data.sigma, PROBE)
     warmth = (tool.position - cold_tool.position)[:, :, None]
-    u = share.motion(np.concatenate([A - cold, B @ _open_rises(data, arm.warmth.sensors), warmth], axis=2))
+    moves = np.concatenate([A - cold, B @ _open_rises(data, arm.warmth.sensors), warmth], axis=2)
+    u = share.motion(moves[data.pose])
     moved = np.concatenate([u[3:6], u[:3] - fit.flange @ u[6:], u[6:]])
     of_parameters, of_rises, w = np.split(moved, [len(C), -1], axis=1)
     missing = fit_limits_of(arm.identified).missing
@@ -229,7 +231,8 @@ def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:
     numbers = _place(fit)
     pendant = None
     if taught.pendant is not None:
-        difference = taught.pendant.middle - fit.middle
+        there = taught.pendant.frame.act(fit.frame.inverse().act(fit.middle))  # its own middle is of other touches
+        difference = there - fit.middle
         turn = rotation_vector((taught.pendant.frame.rotation @ fit.frame.rotation.T)[None])[0]
         pendant = {"place_um": _listed(difference / UM, 1), "turn_mdeg": _listed(turn / MDEG, 2)}
     sigma = fit.sigma
