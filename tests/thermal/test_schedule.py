@@ -238,7 +238,7 @@ def test_a_warmer_hall_warms_the_robot_by_as_much(job):
     [
         (0, 21600, []),
         (0, 7200, ["air.csv: it ends at 2 of 6 h: 26 degC from then on"]),
-        (90000, 93600, ["air.csv: it begins 25 h after the first [[before]]: 20 degC until then"]),
+        (90000, 93600, ["air.csv: it begins 25 h into the day: 20 degC until then"]),
     ],
 )
 def test_air_that_does_not_reach_over_the_day_is_told(tmp_path, first, last, said):

@@ -132,7 +132,7 @@ def held_air(table: sh.AmbientTable, air: Ambient, history: History) -> tuple[st
     (first, last), (low, high) = air.time[[0, -1]], air.rise[[0, -1]] + table.reference_degC
     notes = []
     if first > MINUTE:
-        begins = f"it begins {first / HOUR:.3g} h after the first [[before]]"
+        begins = f"it begins {first / HOUR:.3g} h into the day"
         notes.append(f"{table.file}: {begins}: {low:.4g} degC until then")
     if last < lasts - MINUTE:
         ends = f"it ends at {last / HOUR:.3g} of {lasts / HOUR:.3g} h"
