@@ -49,7 +49,12 @@ ASKED = (
     in_robot_file("cte doubled", ("cte_um_m_K = 11.25", "cte_um_m_K = 22.5"), path="line_x"),
     in_robot_file("rise of j3 doubled", ("rise_K = 13", "rise_K = 26"), path="line_x"),
     in_code("exponent's sign", NODES, ("** self.exponent", "** -self.exponent"), path="line_x"),
-    in_robot_file("J2/J3 coupling removed", ("[0, 1, 1, 0, 0, 0]", "[0, 0, 1, 0, 0, 0]"), path="line_x"),
+    in_robot_file(
+        "J2/J3 coupling removed",
+        ("[0, 1, 1, 0, 0, 0]", "[0, 0, 1, 0, 0, 0]"),
+        ("j2_plus_j3_deg", "j3_deg"),
+        path="line_x",
+    ),
     in_code(
         "sign of P in reader and writer",
         ROTATIONS,

@@ -23,7 +23,7 @@ DENSE = "process.moves=arcs"  # waypoints as close as the chord asks, not whole 
 
 @pytest.fixture(scope="module")
 def circle():
-    problem = problem_of(generate.predict(load_job(path_file("circle_1300"), None, [DENSE]), quiet))
+    problem = problem_of(generate.plan_uncorrected(load_job(path_file("circle_1300"), None, [DENSE]), quiet))
     wave = 5 * np.sin(2 * np.pi * problem.arc / 0.5)  # K: so that the unlimited correction meets a limit at a slope
     return replace(problem, rise=problem.rise + wave[:, None])
 
@@ -176,7 +176,7 @@ def test_a_rate_that_needs_a_longer_way_gets_it(circle):
 def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
     """1e5 waypoints: legal everywhere, the free solution elsewhere, and memory for a window only."""
     job = load_job(path_file("optic_spiral"), None, [DENSE, "path.stepover_mm=20.65", "process.chord_um=0.2"])
-    problem = problem_of(generate.predict(job, quiet))
+    problem = problem_of(generate.plan_uncorrected(job, quiet))
     N, arc = len(problem.arc), problem.arc
     assert N > 100_000
     free = optimise.optimise(problem, Settings())
@@ -201,7 +201,7 @@ def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
 
 
 def test_a_program_that_breaks_a_limit_for_a_twentieth_of_its_length():
-    planned = generate.predict(load_job(path_file("circle_1300"), None, [DENSE]), quiet)
+    planned = generate.plan_uncorrected(load_job(path_file("circle_1300"), None, [DENSE]), quiet)
     part = problem_of(planned, slice(3, 1500))
     unlimited = optimise.optimise(part, Settings())
     clamp = float(np.quantile(np.linalg.norm(unlimited.correction[:, :3], axis=1), 0.95))
@@ -257,7 +257,7 @@ def test_limits_are_drawn_in_by_what_joints_would_turn_to_follow_an_error(circle
 
 @pytest.mark.parametrize("kind", ["joint", "clamp", "rate", "two stretches"])
 def test_the_interior_point_is_the_general_solvers_optimum(kind):
-    planned = generate.predict(load_job(path_file("circle_1300")), quiet)
+    planned = generate.plan_uncorrected(load_job(path_file("circle_1300")), quiet)
     part, settings = problem_of(planned, slice(3, 103) if kind == "joint" else slice(300, 400)), Settings()
     unlimited = optimise.optimise(part, settings)
     free_rows = np.ones(100, dtype=bool)

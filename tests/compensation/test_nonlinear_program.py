@@ -20,7 +20,7 @@ ATOL_M, ATOL_RAD = 1e-9, 4e-9
 
 @pytest.fixture(scope="module")
 def problem():
-    whole = problem_of(generate.predict(load_job(path_file("circle_1300")), quiet), slice(300, 700))
+    whole = problem_of(generate.plan_uncorrected(load_job(path_file("circle_1300")), quiet), slice(300, 700))
     wave = 5 * np.sin(2 * np.pi * whole.arc / 0.25)  # K: so that the unlimited correction meets limits at slopes
     return replace(whole, rise=whole.rise + wave[:, None])
 

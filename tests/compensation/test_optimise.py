@@ -26,7 +26,7 @@ DENSE = "process.moves=arcs"  # waypoints as close as the chord asks, not whole 
 
 @pytest.fixture(scope="module")
 def circle():
-    return problem_of(generate.predict(load_job(path_file("circle_1300"), None, [DENSE]), quiet))
+    return problem_of(generate.plan_uncorrected(load_job(path_file("circle_1300"), None, [DENSE]), quiet))
 
 
 def part_of(problem, start=400, count=60):
